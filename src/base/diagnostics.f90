@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: MIT
+!> Messages about input, collected so that one run reports every problem.
+!>
+!> Printed as compilers do (docs/file-formats.md):
+!>
+!>     slope.df:41:12: error: tensile strength of joint material 3: expected a number, found 'abcd'
+!>         30.0  0.0  abcd
+!>                    ^
+module rockdda_base_diagnostics
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_error, only : error_type, error_code, make_error
+   implicit none
+   private
+   public :: origin_type, diagnostic_type, diagnostics_type, severity, max_shown
+
+   !> Where a value came from. line = 0: the file as a whole; empty file: no file (made in memory).
+   type :: origin_type
+      character(len=:), allocatable :: file   !! as the user named it
+      integer :: line = 0                     !! 1-based
+      integer :: column = 0                   !! 1-based, 0 unknown
+      character(len=:), allocatable :: text   !! the source line, tabs kept
+   end type origin_type
+
+   type :: severity_enum
+      integer :: note = 1
+      integer :: warning = 2
+      integer :: error = 3
+   end type severity_enum
+   type(severity_enum), parameter :: severity = severity_enum()
+
+   !> More problems than this are counted but not shown.
+   integer, parameter :: max_shown = 50
+
+   type :: diagnostic_type
+      integer :: severity = 3                  !! one of severity%...
+      type(origin_type) :: origin
+      character(len=:), allocatable :: message
+   contains
+      procedure :: format => format_diagnostic
+   end type diagnostic_type
+
+   !> A growing list of messages.
+   type :: diagnostics_type
+      integer :: n = 0                                  !! messages kept
+      integer :: n_errors = 0, n_warnings = 0           !! all, also those beyond what is kept
+      type(diagnostic_type), allocatable :: items(:)
+   contains
+      procedure :: add => add_diagnostic
+      procedure :: append => append_diagnostics
+      procedure :: has_errors
+      procedure :: format => format_diagnostics
+      procedure :: to_error
+   end type diagnostics_type
+
+contains
+
+   !> Add one message.
+   subroutine add_diagnostic(self, level, message, origin)
+      class(diagnostics_type), intent(inout) :: self
+      integer, intent(in) :: level                       !! one of severity%...
+      character(len=*), intent(in) :: message
+      type(origin_type), intent(in), optional :: origin  !! where; absent: no place known
+      type(diagnostic_type), allocatable :: larger(:)
+      if (level == severity%error) self%n_errors = self%n_errors + 1
+      if (level == severity%warning) self%n_warnings = self%n_warnings + 1
+      if (.not. allocated(self%items)) allocate (self%items(16))
+      if (self%n == size(self%items)) then
+         allocate (larger(2*self%n))
+         larger(1:self%n) = self%items
+         call move_alloc(larger, self%items)
+      end if
+      self%n = self%n + 1
+      self%items(self%n)%severity = level
+      self%items(self%n)%message = message
+      if (present(origin)) self%items(self%n)%origin = origin
+   end subroutine add_diagnostic
+
+   !> Append all messages of another list.
+   subroutine append_diagnostics(self, other)
+      class(diagnostics_type), intent(inout) :: self
+      type(diagnostics_type), intent(in) :: other
+      integer :: i
+      do i = 1, other%n
+         call self%add(other%items(i)%severity, other%items(i)%message, other%items(i)%origin)
+      end do
+   end subroutine append_diagnostics
+
+   !> Was any error reported?
+   pure logical function has_errors(self)
+      class(diagnostics_type), intent(in) :: self
+      has_errors = self%n_errors > 0
+   end function has_errors
+
+   !> The message as a compiler prints it: one line, or three when the source line is known.
+   function format_diagnostic(self) result(text)
+      class(diagnostic_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: blank
+      integer :: i
+      text = ''
+      if (allocated(self%origin%file)) then
+         text = self%origin%file//':'
+         if (self%origin%line > 0) text = text//to_string(self%origin%line)//':'
+         if (self%origin%line > 0 .and. self%origin%column > 0) text = text//to_string(self%origin%column)//':'
+         text = text//' '
+      end if
+      select case (self%severity)
+      case (1); text = text//'note: '
+      case (2); text = text//'warning: '
+      case default; text = text//'error: '
+      end select
+      text = text//self%message
+      if (.not. allocated(self%origin%text) .or. self%origin%column < 1) return
+      blank = repeat(' ', self%origin%column - 1)
+      do i = 1, min(len(blank), len(self%origin%text))
+         if (self%origin%text(i:i) == achar(9)) blank(i:i) = achar(9)
+      end do
+      text = text//new_line('a')//'    '//self%origin%text//new_line('a')//'    '//blank//'^'
+   end function format_diagnostic
+
+   !> All messages of at least the given severity, one under the other; at most `max_shown`, then a count.
+   function format_diagnostics(self, at_least) result(text)
+      class(diagnostics_type), intent(in) :: self
+      integer, intent(in) :: at_least      !! one of severity%...
+      character(len=:), allocatable :: text
+      integer :: i, shown, left
+      text = ''
+      shown = 0
+      left = 0
+      do i = 1, self%n
+         if (self%items(i)%severity < at_least) cycle
+         if (shown == max_shown) then
+            left = left + 1
+            cycle
+         end if
+         if (shown > 0) text = text//new_line('a')
+         text = text//self%items(i)%format()
+         shown = shown + 1
+      end do
+      if (left > 0) text = text//new_line('a')//'... and '//to_string(left)//' more'
+   end function format_diagnostics
+
+   !> All errors as one input error; unallocated when there are none.
+   subroutine to_error(self, error)
+      class(diagnostics_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      if (.not. self%has_errors()) return
+      call make_error(error, error_code%input, self%format(severity%error))
+   end subroutine to_error
+
+end module rockdda_base_diagnostics

@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: MIT
+!> Numbers to text, for messages and text files.
+module rockdda_base_strings
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use rockdda_base_kinds, only : wp, i8
+   implicit none
+   private
+   public :: to_string, to_exact_string, lower_case
+
+   !> Shortest text that a person would write for a number.
+   interface to_string
+      module procedure integer_to_string
+      module procedure long_to_string
+      module procedure real_to_string
+   end interface to_string
+
+contains
+
+   !> Decimal text of an integer without blanks.
+   pure function integer_to_string(value) result(text)
+      integer, intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function integer_to_string
+
+   !> Decimal text of a long integer without blanks.
+   pure function long_to_string(value) result(text)
+      integer(i8), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function long_to_string
+
+   !> Text of a real with at most `digits` significant digits (default 6) and no trailing zeros:
+   !> 0.5, 20000, 1e+10, -3.25e-07.
+   pure function real_to_string(value, digits) result(text)
+      real(wp), intent(in) :: value
+      integer, intent(in), optional :: digits !! significant digits, 1 to 17
+      character(len=:), allocatable :: text
+      character(len=40) :: buffer
+      character(len=16) :: form
+      character(len=:), allocatable :: mantissa
+      integer :: n, exponent, k, io
+      n = 6
+      if (present(digits)) n = max(1, min(17, digits))
+      if (ieee_is_nan(value)) then
+         text = 'NaN'
+         return
+      else if (abs(value) > huge(value)) then
+         text = merge('-inf', 'inf ', value < 0)
+         text = trim(text)
+         return
+      else if (abs(value) <= 0.0_wp) then
+         text = '0'
+         return
+      end if
+      write (form, '(a,i0,a,i0,a)') '(es', n + 9, '.', n - 1, 'e3)'
+      write (buffer, form) value
+      buffer = adjustl(buffer)
+      k = index(buffer, 'E')
+      read (buffer(k + 1:), *, iostat=io) exponent
+      if (io /= 0) exponent = 0
+      if (exponent >= -4 .and. exponent < max(6, n)) then
+         write (form, '(a,i0,a)') '(f0.', max(0, n - 1 - exponent), ')'
+         write (buffer, form) value
+         text = trim(adjustl(buffer))
+         if (index(text, '.') > 0) text = strip_zeros(text)
+         if (text(1:1) == '.') text = '0'//text
+         if (len(text) > 1) then
+            if (text(1:2) == '-.') text = '-0'//text(2:)
+         end if
+      else
+         mantissa = strip_zeros(buffer(1:k - 1))
+         write (form, '(i0.2)') abs(exponent)
+         text = mantissa//'e'//merge('-', '+', exponent < 0)//trim(form)
+      end if
+   end function real_to_string
+
+   !> Text that reads back as exactly the same real (17 significant digits).
+   pure function to_exact_string(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+      write (buffer, '(es24.16e3)') value
+      text = trim(adjustl(buffer))
+   end function to_exact_string
+
+   !> Drop trailing zeros after the point, and the point if nothing is left behind it.
+   pure function strip_zeros(text) result(short)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: short
+      integer :: n
+      n = len_trim(text)
+      do while (n > 1)
+         if (text(n:n) /= '0') exit
+         n = n - 1
+      end do
+      if (text(n:n) == '.') n = n - 1
+      short = text(1:n)
+   end function strip_zeros
+
+   !> ASCII lower case.
+   pure function lower_case(text) result(lower)
+      character(len=*), intent(in) :: text
+      character(len=len(text)) :: lower
+      integer :: i, c
+      lower = text
+      do i = 1, len(text)
+         c = iachar(text(i:i))
+         if (c >= iachar('A') .and. c <= iachar('Z')) lower(i:i) = achar(c + 32)
+      end do
+   end function lower_case
+
+end module rockdda_base_strings

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: MIT
+!> The contact table of one step: structure of arrays, one row per (vertex, edge) pair.
+!>
+!>     row c:   vertex(c) of block_a(c)  against  edge(c) (the edge that starts at vertex edge(c)) of block_b(c)
+!>
+!> Rows are sorted by (block_a, vertex, block_b, edge): sums over contacts then have one order.
+!> A vertex-vertex contact with two entrance lines is two rows that name each other in `partner`;
+!> at most one of them is closed.
+module rockdda_contact_table
+   use rockdda_base_kinds, only : wp
+   implicit none
+   private
+   public :: contact_table_type, contact_state
+
+   type :: contact_state_enum
+      integer :: open = 0
+      integer :: sliding = 1
+      integer :: locked = 2
+   end type contact_state_enum
+   type(contact_state_enum), parameter :: contact_state = contact_state_enum()
+
+   type :: contact_table_type
+      integer :: n = 0
+      ! identity
+      integer, allocatable :: block_a(:), vertex(:)  !! (n) 1-based; vertex is a global vertex number
+      integer, allocatable :: block_b(:), edge(:)    !! (n) edge = global number of its first vertex
+      integer, allocatable :: partner(:)             !! (n) other row of a vertex-vertex pair, 0 none
+      integer, allocatable :: joint(:)               !! (n) joint material
+      ! history, carried from step to step by identity
+      integer, allocatable :: state(:)               !! (n) contact_state%...
+      real(wp), allocatable :: shear(:)              !! (n) elastic tangential displacement of the shear spring at the step's start, along the edge
+      real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
+      real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
+      logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
+      integer, allocatable :: slip_sign(:)           !! (n) +1/-1 direction in which vertex slides along the edge, 0 none
+      ! geometry at the step's start
+      real(wp), allocatable :: gap(:)                !! (n) > 0 open
+      real(wp), allocatable :: length(:)             !! (n) contact length for cohesion and tension
+      real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
+      real(wp), allocatable :: point(:, :)           !! (2, n) the vertex
+   contains
+      procedure :: resize
+   end type contact_table_type
+
+contains
+
+   !> Make room for n rows; contents are undefined when the arrays had to grow.
+   subroutine resize(self, n)
+      class(contact_table_type), intent(inout) :: self
+      integer, intent(in) :: n
+      integer :: m
+      self%n = n
+      if (allocated(self%vertex)) then
+         if (size(self%vertex) >= n) return
+         deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
+                     self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
+                     self%length, self%normal, self%point)
+      end if
+      m = n + n/4 + 16
+      allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
+                self%state(m), self%slip_sign(m), source=0)
+      allocate (self%bonded(m), source=.false.)
+      allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
+      allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
+   end subroutine resize
+
+end module rockdda_contact_table

@@ -1,0 +1,48 @@
+! SPDX-License-Identifier: MIT
+!> What every solver of K x = f offers.
+!>
+!> Non-convergence is a result, not an error: the time loop answers it by cutting the step. An error is a
+!> solver that is not built in, or a matrix that is not positive definite (with its block number).
+module rockdda_linear_solver
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_linear_matrix, only : block_matrix_type
+   implicit none
+   private
+   public :: linear_solver_type, solve_report_type
+
+   !> What a solve did.
+   type :: solve_report_type
+      logical :: converged = .false.
+      integer :: iterations = 0             !! 0 for a direct solve
+      real(wp) :: residual = 0              !! |K x - f| / |f|, euclidean, with blocks scaled as the solver documents
+      character(len=:), allocatable :: detail !! why it did not converge, or which block failed
+   end type solve_report_type
+
+   type, abstract :: linear_solver_type
+   contains
+      procedure(solve_interface), deferred :: solve
+      procedure(name_interface), deferred :: name
+   end type linear_solver_type
+
+   abstract interface
+      !> Solve K x = f. x holds the starting guess on entry (used by iterative solvers only).
+      subroutine solve_interface(self, matrix, f, x, report, error)
+         import :: linear_solver_type, block_matrix_type, solve_report_type, error_type, wp
+         class(linear_solver_type), intent(inout) :: self
+         type(block_matrix_type), intent(in) :: matrix
+         real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
+         real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
+         type(solve_report_type), intent(out) :: report
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine solve_interface
+
+      !> Name as in the options: 'cholmod', 'sor', ...
+      pure function name_interface(self) result(name)
+         import :: linear_solver_type
+         class(linear_solver_type), intent(in) :: self
+         character(len=:), allocatable :: name
+      end function name_interface
+   end interface
+
+end module rockdda_linear_solver

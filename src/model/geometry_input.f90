@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: MIT
+!> What a geometry file (.dc, .geo) says: lines and points before cutting.
+!>
+!> Units are the user's own consistent set. Lines keep where they came from, so that the cutter can
+!> name a dropped line as the file does.
+module rockdda_model_geometry_input
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : origin_type
+   implicit none
+   private
+   public :: geometry_input_type
+
+   type :: geometry_input_type
+      real(wp) :: edge_node_distance = 0      !! e0, smallest distance between a node and an edge [length]
+      integer :: n_boundary = 0               !! the first n_boundary lines are boundary lines
+      real(wp), allocatable :: lines(:, :)          !! (4, n) x1 y1 x2 y2
+      integer, allocatable :: line_joint(:)         !! (n) joint material, 1-based
+      real(wp), allocatable :: material_lines(:, :) !! (4, n)
+      integer, allocatable :: line_material(:)      !! (n) block material, 1-based
+      real(wp), allocatable :: bolts(:, :)          !! (4, n) ends
+      real(wp), allocatable :: bolt_values(:, :)    !! (3, n) stiffness, pretension, strength (0 = unlimited)
+      real(wp), allocatable :: fixed_lines(:, :)    !! (4, n) a point when both ends agree
+      real(wp), allocatable :: loading_points(:, :) !! (2, n)
+      real(wp), allocatable :: measured_points(:, :) !! (2, n)
+      real(wp), allocatable :: hole_points(:, :)    !! (2, n)
+      type(origin_type), allocatable :: line_origin(:), material_line_origin(:), bolt_origin(:)
+      type(origin_type), allocatable :: fixed_origin(:), loading_origin(:), measured_origin(:), hole_origin(:)
+   contains
+      procedure :: allocate_all
+   end type geometry_input_type
+
+contains
+
+   !> Allocate every array (all zero, all origins empty), also those of length 0.
+   pure subroutine allocate_all(self, n_lines, n_material_lines, n_bolts, n_fixed, n_loading, n_measured, n_holes)
+      class(geometry_input_type), intent(inout) :: self
+      integer, intent(in) :: n_lines, n_material_lines, n_bolts, n_fixed, n_loading, n_measured, n_holes
+      call drop_all(self)
+      allocate (self%lines(4, n_lines), self%material_lines(4, n_material_lines), self%bolts(4, n_bolts), &
+                self%bolt_values(3, n_bolts), self%fixed_lines(4, n_fixed), self%loading_points(2, n_loading), &
+                self%measured_points(2, n_measured), self%hole_points(2, n_holes), source=0.0_wp)
+      allocate (self%line_joint(n_lines), self%line_material(n_material_lines), source=1)
+      allocate (self%line_origin(n_lines), self%material_line_origin(n_material_lines), &
+                self%bolt_origin(n_bolts), self%fixed_origin(n_fixed), self%loading_origin(n_loading), &
+                self%measured_origin(n_measured), self%hole_origin(n_holes))
+   end subroutine allocate_all
+
+   !> Back to the state of a new object.
+   pure subroutine drop_all(self)
+      class(geometry_input_type), intent(inout) :: self
+      if (.not. allocated(self%lines)) return
+      deallocate (self%lines, self%material_lines, self%bolts, self%bolt_values, self%fixed_lines, &
+                  self%loading_points, self%measured_points, self%hole_points, self%line_joint, self%line_material, &
+                  self%line_origin, self%material_line_origin, self%bolt_origin, self%fixed_origin, &
+                  self%loading_origin, self%measured_origin, self%hole_origin)
+   end subroutine drop_all
+
+end module rockdda_model_geometry_input

@@ -1,0 +1,110 @@
+! SPDX-License-Identifier: MIT
+!> What the user chose for a run beyond the two legacy files: the namelist file and the command line.
+!>
+!> `unset` (a NaN-free sentinel for reals, -1 for integers, '' for text) means: not given, take the legacy
+!> file's value or the program's default. `resolve_parameters` (module rockdda_model_parameters) turns
+!> input plus options into the numbers of the run.
+module rockdda_model_options
+   use rockdda_base_kinds, only : wp
+   implicit none
+   private
+   public :: run_options_type, stage_type, line_load_type, joint_law_type, base_motion_type
+   public :: unset_real, unset_integer, is_set
+
+   !> Sentinel of a real option that was not given.
+   real(wp), parameter :: unset_real = -huge(1.0_wp)
+   !> Sentinel of an integer option that was not given.
+   integer, parameter :: unset_integer = -huge(1)
+
+   interface is_set
+      module procedure real_is_set
+      module procedure integer_is_set
+   end interface is_set
+
+   !> A part of the run with its own k01, gravity factor; ends at a step or a time.
+   type :: stage_type
+      integer :: until_step = unset_integer      !! last step of the stage
+      real(wp) :: until_time = unset_real        !! or its end time (the step is shortened to land on it)
+      real(wp) :: k01 = unset_real               !! unset: as before
+      real(wp) :: gravity = 1                    !! factor on all block weights
+      integer, allocatable :: release(:)         !! fixed points (numbers from 1) let go when the stage ends
+   end type stage_type
+
+   !> Force per length along a line of block edges, linear between the ends, times a factor of time.
+   type :: line_load_type
+      real(wp) :: ends(4) = 0                    !! x1 y1 x2 y2 at the start; on one block's edge
+      real(wp) :: force_start(2) = 0             !! force per length at (x1, y1)
+      real(wp) :: force_end(2) = 0               !! force per length at (x2, y2)
+      real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
+   end type line_load_type
+
+   !> A friction law other than plain Coulomb for one joint material.
+   type :: joint_law_type
+      integer :: material = 0                    !! joint material, 1-based
+      character(len=:), allocatable :: law       !! 'coulomb' | 'velocity' | 'displacement'
+      real(wp), allocatable :: parameters(:)     !! meaning: docs/theory.md
+      real(wp) :: damping_ratio = 0              !! Voigt dashpot, fraction of critical
+   end type joint_law_type
+
+   !> Base acceleration: a table and/or harmonic terms; acts as load -m a.
+   type :: base_motion_type
+      real(wp), allocatable :: table(:, :)       !! (3, m) t ax ay, linear in between, zero beyond the ends
+      real(wp), allocatable :: harmonics(:, :)   !! (5, m) ax ay amplitude, frequency [1/time], phase [rad], start time: a = A sin(2 pi f (t - t0) + phase)
+   end type base_motion_type
+
+   type :: run_options_type
+      ! &run
+      character(len=:), allocatable :: title
+      integer :: steps = unset_integer
+      real(wp) :: t_end = unset_real
+      integer :: save_every = unset_integer       !! a frame every so many steps
+      real(wp) :: save_dt = unset_real            !! and/or a frame every so much time
+      integer :: threads = unset_integer
+      real(wp) :: max_wall = unset_real           !! [s]
+      real(wp) :: checkpoint_every = unset_real   !! [s], default 60
+      ! &time
+      real(wp) :: dt_max = unset_real, dt_min = unset_real, k01 = unset_real, displacement_ratio = unset_real
+      character(len=:), allocatable :: length_scale  !! 'height' | 'largest'
+      character(len=:), allocatable :: rotation      !! 'exact' | 'linear'
+      real(wp) :: cut_factor = unset_real
+      integer :: max_open_close = unset_integer
+      ! &contact
+      real(wp) :: stiffness = unset_real, shear_ratio = unset_real, search_factor = unset_real
+      real(wp) :: angle_tolerance = unset_real        !! [deg]
+      real(wp) :: fixed_stiffness_factor = unset_real
+      character(len=:), allocatable :: preset         !! '' | 'peer'
+      ! &solver
+      character(len=:), allocatable :: method         !! auto|sor|pcg|cholmod|dense
+      real(wp) :: tolerance = unset_real, omega = unset_real
+      character(len=:), allocatable :: preconditioner !! block_jacobi|ssor|block_ic0
+      ! &material
+      character(len=:), allocatable :: plane          !! 'stress' | 'strain'
+      character(len=:), allocatable :: mass           !! 'initial' | 'area'
+      ! &load
+      real(wp) :: gravity = unset_real                !! acceleration in -y for every block, instead of the file's weight
+      type(base_motion_type) :: base
+      type(line_load_type), allocatable :: line_loads(:)
+      type(joint_law_type), allocatable :: joint_laws(:)
+      real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
+      type(stage_type), allocatable :: stages(:)
+      ! &output
+      character(len=:), allocatable :: output_file
+      logical :: write_frames = .true.
+      logical :: write_contacts = .true.
+   end type run_options_type
+
+contains
+
+   !> Was this real given?
+   pure logical function real_is_set(value)
+      real(wp), intent(in) :: value
+      real_is_set = value > 0.5_wp*unset_real
+   end function real_is_set
+
+   !> Was this integer given?
+   pure logical function integer_is_set(value)
+      integer, intent(in) :: value
+      integer_is_set = value > unset_integer
+   end function integer_is_set
+
+end module rockdda_model_options

@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: MIT
+!> What changes while blocks move, and the record of one step.
+module rockdda_model_state
+   use rockdda_base_kinds, only : wp
+   implicit none
+   private
+   public :: block_state_type, step_record_type, n_energies, energy_names, energy
+
+   !> Places of the ledger in `step_record_type%energy` (theory manual, "energy ledger").
+   type :: energy_enum
+      integer :: kinetic = 1
+      integer :: strain = 2
+      integer :: gravity = 3       !! 0 at the start
+      integer :: springs = 4       !! contacts, fixed points, bolts
+      integer :: external = 5      !! cumulative work of loads, prescribed points, base motion
+      integer :: friction = 6      !! cumulative dissipation by friction
+      integer :: dissipated = 7    !! cumulative numerical and viscous dissipation
+      integer :: discarded = 8     !! cumulative, by k01 and by changes of state
+      integer :: geometry = 9      !! cumulative, moved configuration instead of the linearised one
+      integer :: residual = 10     !! what remains
+   end type energy_enum
+   type(energy_enum), parameter :: energy = energy_enum()
+   integer, parameter :: n_energies = 10
+   character(len=*), parameter :: energy_names(n_energies) = [character(len=28) :: &
+                                  'kinetic', 'strain', 'gravity', 'springs', 'external_work', 'friction', &
+                                  'numerical_dissipation', 'discarded', 'geometry', 'residual']
+
+   !> Moving blocks. Vertex numbering is that of block_system_type.
+   type :: block_state_type
+      integer :: step = 0                      !! accepted steps so far
+      real(wp) :: time = 0
+      real(wp), allocatable :: vertices(:, :)  !! (2, nv)
+      real(wp), allocatable :: centroid(:, :)  !! (2, nb)
+      real(wp), allocatable :: rotation(:)     !! (nb) since the start [rad]
+      real(wp), allocatable :: stress(:, :)    !! (3, nb) sx sy txy, tension positive
+      real(wp), allocatable :: velocity(:, :)  !! (6, nb) of (u0 v0 r0 ex ey gxy), as carried into the next step
+      real(wp), allocatable :: area(:)         !! (nb)
+      real(wp), allocatable :: moments(:, :)   !! (3, nb) Sxx Syy Sxy about the centroid
+      real(wp), allocatable :: mass(:)         !! (nb)
+      real(wp), allocatable :: fixed_position(:, :)    !! (2, nf) fixed points now
+      real(wp), allocatable :: loading_position(:, :)  !! (2, nl)
+      real(wp), allocatable :: measured_position(:, :) !! (2, nm)
+      real(wp), allocatable :: bolt_ends(:, :)         !! (4, n_bolts) now
+   end type block_state_type
+
+   !> What the history keeps of one accepted step.
+   type :: step_record_type
+      integer :: step = 0
+      real(wp) :: time = 0                     !! at the end of the step
+      real(wp) :: dt = 0
+      integer :: open_close_iterations = 0     !! of the accepted attempt
+      integer :: attempts = 0                  !! 1 when the first one was accepted
+      integer :: solver_iterations = 0         !! summed over all solves of the step
+      integer :: contacts(3) = 0               !! open, sliding, locked
+      real(wp) :: max_displacement = 0         !! largest vertex displacement of the step
+      real(wp) :: energy(n_energies) = 0
+      real(wp), allocatable :: measured_displacement(:, :) !! (2, nm) since the start
+      real(wp), allocatable :: measured_stress(:, :)       !! (3, nm) of the block with the point
+      real(wp), allocatable :: measured_rotation(:)        !! (nm)
+      real(wp), allocatable :: fixed_force(:, :)           !! (2, nf) of the support on the block
+   end type step_record_type
+
+end module rockdda_model_state
