@@ -1,0 +1,146 @@
+! SPDX-License-Identifier: MIT
+!> Displacement field of one block: how its six unknowns move points, mass and stress.
+!>
+!> Source: Shi's block kinematics (thesis Eq. 3.2): the displacement of the point (x, y) is T(x, y) d, with
+!>
+!>     T = [ 1  0  -(y-yc)  (x-xc)     0     (y-yc)/2 ]
+!>         [ 0  1   (x-xc)     0    (y-yc)   (x-xc)/2 ]
+!>
+!> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -], about the centroid
+!> (xc, yc) at the start of the step; gxy is the engineering shear strain. Unit thickness.
+!> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_assembly_contact_spring).
+module rockdda_assembly_kinematics
+   use rockdda_base_kinds, only : wp
+   implicit none
+   private
+   public :: displacement_rows, displacement_at, displacement_gradient, move_point, move_points
+   public :: mass_matrix, rotate_stress, rotate_strain_rate
+
+contains
+
+   !> The matrix T of thesis Eq. 3.2 at one point.
+   pure function displacement_rows(point, centroid) result(t)
+      real(wp), intent(in) :: point(2)     !! (x, y) [length]
+      real(wp), intent(in) :: centroid(2)  !! of the block [length]
+      real(wp) :: t(2, 6)                  !! d(displacement)/d(unknowns) [1 or length]
+      real(wp) :: x, y
+      x = point(1) - centroid(1)
+      y = point(2) - centroid(2)
+      t(1, :) = [1.0_wp, 0.0_wp, -y, x, 0.0_wp, 0.5_wp*y]
+      t(2, :) = [0.0_wp, 1.0_wp, x, 0.0_wp, y, 0.5_wp*x]
+   end function displacement_rows
+
+   !> First-order displacement T d of one point (thesis Eq. 3.2), or its velocity when d is a velocity.
+   pure function displacement_at(d, point, centroid) result(u)
+      real(wp), intent(in) :: d(6)         !! unknowns of the block
+      real(wp), intent(in) :: point(2)     !! [length]
+      real(wp), intent(in) :: centroid(2)  !! of the block [length]
+      real(wp) :: u(2)                     !! [length]
+      real(wp) :: x, y
+      x = point(1) - centroid(1)
+      y = point(2) - centroid(2)
+      u(1) = d(1) - d(3)*y + d(4)*x + 0.5_wp*d(6)*y
+      u(2) = d(2) + d(3)*x + d(5)*y + 0.5_wp*d(6)*x
+   end function displacement_at
+
+   !> Gradient H of the motion of a step: a point moves by (u0, v0) + H (x - c).
+   !>
+   !> linear: H = e + r0 J with J = [0 -1; 1 0]: thesis Eq. 3.2. A finite r0 then stretches the block by
+   !> sqrt(1 + r0**2) in all directions.
+   !>
+   !> exact: I + H = R (I + e), R the rotation by r0, e = [ex gxy/2; gxy/2 ey]: the block is strained along the
+   !> axes in which the step measured the strain (those of its start) and then turned, the polar decomposition
+   !> of the motion. A pure rotation is then an isometry, the stress at the end is the one that the step
+   !> computed turned by the same R (`rotate_stress`), and to first order in d it is T d. Straining after the
+   !> turn, (I + e) R, agrees to first order too, but would strain along axes that the computed strain does not
+   !> belong to.
+   pure function displacement_gradient(d, exact) result(h)
+      real(wp), intent(in) :: d(6)    !! unknowns of the step
+      logical, intent(in) :: exact    !! exact rotation, else linear
+      real(wp) :: h(2, 2)             !! [-]
+      real(wp) :: strain(2, 2), turn(2, 2), s, c1
+      strain = reshape([d(4), 0.5_wp*d(6), 0.5_wp*d(6), d(5)], [2, 2])
+      if (exact) then
+         s = sin(d(3))
+         c1 = -2*sin(0.5_wp*d(3))**2     ! cos(r0) - 1 without cancellation
+         turn = reshape([c1, s, -s, c1], [2, 2])
+         h = strain + turn + matmul(turn, strain)
+      else
+         turn = reshape([0.0_wp, d(3), -d(3), 0.0_wp], [2, 2])
+         h = strain + turn
+      end if
+   end function displacement_gradient
+
+   !> Move one point of a block by the unknowns of a step; see `displacement_gradient` for the two rules.
+   !> The centroid moves by exactly (u0, v0).
+   pure subroutine move_point(d, centroid, exact, point)
+      real(wp), intent(in) :: d(6)             !! unknowns of the step
+      real(wp), intent(in) :: centroid(2)      !! at the start of the step [length]
+      logical, intent(in) :: exact             !! exact rotation, else linear
+      real(wp), intent(inout) :: point(2)      !! from start to end of the step [length]
+      real(wp) :: h(2, 2)
+      h = displacement_gradient(d, exact)
+      point = point + d(1:2) + matmul(h, point - centroid)
+   end subroutine move_point
+
+   !> Move many points of one block.
+   pure subroutine move_points(d, centroid, exact, points)
+      real(wp), intent(in) :: d(6)             !! unknowns of the step
+      real(wp), intent(in) :: centroid(2)      !! at the start of the step [length]
+      logical, intent(in) :: exact             !! exact rotation, else linear
+      real(wp), intent(inout) :: points(:, :)  !! (2, n) from start to end of the step [length]
+      real(wp) :: h(2, 2)
+      integer :: i
+      h = displacement_gradient(d, exact)
+      do i = 1, size(points, 2)
+         points(:, i) = points(:, i) + d(1:2) + matmul(h, points(:, i) - centroid)
+      end do
+   end subroutine move_points
+
+   !> Mass matrix M = (m/S) integral of T^T T over the block (thesis 3.2, inertia), exact: the first moments
+   !> about the centroid are zero, the second moments are those of the polygon.
+   pure function mass_matrix(mass, area, moments) result(m)
+      real(wp), intent(in) :: mass        !! of the block, > 0 [mass]
+      real(wp), intent(in) :: area        !! of the polygon now, > 0 [length^2]
+      real(wp), intent(in) :: moments(3)  !! Sxx Syy Sxy = integrals of X^2, Y^2, XY about the centroid [length^4]
+      real(wp) :: m(6, 6)                 !! symmetric [mass, mass length, mass length^2]
+      real(wp) :: xx, yy, xy
+      xx = mass*moments(1)/area
+      yy = mass*moments(2)/area
+      xy = mass*moments(3)/area
+      m = 0
+      m(1, 1) = mass
+      m(2, 2) = mass
+      m(3:6, 3) = [xx + yy, -xy, xy, 0.5_wp*(xx - yy)]
+      m(3:6, 4) = [-xy, xx, 0.0_wp, 0.5_wp*xy]
+      m(3:6, 5) = [xy, 0.0_wp, yy, 0.5_wp*xy]
+      m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
+   end function mass_matrix
+
+   !> Stress carried along by a rotation of the block: R s R^T.
+   pure function rotate_stress(stress, angle) result(rotated)
+      real(wp), intent(in) :: stress(3)  !! sx sy txy [force/length^2]
+      real(wp), intent(in) :: angle      !! counter-clockwise [rad]
+      real(wp) :: rotated(3)             !! [force/length^2]
+      real(wp) :: c, s
+      c = cos(angle)
+      s = sin(angle)
+      rotated(1) = c*c*stress(1) + s*s*stress(2) - 2*c*s*stress(3)
+      rotated(2) = s*s*stress(1) + c*c*stress(2) + 2*c*s*stress(3)
+      rotated(3) = c*s*(stress(1) - stress(2)) + (c*c - s*s)*stress(3)
+   end function rotate_stress
+
+   !> Strain (or strain rate) carried along by a rotation of the block: R e R^T with engineering shear.
+   pure function rotate_strain_rate(strain_rate, angle) result(rotated)
+      real(wp), intent(in) :: strain_rate(3)  !! ex ey gxy, per time: velocity(4:6)
+      real(wp), intent(in) :: angle           !! counter-clockwise [rad]
+      real(wp) :: rotated(3)                  !! ex ey gxy in the turned block
+      real(wp) :: c, s
+      c = cos(angle)
+      s = sin(angle)
+      rotated(1) = c*c*strain_rate(1) + s*s*strain_rate(2) - c*s*strain_rate(3)
+      rotated(2) = s*s*strain_rate(1) + c*c*strain_rate(2) + c*s*strain_rate(3)
+      rotated(3) = 2*c*s*(strain_rate(1) - strain_rate(2)) + (c*c - s*s)*strain_rate(3)
+   end function rotate_strain_rate
+
+end module rockdda_assembly_kinematics
