@@ -1,0 +1,128 @@
+! SPDX-License-Identifier: MIT
+!> Polygons: area, centroid and moments by simplex integrals; point location.
+!>
+!> A polygon is an array (2, n) of vertices, not closed (the edge from the last to the first vertex is implied).
+!> Counter-clockwise gives positive areas. Polygons may touch themselves (a bridge to an island is walked in both
+!> directions, a corner may be visited twice); they must not cross themselves.
+!>
+!> Source: simplex integration over triangles with one corner in the origin (Shi 1988; thesis 3.2):
+!>     S   = sum f/2,            f = x1 y2 - x2 y1
+!>     Sx  = sum f (x1 + x2)/6,  Sxx = sum f (x1 x1 + x1 x2 + x2 x2)/12,
+!>     Sxy = sum f (2 x1 y1 + x1 y2 + x2 y1 + 2 x2 y2)/24.
+!> They lose digits when the polygon is far from the origin, so every routine first moves the first vertex there,
+!> and second moments are summed about the centroid itself.
+!> Units: lengths in the user's unit L; area L^2, second moments L^4.
+module rockdda_geometry_polygons
+   use rockdda_base_kinds, only : wp
+   use rockdda_geometry_segments, only : distance_to_segment
+   implicit none
+   private
+   public :: polygon_area, polygon_properties, point_in_polygon, distance_to_outline
+
+contains
+
+   !> Signed area, positive when counter-clockwise.
+   pure function polygon_area(vertices) result(area)
+      real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, n >= 1
+      real(wp) :: area
+      real(wp) :: x0, y0
+      integer :: k, n
+      n = size(vertices, 2)
+      x0 = vertices(1, 1)
+      y0 = vertices(2, 1)
+      area = 0
+      do k = 2, n - 1
+         area = area + (vertices(1, k) - x0)*(vertices(2, k + 1) - y0) - &
+                (vertices(1, k + 1) - x0)*(vertices(2, k) - y0)
+      end do
+      area = 0.5_wp*area
+   end function polygon_area
+
+   !> Area, centroid and second moments about the centroid.
+   pure subroutine polygon_properties(vertices, area, centroid, moments)
+      real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, counter-clockwise, n >= 3
+      real(wp), intent(out) :: area           !! S [L^2]
+      real(wp), intent(out) :: centroid(2)    !! (x, y)
+      real(wp), intent(out) :: moments(3)     !! Sxx, Syy, Sxy about the centroid [L^4]
+      real(wp) :: x0, y0, x1, y1, x2, y2, f, sx, sy, cx, cy
+      integer :: k, n
+      n = size(vertices, 2)
+      x0 = vertices(1, 1)
+      y0 = vertices(2, 1)
+      area = 0
+      sx = 0
+      sy = 0
+      do k = 2, n - 1
+         x1 = vertices(1, k) - x0
+         y1 = vertices(2, k) - y0
+         x2 = vertices(1, k + 1) - x0
+         y2 = vertices(2, k + 1) - y0
+         f = x1*y2 - x2*y1
+         area = area + f
+         sx = sx + f*(x1 + x2)
+         sy = sy + f*(y1 + y2)
+      end do
+      area = 0.5_wp*area
+      cx = 0
+      cy = 0
+      if (abs(area) > 0) then
+         cx = sx/(6*area)
+         cy = sy/(6*area)
+      end if
+      centroid = [x0 + cx, y0 + cy]
+      moments = 0
+      x1 = (vertices(1, n) - x0) - cx
+      y1 = (vertices(2, n) - y0) - cy
+      do k = 1, n
+         x2 = (vertices(1, k) - x0) - cx
+         y2 = (vertices(2, k) - y0) - cy
+         f = x1*y2 - x2*y1
+         moments(1) = moments(1) + f*(x1*x1 + x1*x2 + x2*x2)
+         moments(2) = moments(2) + f*(y1*y1 + y1*y2 + y2*y2)
+         moments(3) = moments(3) + f*(x1*y1 + 0.5_wp*(x1*y2 + x2*y1) + x2*y2)
+         x1 = x2
+         y1 = y2
+      end do
+      moments = moments/12
+   end subroutine polygon_properties
+
+   !> Does the polygon hold the point? A point on the outline may come out either way: ask distance_to_outline first.
+   pure logical function point_in_polygon(point, vertices)
+      real(wp), intent(in) :: point(2)
+      real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, either direction
+      real(wp) :: x1, y1, x2, y2
+      integer :: k, n
+      n = size(vertices, 2)
+      point_in_polygon = .false.
+      x1 = vertices(1, n) - point(1)
+      y1 = vertices(2, n) - point(2)
+      do k = 1, n
+         x2 = vertices(1, k) - point(1)
+         y2 = vertices(2, k) - point(2)
+         ! half-open rule: an edge owns its lower end only, so a ray through a corner counts once
+         if ((y1 > 0) .neqv. (y2 > 0)) then
+            if ((x1*y2 - x2*y1 > 0) .eqv. (y2 > y1)) point_in_polygon = .not. point_in_polygon
+         end if
+         x1 = x2
+         y1 = y2
+      end do
+   end function point_in_polygon
+
+   !> Smallest distance from a point to the edges of a polygon.
+   pure function distance_to_outline(point, vertices, skip) result(distance)
+      real(wp), intent(in) :: point(2)
+      real(wp), intent(in) :: vertices(:, :)       !! (2, n) corners
+      logical, intent(in), optional :: skip(:)     !! (n) true: the edge that starts at this corner does not count
+      real(wp) :: distance                         !! [L], huge when no edge counts
+      integer :: k, n
+      n = size(vertices, 2)
+      distance = huge(distance)
+      do k = 1, n
+         if (present(skip)) then
+            if (skip(k)) cycle
+         end if
+         distance = min(distance, distance_to_segment(point, vertices(:, k), vertices(:, 1 + mod(k, n))))
+      end do
+   end function distance_to_outline
+
+end module rockdda_geometry_polygons
