@@ -9,6 +9,7 @@
 !> Not here: detection and states (rockdda_contact), the loop over contacts (rockdda_stepping).
 module rockdda_assembly_contact_spring
    use rockdda_base_kinds, only : wp
+   use rockdda_assembly_kinematics, only : point_load
    implicit none
    private
    public :: contact_vectors, add_pair_spring, add_pair_force, add_pair_dashpot
@@ -38,19 +39,11 @@ contains
       tangent = (q - s)/norm2(q - s)
       normal = [tangent(2), -tangent(1)]
       gap = dot_product(p - s, normal)
-      e_n = work_vector(normal, p - centroid_a)
-      g_n = -work_vector(normal, p - gap*normal - centroid_b)
-      e_t = work_vector(tangent, p - centroid_a)
-      g_t = -work_vector(tangent, p - centroid_b)
+      e_n = point_load(normal, p, centroid_a)
+      g_n = -point_load(normal, p - gap*normal, centroid_b)
+      e_t = point_load(tangent, p, centroid_a)
+      g_t = -point_load(tangent, p, centroid_b)
    end subroutine contact_vectors
-
-   !> T^T w: the generalised force of a force w at a point, given relative to the centroid.
-   pure function work_vector(w, arm) result(f)
-      real(wp), intent(in) :: w(2)    !! force or direction
-      real(wp), intent(in) :: arm(2)  !! point - centroid [length]
-      real(wp) :: f(6)
-      f = [w(1), w(2), arm(1)*w(2) - arm(2)*w(1), arm(1)*w(1), arm(2)*w(2), 0.5_wp*(arm(2)*w(1) + arm(1)*w(2))]
-   end function work_vector
 
    !> Spring between two blocks: potential 1/2 k (s0 + e.d_a + g.d_b)**2 (thesis Eqs. 3.15-3.21).
    !> K_ba is the transpose of K_ab. With block b the fixed outside take g = 0 and drop the b terms.
