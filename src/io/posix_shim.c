@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/* Thin POSIX shim: what Fortran 2008 cannot ask the system. Called through rockdda_io_posix only. */
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Kind of a path: 0 missing, 1 regular file, 2 directory, 3 anything else, -1 cannot be told (no permission). */
+int rockdda_posix_path_kind(const char *path)
+{
+   struct stat info;
+   if (stat(path, &info) != 0)
+      return (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) ? 0 : -1;
+   if (S_ISREG(info.st_mode))
+      return 1;
+   return S_ISDIR(info.st_mode) ? 2 : 3;
+}
+
+/* Size of a file in bytes, -1 when it cannot be told. */
+int64_t rockdda_posix_file_size(const char *path)
+{
+   struct stat info;
+   return stat(path, &info) == 0 ? (int64_t)info.st_size : -1;
+}
+
+/* May this process read (mode 4) or write (mode 2) the path? 1 yes, 0 no. */
+int rockdda_posix_may_access(const char *path, int mode)
+{
+   return access(path, mode == 2 ? W_OK : R_OK) == 0;
+}
+
+/* Directory listing: open, next name (its length, -1 at the end, -2 when the buffer is too small), close. */
+void *rockdda_posix_open_directory(const char *path)
+{
+   return opendir(path);
+}
+
+int rockdda_posix_next_entry(void *directory, char *name, int size)
+{
+   struct dirent *entry = readdir((DIR *)directory);
+   size_t length;
+   if (entry == NULL)
+      return -1;
+   length = strlen(entry->d_name);
+   if (length > (size_t)size)
+      return -2;
+   memcpy(name, entry->d_name, length);
+   return (int)length;
+}
+
+void rockdda_posix_close_directory(void *directory)
+{
+   closedir((DIR *)directory);
+}
+
+/* Replace `to` by `from` in one step; 0 or the error number. */
+int rockdda_posix_rename(const char *from, const char *to)
+{
+   return rename(from, to) == 0 ? 0 : errno;
+}
+
+/* Remove a file; 0 or the error number. */
+int rockdda_posix_remove(const char *path)
+{
+   return unlink(path) == 0 ? 0 : errno;
+}

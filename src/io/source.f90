@@ -1,0 +1,177 @@
+! SPDX-License-Identifier: MIT
+!> A text file in memory, with the places of its lines.
+!>
+!> Whole files are read at once: legacy files are short beside the model they make. A byte-order mark is
+!> skipped, CR before LF is not part of a line, the last line may lack its line end.
+module rockdda_io_source
+   use rockdda_base_kinds, only : i8
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_io_posix, only : path_kind, get_path_kind, get_file_size, is_readable
+   implicit none
+   private
+   public :: source_type, read_source, new_source, file_text_problem
+
+   !> Files beyond this many bytes are refused: no model text is that long.
+   integer(i8), parameter :: largest_file = 1000000000_i8
+   !> Lines longer than this are not repeated in messages.
+   integer, parameter :: longest_quoted_line = 400
+
+   type :: source_type
+      character(len=:), allocatable :: file   !! name as the user gave it
+      character(len=:), allocatable :: text   !! all bytes after a byte-order mark
+      integer :: n_lines = 0
+      integer, allocatable :: line_start(:)   !! (n_lines) position of the first byte of each line in text
+   contains
+      procedure :: line_text
+      procedure :: origin => origin_at
+      procedure :: file_origin
+   end type source_type
+
+contains
+
+   !> Read a whole file; a problem becomes an error in `messages` and ok is false.
+   subroutine read_source(path, source, messages, ok)
+      character(len=*), intent(in) :: path
+      type(source_type), intent(out) :: source
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok
+      character(len=:), allocatable :: problem, text
+      type(origin_type) :: origin
+      integer :: unit, status
+      ok = .false.
+      origin%file = path
+      problem = file_text_problem(path)
+      text = ''
+      if (len(problem) == 0) then
+         text = repeat(' ', int(get_file_size(path)))
+         open (newunit=unit, file=path, status='old', action='read', access='stream', form='unformatted', iostat=status)
+         if (status /= 0) then
+            problem = 'cannot be opened for reading'
+         else
+            read (unit, iostat=status) text
+            close (unit)
+            if (status /= 0) problem = 'cannot be read'
+         end if
+      end if
+      if (len(problem) > 0) then
+         call messages%add(severity%error, problem, origin)
+         return
+      end if
+      call new_source(path, text, source)
+      if (len(source%text) == 0) then
+         origin%line = 1
+         origin%column = 1
+         call messages%add(severity%error, 'the file is empty', origin)
+      else if (len(text) >= 4 .and. text(1:min(4, len(text))) == char(137)//'HDF') then
+         call messages%add(severity%error, 'this is an HDF5 file, not text', origin)
+      else if (index(text, achar(0)) > 0) then
+         call messages%add(severity%error, 'this is a binary file, not text', origin)
+      else if (is_xml(source%text)) then
+         call messages%add(severity%error, "this is an XML file (DDAML); convert it first with "// &
+                           "'rockdda-post convert'", origin)
+      else
+         ok = .true.
+      end if
+   end subroutine read_source
+
+   !> Why a path cannot be read as a file; empty when it can.
+   function file_text_problem(path) result(problem)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: problem
+      integer :: kind
+      problem = ''
+      kind = path_kind%missing
+      if (len_trim(path) > 0) kind = get_path_kind(path)
+      if (kind == path_kind%missing) then
+         problem = 'no such file'
+      else if (kind == path_kind%directory) then
+         problem = 'is a directory, not a file'
+      else if (kind == path_kind%other) then
+         problem = 'is not a regular file'
+      else if (kind == path_kind%unknown) then
+         problem = 'permission denied'
+      else if (.not. is_readable(path)) then
+         problem = 'permission denied'
+      else if (get_file_size(path) > largest_file) then
+         problem = 'is too large to be an input file ('//to_string(get_file_size(path))//' bytes)'
+      end if
+   end function file_text_problem
+
+   !> Make a source of text that is in memory.
+   pure subroutine new_source(file, text, source)
+      character(len=*), intent(in) :: file      !! name for messages
+      character(len=*), intent(in) :: text
+      type(source_type), intent(out) :: source
+      integer :: i, n, first
+      source%file = file
+      first = 1
+      if (len(text) >= 3) then
+         if (text(1:3) == char(239)//char(187)//char(191)) first = 4
+      end if
+      source%text = text(first:)
+      n = 1
+      do i = 1, len(source%text)
+         if (source%text(i:i) == achar(10)) n = n + 1
+      end do
+      allocate (source%line_start(n))
+      source%line_start(1) = 1
+      n = 1
+      do i = 1, len(source%text)
+         if (source%text(i:i) == achar(10)) then
+            n = n + 1
+            source%line_start(n) = i + 1
+         end if
+      end do
+      ! what follows the last line end is a line only when it is not empty
+      if (n > 1 .and. source%line_start(n) > len(source%text)) n = n - 1
+      source%n_lines = n
+   end subroutine new_source
+
+   !> Text of a line without its line end.
+   pure function line_text(self, line) result(text)
+      class(source_type), intent(in) :: self
+      integer, intent(in) :: line                !! 1-based
+      character(len=:), allocatable :: text
+      integer :: first, last
+      text = ''
+      if (line < 1 .or. line > self%n_lines) return
+      first = self%line_start(line)
+      last = len(self%text)
+      if (line < size(self%line_start)) last = self%line_start(line + 1) - 2
+      if (last >= first) then
+         if (self%text(last:last) == achar(13)) last = last - 1
+      end if
+      text = self%text(first:last)
+   end function line_text
+
+   !> Place in the file, with the source line unless it is very long.
+   pure function origin_at(self, line, column) result(origin)
+      class(source_type), intent(in) :: self
+      integer, intent(in) :: line, column       !! 1-based
+      type(origin_type) :: origin
+      origin%file = self%file
+      origin%line = line
+      origin%column = column
+      if (line < 1 .or. line > self%n_lines) return
+      origin%text = self%line_text(line)
+      if (len(origin%text) > longest_quoted_line) deallocate (origin%text)
+   end function origin_at
+
+   !> The file as a whole.
+   pure function file_origin(self) result(origin)
+      class(source_type), intent(in) :: self
+      type(origin_type) :: origin
+      origin%file = self%file
+   end function file_origin
+
+   !> Does the text begin as XML does?
+   pure logical function is_xml(text)
+      character(len=*), intent(in) :: text
+      integer :: i
+      is_xml = .false.
+      i = verify(text, ' '//achar(9)//achar(10)//achar(13))
+      if (i > 0) is_xml = text(i:i) == '<'
+   end function is_xml
+
+end module rockdda_io_source
