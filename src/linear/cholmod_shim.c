@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+/* CHOLMOD behind a handle: analyse once, factorise and solve often. Index arrays are borrowed for each call
+ * (64-bit, 0-based, compressed columns of the lower triangle); no call prints. Used by cholmod.f90 only. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cholmod.h>
+
+typedef struct {
+   cholmod_common common;
+   cholmod_factor *factor;
+   cholmod_dense *x, *y, *e;   /* workspace of cholmod_l_solve2 */
+   void (*set_threads)(int);   /* OpenBLAS, when that is the BLAS in use */
+   int (*get_threads)(void);
+} solver_t;
+
+/* BLAS threads would change the order of sums: one thread while we are inside. */
+static int one_blas_thread(const solver_t *s)
+{
+   int before = 1;
+   if (s->set_threads && s->get_threads) {
+      before = s->get_threads();
+      if (before != 1) s->set_threads(1);
+   }
+   return before;
+}
+
+static void restore_blas_threads(const solver_t *s, int before)
+{
+   if (before != 1) s->set_threads(before);
+}
+
+static cholmod_sparse lower_matrix(int64_t n, const int64_t *p, const int64_t *i, const double *x)
+{
+   cholmod_sparse a;
+   memset(&a, 0, sizeof a);
+   a.nrow = a.ncol = (size_t)n;
+   a.nzmax = (size_t)p[n];
+   a.p = (void *)p;
+   a.i = (void *)i;
+   a.x = (void *)x;
+   a.stype = -1;
+   a.itype = CHOLMOD_LONG;
+   a.xtype = x ? CHOLMOD_REAL : CHOLMOD_PATTERN;
+   a.dtype = CHOLMOD_DOUBLE;
+   a.sorted = 1;
+   a.packed = 1;
+   return a;
+}
+
+void *rockdda_cholmod_new(void)
+{
+   solver_t *s = calloc(1, sizeof *s);
+   if (!s) return NULL;
+   if (!cholmod_l_start(&s->common)) {
+      free(s);
+      return NULL;
+   }
+   s->common.print = 0;
+   s->common.error_handler = NULL;
+   s->common.final_ll = 1;                    /* LL' in the simplicial case too: a pivot <= 0 is found */
+   s->common.quick_return_if_not_posdef = 1;
+   s->set_threads = (void (*)(int))dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
+   s->get_threads = (int (*)(void))dlsym(RTLD_DEFAULT, "openblas_get_num_threads");
+   return s;
+}
+
+void rockdda_cholmod_free(void *handle)
+{
+   solver_t *s = handle;
+   if (!s) return;
+   cholmod_l_free_factor(&s->factor, &s->common);
+   cholmod_l_free_dense(&s->x, &s->common);
+   cholmod_l_free_dense(&s->y, &s->common);
+   cholmod_l_free_dense(&s->e, &s->common);
+   cholmod_l_finish(&s->common);
+   free(s);
+}
+
+/* Fill-reducing order of the graph of nb blocks (pattern bp, bi), each expanded to m unknowns, then the symbolic
+ * factorisation of the matrix of m*nb unknowns (pattern p, i). Returns CHOLMOD's status. */
+int rockdda_cholmod_analyze(void *handle, int64_t nb, const int64_t *bp, const int64_t *bi, int64_t m,
+                            const int64_t *p, const int64_t *i, double *fill, double *flops)
+{
+   solver_t *s = handle;
+   cholmod_common *c = &s->common;
+   cholmod_sparse blocks = lower_matrix(nb, bp, bi, NULL), a = lower_matrix(m*nb, p, i, NULL);
+   cholmod_factor *order;
+   SuiteSparse_long *perm;
+   int64_t k, r;
+
+   cholmod_l_free_factor(&s->factor, c);
+   c->nmethods = 0;
+   c->supernodal = CHOLMOD_SIMPLICIAL;
+   order = cholmod_l_analyze(&blocks, c);
+   if (!order) return c->status;
+   perm = malloc((size_t)(m*nb)*sizeof *perm);
+   if (!perm) {
+      cholmod_l_free_factor(&order, c);
+      return CHOLMOD_OUT_OF_MEMORY;
+   }
+   for (k = 0; k < nb; k++)
+      for (r = 0; r < m; r++) perm[m*k + r] = m*((SuiteSparse_long *)order->Perm)[k] + r;
+   cholmod_l_free_factor(&order, c);
+
+   c->nmethods = 1;
+   c->method[0].ordering = CHOLMOD_GIVEN;
+   c->supernodal = CHOLMOD_AUTO;
+   s->factor = cholmod_l_analyze_p(&a, perm, NULL, 0, c);
+   free(perm);
+   if (s->factor) {
+      *fill = c->lnz;
+      *flops = c->fl;
+   }
+   return s->factor ? CHOLMOD_OK : c->status;
+}
+
+/* Numerical factorisation. When the matrix is not positive definite, status CHOLMOD_NOT_POSDEF and the 0-based
+ * number of the unknown whose pivot failed. */
+int rockdda_cholmod_factorize(void *handle, int64_t n, const int64_t *p, const int64_t *i, const double *x, int64_t *failed)
+{
+   solver_t *s = handle;
+   cholmod_sparse a = lower_matrix(n, p, i, x);
+   int threads = one_blas_thread(s), ok;
+   *failed = -1;
+   ok = cholmod_l_factorize(&a, s->factor, &s->common);
+   restore_blas_threads(s, threads);
+   if (!ok) return s->common.status;
+   if (s->factor->minor < (size_t)n) {
+      *failed = ((SuiteSparse_long *)s->factor->Perm)[s->factor->minor];
+      return CHOLMOD_NOT_POSDEF;
+   }
+   return CHOLMOD_OK;
+}
+
+/* x = A^-1 b. */
+int rockdda_cholmod_solve(void *handle, int64_t n, const double *b, double *x)
+{
+   solver_t *s = handle;
+   cholmod_dense rhs;
+   int threads = one_blas_thread(s), ok;
+   memset(&rhs, 0, sizeof rhs);
+   rhs.nrow = rhs.d = rhs.nzmax = (size_t)n;
+   rhs.ncol = 1;
+   rhs.x = (void *)b;
+   rhs.xtype = CHOLMOD_REAL;
+   rhs.dtype = CHOLMOD_DOUBLE;
+   ok = cholmod_l_solve2(CHOLMOD_A, s->factor, &rhs, NULL, &s->x, NULL, &s->y, &s->e, &s->common);
+   restore_blas_threads(s, threads);
+   if (!ok) return s->common.status ? s->common.status : CHOLMOD_INVALID;
+   memcpy(x, s->x->x, (size_t)n*sizeof *x);
+   return CHOLMOD_OK;
+}

@@ -1,0 +1,87 @@
+! SPDX-License-Identifier: MIT
+!> What the direct solvers have in common: factorise, solve, look at the residual, refine once if need be.
+module rockdda_linear_direct
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_linear_matrix, only : block_matrix_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_residual, only : residual_type
+   implicit none
+   private
+   public :: direct_solver_type
+
+   type, abstract, extends(linear_solver_type) :: direct_solver_type
+      real(wp) :: tolerance = 1.0e-10_wp     !! wanted relative residual, see rockdda_linear_residual
+      type(residual_type) :: residual
+      real(wp), allocatable :: correction(:, :) !! (6, n) of the refinement step
+   contains
+      procedure :: solve => solve_direct
+      procedure(factorize_interface), deferred :: factorize
+      procedure(backsolve_interface), deferred :: backsolve
+   end type direct_solver_type
+
+   abstract interface
+      !> Factorise K; an error names the block of the failed pivot.
+      subroutine factorize_interface(self, matrix, error)
+         import :: direct_solver_type, block_matrix_type, error_type
+         class(direct_solver_type), intent(inout) :: self
+         type(block_matrix_type), intent(in) :: matrix
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine factorize_interface
+
+      !> x = K^-1 b with the factor at hand.
+      subroutine backsolve_interface(self, b, x, error)
+         import :: direct_solver_type, error_type, wp
+         class(direct_solver_type), intent(inout) :: self
+         real(wp), intent(in), contiguous :: b(:, :)     !! (6, n)
+         real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine backsolve_interface
+   end interface
+
+contains
+
+   !> Solve K x = f; the starting guess in x is not used.
+   subroutine solve_direct(self, matrix, f, x, report, error)
+      class(direct_solver_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
+      real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
+      type(solve_report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: relative, refined
+      logical :: done
+
+      call self%residual%start(matrix, f, x, report, done, error)
+      if (done .or. allocated(error)) return
+      call self%factorize(matrix, error)
+      if (allocated(error)) return
+      call self%backsolve(f, x, error)
+      if (allocated(error)) return
+      call self%residual%evaluate(matrix, f, x, relative)
+      if (relative > self%tolerance .and. relative < huge(1.0_wp)) then
+         call make_room(self%correction, matrix%n)
+         call self%backsolve(self%residual%r, self%correction, error)
+         if (allocated(error)) return
+         self%correction = x + self%correction
+         call self%residual%evaluate(matrix, f, self%correction, refined)
+         if (refined < relative) then
+            x = self%correction
+            relative = refined
+         end if
+      end if
+      call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
+   end subroutine solve_direct
+
+   !> Make v a (6, n) array.
+   subroutine make_room(v, n)
+      real(wp), allocatable, intent(inout) :: v(:, :)
+      integer, intent(in) :: n   !! blocks
+      if (allocated(v)) then
+         if (size(v, 2) == n) return
+         deallocate (v)
+      end if
+      allocate (v(6, n))
+   end subroutine make_room
+
+end module rockdda_linear_direct

@@ -1,0 +1,81 @@
+! SPDX-License-Identifier: MIT
+!> From the name of a solver to the solver.
+module rockdda_linear_factory
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_linear_solver, only : linear_solver_type
+   use rockdda_linear_dense, only : dense_solver_type
+   use rockdda_linear_sor, only : sor_solver_type
+#ifdef ROCKDDA_WITH_CHOLMOD
+   use rockdda_linear_cholmod, only : cholmod_solver_type
+#endif
+   implicit none
+   private
+   public :: new_solver, solver_names, has_cholmod
+
+   !> What `new_solver` takes.
+   character(len=*), parameter :: solver_names = 'cholmod, sor, dense'
+
+contains
+
+   !> Was CHOLMOD built in?
+   pure logical function has_cholmod()
+      has_cholmod = .false.
+#ifdef ROCKDDA_WITH_CHOLMOD
+      has_cholmod = .true.
+#endif
+   end function has_cholmod
+
+   !> Make the solver of that name.
+   subroutine new_solver(name, tolerance, omega, preconditioner, solver, error)
+      character(len=*), intent(in) :: name            !! one of `solver_names`
+      real(wp), intent(in) :: tolerance               !! wanted relative residual, > 0
+      real(wp), intent(in) :: omega                   !! factor of SOR, 0 < omega < 2
+      character(len=*), intent(in) :: preconditioner  !! of an iterative solver; blank: its default
+      class(linear_solver_type), allocatable, intent(out) :: solver
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. tolerance > 0) then
+         call make_error(error, error_code%input, 'solver tolerance must be positive, not '//to_string(tolerance))
+         return
+      end if
+      if (.not. (omega > 0 .and. omega < 2)) then
+         call make_error(error, error_code%input, 'SOR factor must be between 0 and 2, not '//to_string(omega))
+         return
+      end if
+      if (len_trim(preconditioner) > 0) then
+         call make_error(error, error_code%input, "solver '"//trim(name)//"' takes no preconditioner")
+         return
+      end if
+      select case (trim(name))
+      case ('cholmod')
+         call new_cholmod(tolerance, solver, error)
+      case ('dense')
+         allocate (solver, source=dense_solver_type(tolerance=tolerance))
+      case ('sor')
+         allocate (solver, source=sor_solver_type(tolerance=tolerance, omega=omega))
+      case default
+         call make_error(error, error_code%input, "unknown solver '"//trim(name)//"', expected one of "//solver_names)
+      end select
+   end subroutine new_solver
+
+   !> CHOLMOD, or an error that names the option to build with.
+   subroutine new_cholmod(tolerance, solver, error)
+      real(wp), intent(in) :: tolerance
+      class(linear_solver_type), allocatable, intent(out) :: solver
+      type(error_type), allocatable, intent(out) :: error
+#ifdef ROCKDDA_WITH_CHOLMOD
+      type(cholmod_solver_type), allocatable :: cholmod
+      allocate (cholmod)
+      cholmod%tolerance = tolerance
+      call move_alloc(cholmod, solver)
+#else
+      associate (unused => tolerance, absent => solver)
+      end associate
+      call make_error(error, error_code%input, "solver 'cholmod' is not built in: configure with "// &
+                      '-DROCKDDA_WITH_CHOLMOD=ON, or choose another solver ('//solver_names//')')
+#endif
+   end subroutine new_cholmod
+
+end module rockdda_linear_factory

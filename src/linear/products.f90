@@ -1,0 +1,121 @@
+! SPDX-License-Identifier: MIT
+!> Products with the symmetric block matrix, and sums in a fixed order.
+module rockdda_linear_products
+   use rockdda_base_kinds, only : wp
+   use rockdda_linear_matrix, only : block_matrix_type
+   implicit none
+   private
+   public :: multiply, residual_vector, rounding_level, sum_of_products, n_stored_blocks, find_block
+
+   !> Blocks whose terms are added up together; the partial sums are then added in order, so that the
+   !> result does not depend on the number of threads.
+   integer, parameter :: chunk = 256
+
+contains
+
+   !> Number of blocks stored in the upper half with the diagonal.
+   pure integer function n_stored_blocks(matrix)
+      type(block_matrix_type), intent(in) :: matrix
+      n_stored_blocks = 0
+      if (matrix%n > 0) n_stored_blocks = matrix%row_start(matrix%n + 1) - 1
+   end function n_stored_blocks
+
+   !> Place in `values` of block (min(i,j), max(i,j)); 0 when it is not in the pattern.
+   pure integer function find_block(matrix, i, j) result(k)
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i, j   !! block numbers
+      integer :: low, high, wanted
+      wanted = max(i, j)
+      low = matrix%row_start(min(i, j))
+      high = matrix%row_start(min(i, j) + 1) - 1
+      do while (low <= high)
+         k = (low + high)/2
+         if (matrix%column(k) == wanted) return
+         if (matrix%column(k) < wanted) then
+            low = k + 1
+         else
+            high = k - 1
+         end if
+      end do
+      k = 0
+   end function find_block
+
+   !> y = K x.
+   pure subroutine multiply(matrix, x, y)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: x(:, :)   !! (6, n)
+      real(wp), intent(out), contiguous :: y(:, :)  !! (6, n)
+      integer :: i, j, k
+      real(wp) :: own(6)
+      y = 0
+      do i = 1, matrix%n
+         own = y(:, i)
+         call add_product(matrix%values(:, :, matrix%row_start(i)), x(:, i), own)
+         do k = matrix%row_start(i) + 1, matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            call add_product(matrix%values(:, :, k), x(:, j), own)
+            call add_transposed_product(matrix%values(:, :, k), x(:, i), y(:, j))
+         end do
+         y(:, i) = own
+      end do
+   end subroutine multiply
+
+   !> r = f - K x.
+   pure subroutine residual_vector(matrix, x, f, r)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: x(:, :), f(:, :)   !! (6, n)
+      real(wp), intent(out), contiguous :: r(:, :)           !! (6, n)
+      call multiply(matrix, x, r)
+      r = f - r
+   end subroutine residual_vector
+
+   !> w = |K| |x| + |f|, entry by entry: epsilon times w is what rounding alone does to f - K x.
+   pure subroutine rounding_level(matrix, x, f, w)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: x(:, :), f(:, :)   !! (6, n)
+      real(wp), intent(out), contiguous :: w(:, :)           !! (6, n)
+      integer :: i, j, k
+      w = abs(f)
+      do i = 1, matrix%n
+         k = matrix%row_start(i)
+         call add_product(abs(matrix%values(:, :, k)), abs(x(:, i)), w(:, i))
+         do k = k + 1, matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            call add_product(abs(matrix%values(:, :, k)), abs(x(:, j)), w(:, i))
+            call add_transposed_product(abs(matrix%values(:, :, k)), abs(x(:, i)), w(:, j))
+         end do
+      end do
+   end subroutine rounding_level
+
+   !> y := y + A x.
+   pure subroutine add_product(a, x, y)
+      real(wp), intent(in) :: a(6, 6), x(6)
+      real(wp), intent(inout) :: y(6)
+      integer :: j
+      do j = 1, 6
+         y = y + a(:, j)*x(j)
+      end do
+   end subroutine add_product
+
+   !> y := y + A^T x.
+   pure subroutine add_transposed_product(a, x, y)
+      real(wp), intent(in) :: a(6, 6), x(6)
+      real(wp), intent(inout) :: y(6)
+      integer :: j
+      do j = 1, 6
+         y(j) = y(j) + a(1, j)*x(1) + a(2, j)*x(2) + a(3, j)*x(3) + a(4, j)*x(4) + a(5, j)*x(5) + a(6, j)*x(6)
+      end do
+   end subroutine add_transposed_product
+
+   !> Sum of a(i,b) b(i,b) over all unknowns, in an order that depends on the size alone.
+   pure real(wp) function sum_of_products(a, b) result(total)
+      real(wp), intent(in), contiguous :: a(:, :), b(:, :)   !! (6, n)
+      integer :: first, last
+      total = 0
+      do first = 1, size(a, 2), chunk
+         last = min(first + chunk - 1, size(a, 2))
+         total = total + sum(a(:, first:last)*b(:, first:last))
+      end do
+   end function sum_of_products
+
+end module rockdda_linear_products

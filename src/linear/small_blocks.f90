@@ -1,0 +1,85 @@
+! SPDX-License-Identifier: MIT
+!> Dense kernels for one 6x6 block, with sizes known to the compiler.
+module rockdda_linear_small_blocks
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use rockdda_base_kinds, only : wp
+   implicit none
+   private
+   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block
+
+contains
+
+   !> Cholesky factor of a symmetric block, A = L L^T, with 1/L(j,j) on the diagonal of `l`.
+   !>
+   !> A pivot counts as failed when it is not above the rounding error of the diagonal entry it came from.
+   pure subroutine factorize_block(a, l, ok)
+      real(wp), intent(in) :: a(6, 6)     !! symmetric; the lower triangle is read
+      real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above
+      logical, intent(out) :: ok          !! positive definite and finite
+      real(wp) :: pivot
+      integer :: i, j
+      l = 0
+      ok = all(ieee_is_finite(a))
+      if (.not. ok) return
+      do j = 1, 6
+         pivot = a(j, j) - dot_product(l(j, 1:j - 1), l(j, 1:j - 1))
+         ok = pivot > 4*epsilon(1.0_wp)*a(j, j)
+         if (.not. ok) return
+         l(j, j) = 1/sqrt(pivot)
+         do i = j + 1, 6
+            l(i, j) = (a(i, j) - dot_product(l(i, 1:j - 1), l(j, 1:j - 1)))*l(j, j)
+         end do
+      end do
+   end subroutine factorize_block
+
+   !> b := L^-1 b with a factor made by `factorize_block`.
+   pure subroutine solve_lower(l, b)
+      real(wp), intent(in) :: l(6, 6)
+      real(wp), intent(inout) :: b(6)
+      integer :: j
+      do j = 1, 5
+         b(j) = b(j)*l(j, j)
+         b(j + 1:6) = b(j + 1:6) - l(j + 1:6, j)*b(j)
+      end do
+      b(6) = b(6)*l(6, 6)
+   end subroutine solve_lower
+
+   !> b := L^-T b with a factor made by `factorize_block`.
+   pure subroutine solve_lower_transposed(l, b)
+      real(wp), intent(in) :: l(6, 6)
+      real(wp), intent(inout) :: b(6)
+      integer :: j
+      b(6) = b(6)*l(6, 6)
+      do j = 5, 1, -1
+         b(j) = (b(j) - dot_product(l(j + 1:6, j), b(j + 1:6)))*l(j, j)
+      end do
+   end subroutine solve_lower_transposed
+
+   !> b := A^-1 b with the factor of A.
+   pure subroutine solve_block(l, b)
+      real(wp), intent(in) :: l(6, 6)
+      real(wp), intent(inout) :: b(6)
+      call solve_lower(l, b)
+      call solve_lower_transposed(l, b)
+   end subroutine solve_block
+
+   !> The inverse of a symmetric block from its factor, exactly symmetric.
+   pure subroutine invert_block(l, inverse)
+      real(wp), intent(in) :: l(6, 6)          !! from `factorize_block`
+      real(wp), intent(out) :: inverse(6, 6)   !! A^-1
+      real(wp) :: m(6, 6)
+      integer :: i, j
+      m = 0
+      do j = 1, 6
+         m(j, j) = 1
+         call solve_lower(l, m(:, j))
+      end do
+      do j = 1, 6
+         do i = j, 6
+            inverse(i, j) = dot_product(m(i:6, i), m(i:6, j))
+            inverse(j, i) = inverse(i, j)
+         end do
+      end do
+   end subroutine invert_block
+
+end module rockdda_linear_small_blocks
