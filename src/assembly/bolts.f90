@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Bolts: axial springs between two points, with pretension and yield.
 !>
-!> Source: thesis 3.2, bolt submatrix, written as a spring between two blocks along the bolt's direction at the
-!> start of the step (add_pair_spring of rockdda_assembly_contact_spring).
+!> Source: Shi's bolt (the thesis, 3.1, only names it), written as a spring between two blocks along the bolt's
+!> direction at the start of the step (add_pair_spring of rockdda_assembly_contact_spring).
 !>
 !> The axial force, tension positive, is pretension + stiffness (elongation - plastic), where the elongation is
 !> the length now less the length at the start of the run and `plastic` the part of it that has yielded. At the

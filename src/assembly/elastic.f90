@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Elastic strain and initial stress of one block, with their energy.
 !>
-!> Source: thesis 3.2 (Eq. 3.5.1 with the factor corrected: the submatrix is S E, without 1/2).
+!> Source: thesis Eqs. 3.5.1 and 3.6.1; the submatrix is S E, without 1/2, and the load of a stress (tension
+!> positive) is -S s.
 !> Strains are (ex, ey, gxy) with engineering shear, stresses (sx, sy, txy), tension positive, unit thickness;
 !> both are constant in a block. They act on rows 4 to 6 of the block's unknowns.
 !> Not here: the rotation of stresses with the block (rockdda_assembly_kinematics).

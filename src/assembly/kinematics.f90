@@ -43,7 +43,7 @@ contains
       u(2) = d(2) + d(3)*x + d(5)*y + 0.5_wp*d(6)*x
    end function displacement_at
 
-   !> Load T^T f of a force at a point (Eq. 3.8 with the sign corrected); with a unit vector for f, the derivative
+   !> Load T^T f of a force at a point (Eqs. 3.7, 3.7.1); with a unit vector for f, the derivative
    !> of the point's motion along it.
    pure function point_load(force, point, centroid) result(f)
       real(wp), intent(in) :: force(2)     !! (fx, fy) [force]
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine move_points
 
-   !> Mass matrix M = (m/S) integral of T^T T over the block (thesis 3.2, inertia), exact: the first moments
+   !> Mass matrix M = (m/S) integral of T^T T over the block (thesis Eq. 3.10.3), exact: the first moments
    !> about the centroid are zero, the second moments are those of the polygon.
    pure function mass_matrix(mass, area, moments) result(m)
       real(wp), intent(in) :: mass        !! of the block, > 0 [mass]

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Loads of one block as generalised forces, and their values in time.
 !>
-!> Source: thesis 3.2: a force f at (x, y) has the potential -u.f and the load T^T f (Eqs. 3.8, 3.8.1 with the
-!> sign corrected; `point_load` of rockdda_assembly_kinematics). The work of a load in a step is its load
+!> Source: thesis 3.2: a force f at (x, y) has the potential -u.f and the load T^T f (Eqs. 3.7,
+!> 3.7.1; `point_load` of rockdda_assembly_kinematics). The work of a load in a step is its load
 !> vector times d, exactly.
 !> Loads act where their points are at the start of the step, with the value of its end.
 module rockdda_assembly_loads
@@ -15,7 +15,7 @@ module rockdda_assembly_loads
 
 contains
 
-   !> Load of a uniform acceleration field: m a at the centroid (Eq. 3.9 with the second entry f_y S).
+   !> Load of a uniform acceleration field: m a at the centroid (Eqs. 3.9, 3.9.1, the second entry being f_y S).
    !> Gravity is a = (0, -g); a base that moves with acceleration a_b gives a = -a_b.
    pure function body_force(mass, acceleration) result(f)
       real(wp), intent(in) :: mass             !! of the block [mass]
@@ -25,7 +25,8 @@ contains
       f(1:2) = mass*acceleration
    end function body_force
 
-   !> Load of a force per length along a segment, linear between its ends (Eq. 3.8.1), integrated exactly:
+   !> Load of a force per length along a segment, linear between its ends (Eq. 3.8.1; its
+   !> potential, Eq. 3.8, is the negative of this load times d), integrated exactly:
    !> T and the force are both linear along the segment, so that the integral of their product over the length
    !> l is l (T_s^T (2 f_s + f_q) + T_q^T (f_s + 2 f_q))/6.
    pure function line_load(s, q, centroid, force_s, force_q) result(f)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Fixed points and points with a prescribed movement: two equal springs to a target.
 !>
-!> Source: thesis 3.2, fixed point submatrix, with the movement so far kept so that the point does not drift:
+!> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
 !> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
 !> `target` the prescribed one (zero for a fixed point).
 module rockdda_assembly_points
