@@ -35,7 +35,8 @@ contains
    end function long_to_string
 
    !> Text of a real with at most `digits` significant digits (default 6) and no trailing zeros:
-   !> 0.5, 20000, 1e+10, -3.25e-07.
+   !> 0.5, 20000, 1e+10, -3.25e-07. Below a million the digits before the point are all written, even if
+   !> fewer were asked for.
    pure function real_to_string(value, digits) result(text)
       real(wp), intent(in) :: value
       integer, intent(in), optional :: digits !! significant digits, 1 to 17
