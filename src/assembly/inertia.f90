@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Inertia and mass-proportional damping of one block.
 !>
-!> Source: thesis Eqs. 3.10.3, 3.10.4 and 3.23, Newmark with beta = 1/2, gamma = 1: the acceleration is constant in the step,
+!> Source: thesis Eqs. 3.10.3, 3.10.4 and 3.23, Newmark with beta = 1/2, gamma = 1: the acceleration is constant
+!> in the step,
 !>
 !>     d = v0 dt + a dt**2/2,   v1 = 2/dt d - v0,
 !>
