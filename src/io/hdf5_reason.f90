@@ -1,0 +1,91 @@
+! SPDX-License-Identifier: MIT
+!> Two functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure,
+!> and opening files without a lock. Used by rockdda_io_hdf5_adapter only.
+module rockdda_io_hdf5_reason
+   use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int64_t, c_funptr, c_funloc, c_loc, &
+      c_f_pointer, c_associated, c_bool
+   use rockdda_base_kinds, only : i8
+   implicit none
+   private
+   public :: get_reason, disable_file_locking
+
+   integer, parameter :: longest = 600
+
+   !> H5E_error2_t
+   type, bind(C) :: hdf5_error_type
+      integer(c_int64_t) :: class_id, major, minor
+      integer(c_int) :: line
+      type(c_ptr) :: function_name, file_name, description
+   end type hdf5_error_type
+
+   !> Where the walk leaves what it found.
+   type, bind(C) :: reason_type
+      character(kind=c_char, len=1) :: text(longest)
+   end type reason_type
+
+   interface
+      integer(c_int) function c_walk(stack, direction, visit, client) bind(C, name='H5Ewalk2')
+         import :: c_int, c_int64_t, c_funptr, c_ptr
+         integer(c_int64_t), value :: stack
+         integer(c_int), value :: direction
+         type(c_funptr), value :: visit
+         type(c_ptr), value :: client
+      end function c_walk
+
+      integer(c_int) function c_set_file_locking(access, use_locking, ignore_when_disabled) &
+         bind(C, name='H5Pset_file_locking')
+         import :: c_int, c_int64_t, c_bool
+         integer(c_int64_t), value :: access
+         logical(c_bool), value :: use_locking, ignore_when_disabled
+      end function c_set_file_locking
+   end interface
+
+contains
+
+   !> Files opened with these access properties take no lock.
+   subroutine disable_file_locking(access, status)
+      integer(i8), intent(in) :: access     !! property list
+      integer, intent(out) :: status        !! < 0: failed
+      status = int(c_set_file_locking(int(access, c_int64_t), .false._c_bool, .true._c_bool))
+   end subroutine disable_file_locking
+
+   !> The deepest message on HDF5's error stack: the system's words when there are any, else the library's.
+   function get_reason() result(reason)
+      character(len=:), allocatable :: reason
+      type(reason_type), target :: found
+      integer :: i, first
+      character(len=*), parameter :: mark = 'error message = '''
+      found%text = c_null_char
+      i = int(c_walk(0_c_int64_t, 0_c_int, c_funloc(take_first), c_loc(found)))
+      reason = ''
+      do i = 1, longest
+         if (found%text(i) == c_null_char) exit
+         reason = reason//found%text(i)
+      end do
+      first = index(reason, mark)
+      if (first > 0) then
+         reason = reason(first + len(mark):)
+         i = index(reason, '''')
+         if (i > 0) reason = reason(1:i - 1)
+      end if
+   end function get_reason
+
+   !> Visitor of the error stack: keeps the description of the first entry.
+   integer(c_int) function take_first(n, entry, client) bind(C, name='rockdda_hdf5_take_first')
+      integer(c_int), value :: n
+      type(hdf5_error_type), intent(in) :: entry
+      type(c_ptr), value :: client
+      type(reason_type), pointer :: found
+      character(kind=c_char, len=1), pointer :: description(:)
+      integer :: i
+      take_first = 0
+      if (n /= 0 .or. .not. c_associated(entry%description)) return
+      call c_f_pointer(client, found)
+      call c_f_pointer(entry%description, description, [longest])
+      do i = 1, longest - 1
+         if (description(i) == c_null_char) exit
+         found%text(i) = description(i)
+      end do
+   end function take_first
+
+end module rockdda_io_hdf5_reason

@@ -1,0 +1,149 @@
+! SPDX-License-Identifier: MIT
+!> Ownership of an output file: never overwrite by accident, never write together with another run.
+!>
+!> The lock lies on the output file itself and ends with the process, however it ends. It is invisible to
+!> readers. Room for each write is reserved beforehand: a full disk is found out before the file is touched.
+module rockdda_io_output_lock
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_long_long, c_null_char
+   use rockdda_base_kinds, only : i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   implicit none
+   private
+   public :: output_lock_type
+
+   type :: output_lock_type
+      private
+      integer(c_int) :: handle = -1
+      character(len=:), allocatable :: path
+   contains
+      procedure :: create => create_output
+      procedure :: reopen => reopen_output
+      procedure :: reserve => reserve_room
+      procedure :: release => release_output
+      procedure :: is_held
+   end type output_lock_type
+
+   integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2
+
+   interface
+      integer(c_int) function c_create(path, force, handle) bind(C, name='rockdda_output_create')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: force
+         integer(c_int), intent(out) :: handle
+      end function c_create
+
+      integer(c_int) function c_reopen(path, handle) bind(C, name='rockdda_output_reopen')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), intent(out) :: handle
+      end function c_reopen
+
+      integer(c_int) function c_is_there(path, handle) bind(C, name='rockdda_output_is_there')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: handle
+      end function c_is_there
+
+      integer(c_int) function c_reserve(handle, bytes) bind(C, name='rockdda_output_reserve')
+         import :: c_int, c_long_long
+         integer(c_int), value :: handle
+         integer(c_long_long), value :: bytes
+      end function c_reserve
+
+      subroutine c_release(handle) bind(C, name='rockdda_output_release')
+         import :: c_int
+         integer(c_int), value :: handle
+      end subroutine c_release
+
+      subroutine c_errno_text(code, text, size) bind(C, name='rockdda_errno_text')
+         import :: c_char, c_int
+         integer(c_int), value :: code, size
+         character(kind=c_char), intent(out) :: text(*)
+      end subroutine c_errno_text
+   end interface
+
+contains
+
+   !> Create an empty file and own it. An existing file is an input error without `force`; with it the file is
+   !> removed, unless a running process writes it.
+   subroutine create_output(self, path, force, error)
+      class(output_lock_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      logical, intent(in) :: force
+      type(error_type), allocatable, intent(out) :: error
+      call self%release()
+      self%path = path
+      call explain(c_create(path//c_null_char, merge(1_c_int, 0_c_int, force), self%handle), path, error)
+      if (allocated(error)) self%handle = -1
+   end subroutine create_output
+
+   !> Own an existing file that is to be continued.
+   subroutine reopen_output(self, path, error)
+      class(output_lock_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      call self%release()
+      self%path = path
+      call explain(c_reopen(path//c_null_char, self%handle), path, error)
+      if (allocated(error)) self%handle = -1
+   end subroutine reopen_output
+
+   !> Make sure that the file is still where it was and can grow by `bytes`.
+   subroutine reserve_room(self, bytes, error)
+      class(output_lock_type), intent(in) :: self
+      integer(i8), intent(in) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+      if (self%handle < 0) return
+      if (c_is_there(self%path//c_null_char, self%handle) == 0) then
+         call make_error(error, error_code%output, self%path//': the file was removed or replaced while it was being written')
+         return
+      end if
+      call explain(c_reserve(self%handle, int(bytes, c_long_long)), self%path, error)
+   end subroutine reserve_room
+
+   !> Give the file free. Nothing happens when none is held.
+   subroutine release_output(self)
+      class(output_lock_type), intent(inout) :: self
+      if (self%handle >= 0) call c_release(self%handle)
+      self%handle = -1
+   end subroutine release_output
+
+   !> Is a file owned?
+   pure logical function is_held(self)
+      class(output_lock_type), intent(in) :: self
+      is_held = self%handle >= 0
+   end function is_held
+
+   !> Turn a status of the shim into an error.
+   subroutine explain(status, path, error)
+      integer(c_int), intent(in) :: status
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      select case (status)
+      case (status_ok)
+         return
+      case (status_exists)
+         call make_error(error, error_code%input, path//': the file exists; use --force to overwrite it')
+      case (status_busy)
+         call make_error(error, error_code%input, path//': another run is writing this file')
+      case default
+         call make_error(error, error_code%output, path//': '//errno_text(status))
+      end select
+   end subroutine explain
+
+   !> The system's words for an error number.
+   function errno_text(code) result(text)
+      integer(c_int), intent(in) :: code
+      character(len=:), allocatable :: text
+      character(kind=c_char, len=1) :: buffer(200)
+      integer :: i
+      call c_errno_text(code, buffer, size(buffer, kind=c_int))
+      text = ''
+      do i = 1, size(buffer)
+         if (buffer(i) == c_null_char) exit
+         text = text//buffer(i)
+      end do
+   end function errno_text
+
+end module rockdda_io_output_lock

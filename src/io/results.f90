@@ -1,0 +1,359 @@
+! SPDX-License-Identifier: MIT
+!> Writer of the results file, format version 1 (docs/file-formats.md, "results").
+!>
+!> Rows of history and frames wait in memory and are written together at each flush; after a kill at any moment
+!> the file holds everything up to the last flush. Block numbers in the file count from 0, material numbers
+!> from 1. While a run goes on, and after a kill, `complete` is 0 and `exit_reason` is "running".
+module rockdda_io_results
+   use, intrinsic :: iso_fortran_env, only : int64
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_posix, only : remove_file
+   use rockdda_io_output_lock, only : output_lock_type
+   use rockdda_io_series, only : series_type
+   implicit none
+   private
+   public :: results_type, results_header_type, results_format_version
+
+   integer, parameter :: results_format_version = 1
+
+   !> Rows in memory beyond this many bytes are written at once.
+   integer(i8), parameter :: largest_buffer = 33554432_i8
+   !> Room for the library's own tables and for the last words of a run.
+   integer(i8), parameter :: spare_room = 131072_i8
+
+   !> What the file says about itself and where it came from.
+   type :: results_header_type
+      character(len=:), allocatable :: title
+      character(len=:), allocatable :: program_version
+      character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
+      character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' when there was none
+      logical :: frames = .true.                         !! keep frames
+      logical :: contacts = .true.                       !! keep the contacts of each frame
+      real(wp) :: flush_interval = 2                     !! seconds between flushes
+   end type results_header_type
+
+   !> Places in the list of tables.
+   integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
+                         s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
+                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
+                         s_frame_step = 14, s_frame_time = 15, s_vertices = 16, s_centroid = 17, s_rotation = 18, &
+                         s_stress = 19, s_velocity = 20, s_offset = 21, s_point = 22, s_force = 23, s_state = 24, &
+                         s_blocks = 25, n_series = 25
+
+   type :: results_type
+      type(hdf5_file_type), private :: file
+      type(output_lock_type), private :: lock
+      type(series_type), private :: series(n_series)
+      logical, private :: frames = .true., contacts = .true.
+      integer, private :: n_contact_rows = 0     !! of all frames so far
+      real(wp), private :: flush_interval = 2
+      integer(int64), private :: last_flush = 0  !! clock count
+      logical, private :: failed = .false.       !! a write failed: nothing more is written
+   contains
+      procedure :: create
+      procedure :: append_history
+      procedure :: append_frame
+      procedure :: flush
+      procedure :: flush_if_due
+      procedure :: close => close_results
+      procedure, private :: add_tables, write_model, write_if_large, waiting_bytes
+   end type results_type
+
+contains
+
+   !> Create the file with everything that is known before the first step, and flush it.
+   !> An existing file is an input error without `force`; a file that another run writes always is.
+   subroutine create(self, path, force, header, blocks, state, error)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      logical, intent(in) :: force
+      type(results_header_type), intent(in) :: header
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state      !! at the start
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: second
+      integer(i8) :: model_bytes
+      integer :: i
+      self%frames = header%frames
+      self%contacts = header%contacts
+      self%flush_interval = header%flush_interval
+      self%n_contact_rows = 0
+      self%failed = .false.
+      call self%lock%create(path, force, error)
+      if (allocated(error)) return
+      call self%add_tables(blocks)
+      model_bytes = 32_i8*(blocks%n_vertices() + blocks%n_blocks) + len(header%geometry) + len(header%analysis) + &
+                    len(header%config)
+      call self%lock%reserve(model_bytes + spare_room, error)
+      if (.not. allocated(error)) call self%file%create(path, error)
+      if (.not. allocated(error)) call write_header(self%file, header, error)
+      if (.not. allocated(error)) call self%write_model(blocks, state, error)
+      do i = 1, n_series
+         if (.not. allocated(error)) call self%series(i)%create(self%file, error)
+      end do
+      if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
+      call self%series(s_offset)%add([0], 1)
+      if (.not. allocated(error)) call self%flush(error)
+      if (.not. allocated(error)) return
+      ! leave no half-made file behind
+      self%failed = .true.
+      call self%file%close(second)
+      call remove_file(path)
+      call self%lock%release()
+   end subroutine create
+
+   !> Attributes of the file and the input texts.
+   subroutine write_header(file, header, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_header_type), intent(in) :: header
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: groups(4) = [character(len=7) :: 'input', 'model', 'history', 'frames']
+      integer :: i
+      call file%set_attribute('/', 'format', 'rockdda', error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'format_version', results_format_version, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'program_version', header%program_version, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'title', header%title, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'created', header%created, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'complete', 0, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
+      do i = 1, size(groups)
+         if (.not. allocated(error)) call file%create_group(trim(groups(i)), error)
+      end do
+      if (.not. allocated(error)) call file%write('input/geometry', header%geometry, error)
+      if (.not. allocated(error)) call file%write('input/analysis', header%analysis, error)
+      if (.not. allocated(error)) call file%write('input/config', header%config, error)
+   end subroutine write_header
+
+   !> The model at the start.
+   subroutine write_model(self, blocks, state, error)
+      class(results_type), intent(in) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      type(error_type), allocatable, intent(out) :: error
+      integer :: nb, nv
+      nb = blocks%n_blocks
+      nv = blocks%n_vertices()
+      call self%file%write('model/vertex_offset', [nb + 1], blocks%vertex_offset, error)
+      if (.not. allocated(error)) call self%file%write('model/vertices', [2, nv], &
+                                                       reshape(blocks%vertices(:, 1:nv), [2*nv]), error)
+      if (.not. allocated(error)) call self%file%write('model/edge_joint', [nv], blocks%edge_joint, error)
+      if (.not. allocated(error)) call self%file%write('model/block_material', [nb], blocks%block_material, error)
+      if (.not. allocated(error)) call self%file%write('model/block_area', [nb], state%area, error)
+      if (.not. allocated(error)) call self%file%write('model/block_centroid', [2, nb], &
+                                                       reshape(state%centroid, [2*nb]), error)
+      if (.not. allocated(error)) call write_points(self%file, 'model/fixed_points', blocks%fixed, error)
+      if (.not. allocated(error)) call write_points(self%file, 'model/loading_points', blocks%loading, error)
+      if (.not. allocated(error)) call write_points(self%file, 'model/measured_points', blocks%measured, error)
+   end subroutine write_model
+
+   !> Points with the attribute `block`, counted from 0.
+   subroutine write_points(file, name, points, error)
+      type(hdf5_file_type), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(point_set_type), intent(in) :: points
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: position(:)
+      integer, allocatable :: block(:)
+      allocate (position(0), block(0))
+      if (points%n > 0) then
+         position = reshape(points%position(:, 1:points%n), [2*points%n])
+         block = points%block(1:points%n) - 1
+      end if
+      call file%write(name, [2, points%n], position, error)
+      if (.not. allocated(error)) call file%set_attribute(name, 'block', block, error)
+   end subroutine write_points
+
+   !> Names and row shapes of all growing tables.
+   subroutine add_tables(self, blocks)
+      class(results_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      integer :: nb, nv, nm, nf
+      integer, parameter :: single(0) = [integer ::]
+      logical, parameter :: reals = .true., integers = .false.
+      nb = blocks%n_blocks
+      nv = blocks%n_vertices()
+      nm = blocks%measured%n
+      nf = blocks%fixed%n
+      call self%series(s_step)%init('history/step', integers, single)
+      call self%series(s_time)%init('history/time', reals, single)
+      call self%series(s_dt)%init('history/dt', reals, single)
+      call self%series(s_iterations)%init('history/open_close_iterations', integers, single)
+      call self%series(s_attempts)%init('history/attempts', integers, single)
+      call self%series(s_solver)%init('history/solver_iterations', integers, single)
+      call self%series(s_contacts)%init('history/contacts', integers, [3])
+      call self%series(s_displacement)%init('history/max_displacement', reals, single)
+      call self%series(s_energy)%init('history/energy', reals, [n_energies])
+      call self%series(s_measured_displacement)%init('history/measured_displacement', reals, [2, nm])
+      call self%series(s_measured_stress)%init('history/measured_stress', reals, [3, nm])
+      call self%series(s_measured_rotation)%init('history/measured_rotation', reals, [nm])
+      call self%series(s_fixed_force)%init('history/fixed_force', reals, [2, nf])
+      call self%series(s_frame_step)%init('frames/step', integers, single)
+      call self%series(s_frame_time)%init('frames/time', reals, single)
+      call self%series(s_vertices)%init('frames/vertices', reals, [2, nv])
+      call self%series(s_centroid)%init('frames/centroid', reals, [2, nb])
+      call self%series(s_rotation)%init('frames/rotation', reals, [nb])
+      call self%series(s_stress)%init('frames/stress', reals, [3, nb])
+      call self%series(s_velocity)%init('frames/velocity', reals, [6, nb])
+      call self%series(s_offset)%init('frames/contact_offset', integers, single)
+      call self%series(s_point)%init('frames/contact_point', reals, [2])
+      call self%series(s_force)%init('frames/contact_force', reals, [2])
+      call self%series(s_state)%init('frames/contact_state', integers, single)
+      call self%series(s_blocks)%init('frames/contact_blocks', integers, [2])
+   end subroutine add_tables
+
+   !> One row of history: an accepted step.
+   subroutine append_history(self, record, error)
+      class(results_type), intent(inout) :: self
+      type(step_record_type), intent(in) :: record
+      type(error_type), allocatable, intent(out) :: error
+      integer :: nm, nf
+      nm = self%series(s_measured_rotation)%row_size
+      nf = self%series(s_fixed_force)%row_size/2
+      associate (s => self%series)
+         call s(s_step)%add([record%step], 1)
+         call s(s_time)%add([record%time], 1)
+         call s(s_dt)%add([record%dt], 1)
+         call s(s_iterations)%add([record%open_close_iterations], 1)
+         call s(s_attempts)%add([record%attempts], 1)
+         call s(s_solver)%add([record%solver_iterations], 1)
+         call s(s_contacts)%add(record%contacts, 1)
+         call s(s_displacement)%add([record%max_displacement], 1)
+         call s(s_energy)%add(record%energy, 1)
+         call s(s_measured_displacement)%add(reshape(record%measured_displacement(:, 1:nm), [2*nm]), 1)
+         call s(s_measured_stress)%add(reshape(record%measured_stress(:, 1:nm), [3*nm]), 1)
+         call s(s_measured_rotation)%add(record%measured_rotation(1:nm), 1)
+         call s(s_fixed_force)%add(reshape(record%fixed_force(:, 1:nf), [2*nf]), 1)
+      end associate
+      call self%write_if_large(error)
+   end subroutine append_history
+
+   !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
+   !> is its vertex in the moved configuration.
+   subroutine append_frame(self, state, contacts, force, error)
+      class(results_type), intent(inout) :: self
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: contacts
+      real(wp), intent(in) :: force(:, :)               !! (2, contacts%n) on block_a, zero when open
+      type(error_type), allocatable, intent(out) :: error
+      integer :: nb, nv, c, n
+      integer, allocatable :: pair(:, :)
+      real(wp), allocatable :: point(:, :)
+      if (.not. self%frames) return
+      n = merge(contacts%n, 0, self%contacts)
+      if (n > huge(n) - self%n_contact_rows) then
+         call make_error(error, error_code%output, self%file%path// &
+                         ': too many contact rows; save fewer frames or set contacts = .false. in &output')
+         return
+      end if
+      nb = self%series(s_rotation)%row_size
+      nv = self%series(s_vertices)%row_size/2
+      associate (s => self%series)
+         call s(s_frame_step)%add([state%step], 1)
+         call s(s_frame_time)%add([state%time], 1)
+         call s(s_vertices)%add(reshape(state%vertices(:, 1:nv), [2*nv]), 1)
+         call s(s_centroid)%add(reshape(state%centroid(:, 1:nb), [2*nb]), 1)
+         call s(s_rotation)%add(state%rotation(1:nb), 1)
+         call s(s_stress)%add(reshape(state%stress(:, 1:nb), [3*nb]), 1)
+         call s(s_velocity)%add(reshape(state%velocity(:, 1:nb), [6*nb]), 1)
+         self%n_contact_rows = self%n_contact_rows + n
+         call s(s_offset)%add([self%n_contact_rows], 1)
+         if (n > 0) then
+            allocate (pair(2, n), point(2, n))
+            do c = 1, n
+               pair(:, c) = [contacts%block_a(c), contacts%block_b(c)] - 1
+               point(:, c) = state%vertices(:, contacts%vertex(c))
+            end do
+            call s(s_point)%add(reshape(point, [2*n]), n)
+            call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
+            call s(s_state)%add(contacts%state(1:n), n)
+            call s(s_blocks)%add(reshape(pair, [2*n]), n)
+         end if
+      end associate
+      call self%write_if_large(error)
+   end subroutine append_frame
+
+   !> Write all waiting rows and hand them to the system. When that fails the rows written before stay readable
+   !> and nothing is written any more.
+   subroutine flush(self, error)
+      class(results_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: ignored
+      integer(i8) :: room, written(n_series)
+      integer :: i
+      if (self%failed) return
+      call system_clock(self%last_flush)
+      room = spare_room
+      do i = 1, n_series
+         room = room + self%series(i)%room_needed()
+         written(i) = self%series(i)%n_written
+      end do
+      call self%lock%reserve(room, error)
+      if (allocated(error)) then
+         self%failed = .true.
+         return
+      end if
+      do i = 1, n_series
+         call self%series(i)%write(self%file, error)
+         if (allocated(error)) exit
+      end do
+      if (.not. allocated(error)) call self%file%flush(error)
+      if (.not. allocated(error)) return
+      self%failed = .true.
+      do i = 1, n_series
+         call self%file%truncate(self%series(i)%name, written(i), ignored)
+      end do
+   end subroutine flush
+
+   !> Flush when the interval has passed since the last time.
+   subroutine flush_if_due(self, error)
+      class(results_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer(int64) :: now, rate
+      call system_clock(now, rate)
+      if (real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp)) call self%flush(error)
+   end subroutine flush_if_due
+
+   !> Write when much waits, to bound the memory in use.
+   subroutine write_if_large(self, error)
+      class(results_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      if (self%waiting_bytes() > largest_buffer) call self%flush(error)
+   end subroutine write_if_large
+
+   !> Bytes waiting in memory.
+   pure integer(i8) function waiting_bytes(self)
+      class(results_type), intent(in) :: self
+      integer :: i
+      waiting_bytes = 0
+      do i = 1, n_series
+         waiting_bytes = waiting_bytes + self%series(i)%waiting_bytes()
+      end do
+   end function waiting_bytes
+
+   !> Write what waits, say how the run ended, and give the file free.
+   subroutine close_results(self, complete, exit_reason, error)
+      class(results_type), intent(inout) :: self
+      logical, intent(in) :: complete                    !! the run came to its end
+      character(len=*), intent(in) :: exit_reason        !! 'finished' or why it stopped
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: second
+      if (.not. self%file%is_open) then
+         call self%lock%release()
+         return
+      end if
+      call self%flush(error)
+      if (.not. self%failed) then
+         call self%file%set_attribute('/', 'exit_reason', exit_reason, error)
+         if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
+      end if
+      call self%file%close(second)
+      if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)
+      call self%lock%release()
+   end subroutine close_results
+
+end module rockdda_io_results
