@@ -45,7 +45,7 @@ module rockdda_contact_table
 contains
 
    !> Make room for n rows; contents are undefined when the arrays had to grow.
-   subroutine resize(self, n)
+   pure subroutine resize(self, n)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: n
       integer :: m

@@ -1,0 +1,378 @@
+! SPDX-License-Identifier: MIT
+!> Narrow phase: which vertex can meet which edge of a close pair of blocks.
+!>
+!> Vertex-edge: the foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the
+!> edge's line (within the angle tolerance: moving the vertex onto the edge gives no overlap, Fig. 3.3), and the gap
+!> is within reach. Concave vertices touch nothing; at a concave end of an edge the foot may lie a little beyond.
+!>
+!> Vertex-vertex: both vertices lie in each other's corner region (no foot further into an adjacent edge than
+!> `zone`). Seen from one block, the other vertex is inside when it is behind both entrance lines; a line is an
+!> edge of one block that has the other's corner on its outer side. Lines that agree within the angle tolerance
+!> (the edges of two blocks face to face) are one. Two lines become two rows, partners, of which the one with the
+!> larger gap decides. With that choice a pair of blocks face to face has one row at each end of the shared length.
+module rockdda_contact_narrow_phase
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_history, only : contact_history_type
+   implicit none
+   private
+   public :: candidate_list_type, search_limits_type, search_pair
+
+   !> Distances and angles of one search.
+   type :: search_limits_type
+      real(wp) :: reach = 0        !! largest gap of a candidate [length]
+      real(wp) :: zone = 0         !! how far a corner region goes into the adjacent edges [length]
+      real(wp) :: penetration = 0  !! deepest overlap that is taken for a contact [length]
+      real(wp) :: sine = 0         !! sine of the angle tolerance
+      real(wp) :: cosine = 1       !! cosine of the angle tolerance
+   end type search_limits_type
+
+   !> Growing list of candidate rows and the scratch of the pair search.
+   type :: candidate_list_type
+      integer :: n = 0
+      integer, allocatable :: vertex(:), edge(:)
+      integer, allocatable :: partner_edge(:), partner_vertex(:) !! identity of the partner row, 0 none
+      integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
+      integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
+      integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
+      integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
+   contains
+      procedure :: add => add_candidate
+   end type candidate_list_type
+
+contains
+
+   !> Append the candidates of blocks a < b.
+   pure subroutine search_pair(range_a, range_b, boxes, vertices, topology, previous, history, limits, list)
+      integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
+      real(wp), intent(in) :: boxes(4, 2)             !! xmin ymin xmax ymax of a and b
+      real(wp), intent(in) :: vertices(:, :)          !! (2, nv) now
+      type(contact_topology_type), intent(in) :: topology
+      type(contact_table_type), intent(in) :: previous !! last step's table
+      type(contact_history_type), intent(in) :: history !! its index
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      integer :: i, j
+
+      call collect_near(range_a, boxes(:, 2), vertices, topology, limits%reach, list%near_a, list%n_near_a, &
+                        list%edges_a, list%n_edges_a)
+      if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
+      call collect_near(range_b, boxes(:, 1), vertices, topology, limits%reach, list%near_b, list%n_near_b, &
+                        list%edges_b, list%n_edges_b)
+      list%n_corners = 0
+      do i = 1, list%n_near_a
+         do j = 1, list%n_near_b
+            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, previous, history, limits, list)
+         end do
+      end do
+      do i = 1, list%n_near_a
+         do j = 1, list%n_edges_b
+            call try_edge(list%near_a(i), list%edges_b(j), 1, vertices, topology, limits, list)
+         end do
+      end do
+      do i = 1, list%n_near_b
+         do j = 1, list%n_edges_a
+            call try_edge(list%near_b(i), list%edges_a(j), 2, vertices, topology, limits, list)
+         end do
+      end do
+   end subroutine search_pair
+
+   !> Vertices inside the other block's widened box, and edges whose boxes meet it.
+   pure subroutine collect_near(range, box, vertices, topology, reach, near, n_near, edges, n_edges)
+      integer, intent(in) :: range(2)
+      real(wp), intent(in) :: box(4), vertices(:, :), reach
+      type(contact_topology_type), intent(in) :: topology
+      integer, allocatable, intent(inout) :: near(:), edges(:)
+      integer, intent(out) :: n_near, n_edges
+      real(wp) :: low(2), high(2), p(2), q(2)
+      integer :: k, n
+      n = range(2) - range(1) + 1
+      if (.not. allocated(near)) allocate (near(n), edges(n))
+      if (size(near) < n) then
+         deallocate (near, edges)
+         allocate (near(2*n), edges(2*n))
+      end if
+      low = box(1:2) - reach
+      high = box(3:4) + reach
+      n_near = 0
+      n_edges = 0
+      do k = range(1), range(2)
+         p = vertices(:, k)
+         if (topology%active(k)) then
+            if (all(p >= low) .and. all(p <= high)) then
+               n_near = n_near + 1
+               near(n_near) = k
+            end if
+         end if
+         if (topology%is_edge(k)) then
+            q = vertices(:, topology%next(k))
+            if (all(max(p, q) >= low) .and. all(min(p, q) <= high)) then
+               n_edges = n_edges + 1
+               edges(n_edges) = k
+            end if
+         end if
+      end do
+   end subroutine collect_near
+
+   !> Vertex-vertex contact of vertex a (block a) and vertex b (block b).
+   pure subroutine try_corner(a, b, vertices, topology, previous, history, limits, list)
+      integer, intent(in) :: a, b
+      real(wp), intent(in) :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4)
+      integer :: vertex(4), edge(4), group(4), chosen(2), k, n_groups, row
+      logical :: passes(4), closed(2)
+
+      r = vertices(:, a) - vertices(:, b)
+      if (dot_product(r, r) > limits%reach**2) return
+      call edge_direction(vertices, topology, topology%edge_in(a), in_a, length(1))
+      call edge_direction(vertices, topology, topology%edge_out(a), out_a, length(2))
+      call edge_direction(vertices, topology, topology%edge_in(b), in_b, length(3))
+      call edge_direction(vertices, topology, topology%edge_out(b), out_b, length(4))
+      if (is_concave(in_a, out_a, limits) .or. is_concave(in_b, out_b, limits)) return
+      ! each vertex in the other's corner region
+      if (dot_product(r, out_b) > min(limits%zone, 0.25_wp*length(4))) return
+      if (-dot_product(r, in_b) > min(limits%zone, 0.25_wp*length(3))) return
+      if (-dot_product(r, out_a) > min(limits%zone, 0.25_wp*length(2))) return
+      if (dot_product(r, in_a) > min(limits%zone, 0.25_wp*length(1))) return
+
+      ! the four possible entrance lines; normals are for the relative position r of a against b
+      vertex = [a, a, b, b]
+      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      normal(:, 1) = outward(out_b)
+      normal(:, 2) = outward(in_b)
+      normal(:, 3) = -outward(out_a)
+      normal(:, 4) = -outward(in_a)
+      do k = 1, 2
+         passes(k) = is_outside(in_a, out_a, normal(:, k), limits)
+         passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits)
+      end do
+      if (.not. any(passes)) return
+      if (maxval(matmul(r, normal), mask=passes) < -limits%penetration) return
+      call group_lines(normal, passes, limits%cosine, group, n_groups)
+
+      chosen = 0
+      closed = .false.
+      do k = 1, 4
+         if (group(k) == 0) cycle
+         row = history%find(previous, vertex(k), edge(k))
+         if (row > 0) then
+            if (previous%state(row) /= contact_state%open .and. .not. closed(group(k))) then
+               chosen(group(k)) = k
+               closed(group(k)) = .true.
+            end if
+         end if
+         if (chosen(group(k)) == 0) chosen(group(k)) = k
+      end do
+      list%n_corners = list%n_corners + 1
+      if (.not. allocated(list%corner_pairs)) allocate (list%corner_pairs(2, 16))
+      if (list%n_corners > size(list%corner_pairs, 2)) call grow_pairs(list%corner_pairs)
+      list%corner_pairs(:, list%n_corners) = [a, b]
+      if (n_groups == 1) then
+         call list%add(vertex(chosen(1)), edge(chosen(1)), 0, 0)
+      else
+         call list%add(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)))
+         call list%add(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)))
+      end if
+   end subroutine try_corner
+
+   !> Lines whose normals agree are one group; at most two groups stay (the most different ones).
+   pure subroutine group_lines(normal, passes, cosine, group, n_groups)
+      real(wp), intent(in) :: normal(2, 4)
+      logical, intent(in) :: passes(4)
+      real(wp), intent(in) :: cosine
+      integer, intent(out) :: group(4)   !! 1, 2 or 0 (not an entrance line)
+      integer, intent(out) :: n_groups
+      integer :: k, first, second
+      real(wp) :: least, c
+      group = 0
+      n_groups = 0
+      first = 0
+      do k = 1, 4
+         if (passes(k)) then
+            first = k
+            exit
+         end if
+      end do
+      if (first == 0) return
+      group(first) = 1
+      n_groups = 1
+      second = 0
+      least = cosine
+      do k = first + 1, 4
+         if (.not. passes(k)) cycle
+         c = dot_product(normal(:, first), normal(:, k))
+         if (c >= cosine) then
+            group(k) = 1
+         else if (c < least) then
+            least = c
+            second = k
+         end if
+      end do
+      if (second == 0) return
+      n_groups = 2
+      do k = first + 1, 4
+         if (.not. passes(k) .or. group(k) == 1) cycle
+         if (dot_product(normal(:, second), normal(:, k)) >= cosine) group(k) = 2
+      end do
+      group(second) = 2
+   end subroutine group_lines
+
+   !> Vertex-edge contact of a vertex with an edge of the other block.
+   pure subroutine try_edge(v, e, side, vertices, topology, limits, list)
+      integer, intent(in) :: v, e
+      integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
+      real(wp), intent(in) :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      real(wp) :: t(2), n(2), p(2), length, s, gap, in_v(2), out_v(2), into(2), outof(2), work, beyond(2)
+      integer :: corner(2), k
+      logical :: concave(2)
+
+      call edge_direction(vertices, topology, e, t, length)
+      n = outward(t)
+      p = vertices(:, v) - vertices(:, e)
+      gap = dot_product(p, n)
+      if (gap > limits%reach .or. gap < -limits%penetration) return
+      s = dot_product(p, t)
+      if (s < -limits%zone .or. s > length + limits%zone) return
+      corner = [topology%owner(e), topology%next(e)]
+      do k = 1, 2
+         call edge_direction(vertices, topology, topology%edge_in(corner(k)), into, work)
+         call edge_direction(vertices, topology, topology%edge_out(corner(k)), outof, work)
+         concave(k) = is_concave(into, outof, limits)
+      end do
+      beyond = merge(limits%zone, 0.0_wp, concave)
+      if (s < -beyond(1) .or. s > length + beyond(2)) return
+      call edge_direction(vertices, topology, topology%edge_in(v), in_v, work)
+      call edge_direction(vertices, topology, topology%edge_out(v), out_v, work)
+      if (is_concave(in_v, out_v, limits)) return
+      if (.not. is_outside(in_v, out_v, n, limits)) return
+      if (s <= min(limits%zone, 0.25_wp*length)) then
+         if (is_corner_pair(list, v, corner(1), side)) return
+      end if
+      if (length - s <= min(limits%zone, 0.25_wp*length)) then
+         if (is_corner_pair(list, v, corner(2), side)) return
+      end if
+      if (gap < 0) then
+         ! at a convex corner the line with the larger gap decides
+         if (.not. concave(1)) then
+            if (neighbour_decides(topology%edge_in(corner(1)))) return
+         end if
+         if (.not. concave(2)) then
+            if (neighbour_decides(topology%edge_out(corner(2)))) return
+         end if
+      end if
+      call list%add(v, e, 0, 0)
+
+   contains
+
+      !> Is the vertex less deep behind this neighbouring edge, and can it touch it?
+      pure logical function neighbour_decides(other)
+         integer, intent(in) :: other
+         real(wp) :: t2(2), n2(2), r2(2), length2, gap2, s2
+         neighbour_decides = .false.
+         call edge_direction(vertices, topology, other, t2, length2)
+         n2 = outward(t2)
+         r2 = vertices(:, v) - vertices(:, other)
+         gap2 = dot_product(r2, n2)
+         if (gap2 <= gap .or. gap2 > limits%reach) return
+         s2 = dot_product(r2, t2)
+         if (s2 < 0 .or. s2 > length2) return
+         neighbour_decides = is_outside(in_v, out_v, n2, limits)
+      end function neighbour_decides
+
+   end subroutine try_edge
+
+   !> Was this vertex already paired with that corner?
+   pure logical function is_corner_pair(list, v, corner, side)
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: v, corner, side
+      integer :: k
+      is_corner_pair = .false.
+      do k = 1, list%n_corners
+         if (side == 1) then
+            is_corner_pair = list%corner_pairs(1, k) == v .and. list%corner_pairs(2, k) == corner
+         else
+            is_corner_pair = list%corner_pairs(2, k) == v .and. list%corner_pairs(1, k) == corner
+         end if
+         if (is_corner_pair) return
+      end do
+   end function is_corner_pair
+
+   !> Unit vector along an edge and its length.
+   pure subroutine edge_direction(vertices, topology, e, t, length)
+      real(wp), intent(in) :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      integer, intent(in) :: e
+      real(wp), intent(out) :: t(2), length
+      t = vertices(:, topology%next(e)) - vertices(:, e)
+      length = sqrt(t(1)**2 + t(2)**2)
+      t = t/max(length, tiny(1.0_wp))
+   end subroutine edge_direction
+
+   !> Outward normal of an edge of a counter-clockwise block.
+   pure function outward(t) result(n)
+      real(wp), intent(in) :: t(2)
+      real(wp) :: n(2)
+      n = [t(2), -t(1)]
+   end function outward
+
+   !> Does the outline turn right at this corner (interior angle above 180 degrees plus tolerance)?
+   pure logical function is_concave(into, outof, limits)
+      real(wp), intent(in) :: into(2), outof(2)
+      type(search_limits_type), intent(in) :: limits
+      is_concave = into(1)*outof(2) - into(2)*outof(1) < -limits%sine
+   end function is_concave
+
+   !> Do both edges of a corner lie on the side of a line to which n points?
+   pure logical function is_outside(into, outof, n, limits)
+      real(wp), intent(in) :: into(2), outof(2), n(2)
+      type(search_limits_type), intent(in) :: limits
+      is_outside = dot_product(outof, n) >= -limits%sine .and. -dot_product(into, n) >= -limits%sine
+   end function is_outside
+
+   !> Append a candidate row.
+   pure subroutine add_candidate(self, vertex, edge, partner_vertex, partner_edge)
+      class(candidate_list_type), intent(inout) :: self
+      integer, intent(in) :: vertex, edge, partner_vertex, partner_edge
+      if (.not. allocated(self%vertex)) then
+         allocate (self%vertex(64), self%edge(64), self%partner_vertex(64), self%partner_edge(64))
+      else if (self%n == size(self%vertex)) then
+         call grow(self%vertex)
+         call grow(self%edge)
+         call grow(self%partner_vertex)
+         call grow(self%partner_edge)
+      end if
+      self%n = self%n + 1
+      self%vertex(self%n) = vertex
+      self%edge(self%n) = edge
+      self%partner_vertex(self%n) = partner_vertex
+      self%partner_edge(self%n) = partner_edge
+   end subroutine add_candidate
+
+   !> Double the length of an array.
+   pure subroutine grow(array)
+      integer, allocatable, intent(inout) :: array(:)
+      integer, allocatable :: larger(:)
+      allocate (larger(2*size(array)))
+      larger(1:size(array)) = array
+      call move_alloc(larger, array)
+   end subroutine grow
+
+   !> Double the length of a list of pairs.
+   pure subroutine grow_pairs(array)
+      integer, allocatable, intent(inout) :: array(:, :)
+      integer, allocatable :: larger(:, :)
+      allocate (larger(2, 2*size(array, 2)))
+      larger(:, 1:size(array, 2)) = array
+      call move_alloc(larger, array)
+   end subroutine grow_pairs
+
+end module rockdda_contact_narrow_phase

@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: MIT
+!> Who is whose neighbour on a block outline, as contacts see it.
+!>
+!> Bridge edges (joint material 0, from an island to the outline around it, walked twice) take no part in
+!> contacts: each bridge end exists twice, and the outline goes on across the bridge. Here every vertex gets its
+!> real incoming and outgoing edge, and the second copy of a bridge end is switched off.
+!>
+!>     ... p -> v1 =bridge=> w1 -> ...island... -> w2 =bridge=> v2 -> q ...
+!>     v1: active, edge_in = p, edge_out = v2 (the edge v2 -> q);   v2: not active
+!>     w2: active, edge_in = before w2, edge_out = w1;              w1: not active
+module rockdda_contact_topology
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   implicit none
+   private
+   public :: contact_topology_type, new_contact_topology
+
+   type :: contact_topology_type
+      integer, allocatable :: block(:)     !! (nv) owner of the vertex
+      integer, allocatable :: next(:)      !! (nv) end vertex of the edge that starts here (bridges included)
+      integer, allocatable :: edge_out(:)  !! (nv) real edge that leaves the vertex
+      integer, allocatable :: edge_in(:)   !! (nv) real edge that arrives at the vertex
+      integer, allocatable :: owner(:)     !! (nv) the active copy of this vertex (itself, if active)
+      logical, allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
+      logical, allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
+   end type contact_topology_type
+
+contains
+
+   !> Build the neighbourhood of all vertices.
+   pure subroutine new_contact_topology(blocks, topology)
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(out) :: topology
+      integer, allocatable :: twin(:)
+      integer :: nv, i, k, j, first, last, arriving
+      nv = blocks%n_vertices()
+      allocate (topology%block(nv), topology%next(nv), topology%edge_out(nv), topology%edge_in(nv), &
+                topology%owner(nv), twin(nv), source=0)
+      allocate (topology%active(nv), topology%is_edge(nv), source=.true.)
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         do k = first, last
+            topology%block(k) = i
+            topology%next(k) = k + 1
+         end do
+         topology%next(last) = first
+      end do
+      do k = 1, nv
+         topology%is_edge(k) = blocks%edge_joint(k) > 0
+      end do
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         if (all(topology%is_edge(first:last))) cycle
+         do k = first, last
+            if (.not. topology%is_edge(k)) twin(k) = find_twin(blocks, topology, k, first, last)
+         end do
+      end do
+      do k = 1, nv
+         first = blocks%vertex_offset(topology%block(k)) + 1
+         last = blocks%vertex_offset(topology%block(k) + 1)
+         arriving = merge(last, k - 1, k == first)
+         topology%edge_in(k) = arriving
+         topology%active(k) = topology%is_edge(arriving)
+         j = k
+         do while (.not. topology%is_edge(j))
+            if (twin(j) == 0) exit
+            j = topology%next(twin(j))
+            if (j == k) exit
+         end do
+         topology%edge_out(k) = j
+      end do
+      topology%owner = [(k, k=1, nv)]
+      do k = 1, nv
+         if (topology%active(k)) topology%owner(topology%edge_out(k)) = k
+      end do
+   end subroutine new_contact_topology
+
+   !> The same bridge walked the other way; 0 when there is none.
+   pure integer function find_twin(blocks, topology, k, first, last) result(twin)
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      integer, intent(in) :: k, first, last
+      real(wp) :: tolerance
+      integer :: j
+      tolerance = 1.0e-9_wp*maxval(abs(blocks%vertices(:, first:last)))
+      twin = 0
+      do j = first, last
+         if (j == k .or. topology%is_edge(j)) cycle
+         if (any(abs(blocks%vertices(:, j) - blocks%vertices(:, topology%next(k))) > tolerance)) cycle
+         if (any(abs(blocks%vertices(:, topology%next(j)) - blocks%vertices(:, k)) > tolerance)) cycle
+         twin = j
+         return
+      end do
+   end function find_twin
+
+end module rockdda_contact_topology
