@@ -198,13 +198,20 @@ contains
             table%shear_force(k) = previous%shear_force(row)
             table%bonded(k) = previous%bonded(row)
             table%slip_sign(k) = previous%slip_sign(row)
+            table%total_slip(k) = previous%total_slip(row)
+            table%energy(k) = previous%energy(row)
          else
             table%state(k) = contact_state%open
             table%shear(k) = 0
             table%normal_force(k) = 0
             table%shear_force(k) = 0
             table%slip_sign(k) = 0
+            table%total_slip(k) = 0
+            table%energy(k) = 0
             table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
+            ! what touches at the start is in contact; the first solve tells what stays so
+            if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
+               table%state(k) = contact_state%locked
          end if
       end do
       ! of two partners at most one is closed: the one with the larger gap stays
@@ -229,6 +236,8 @@ contains
       table%normal_force(k) = 0
       table%shear_force(k) = 0
       table%slip_sign(k) = 0
+      table%total_slip(k) = 0
+      table%energy(k) = 0
    end subroutine open_row
 
 end module rockdda_contact_search

@@ -32,6 +32,8 @@ module rockdda_contact_table
       real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
       real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
       logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
+      real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
+      real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
       integer, allocatable :: slip_sign(:)           !! (n) +1/-1 direction in which vertex slides along the edge, 0 none
       ! geometry at the step's start
       real(wp), allocatable :: gap(:)                !! (n) > 0 open
@@ -54,13 +56,14 @@ contains
          if (size(self%vertex) >= n) return
          deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
-                     self%length, self%normal, self%point)
+                     self%length, self%normal, self%point, self%total_slip, self%energy)
       end if
       m = n + n/4 + 16
       allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
                 self%state(m), self%slip_sign(m), source=0)
       allocate (self%bonded(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
+      allocate (self%total_slip(m), self%energy(m), source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
 

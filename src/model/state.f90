@@ -41,6 +41,8 @@ module rockdda_model_state
       real(wp), allocatable :: loading_position(:, :)  !! (2, nl)
       real(wp), allocatable :: measured_position(:, :) !! (2, nm)
       real(wp), allocatable :: bolt_ends(:, :)         !! (4, n_bolts) now
+      real(wp), allocatable :: bolt_elongation(:)      !! (n_bolts) change of length since the start
+      real(wp), allocatable :: bolt_plastic(:)         !! (n_bolts) yielded part of the elongation
    end type block_state_type
 
    !> What the history keeps of one accepted step.

@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: MIT
+!> The open-close loop's judgement: what every contact should be, given the motion of the last solve.
+!>
+!> Signs: gap > 0 open; normal force > 0 compression; slip > 0 when the vertex moves along the edge
+!> (counter-clockwise on block b); the shear spring's elongation has the sign of slip.
+!>
+!> States of a contact and what acts while it has them:
+!>     open      nothing
+!>     locked    normal spring k_n at the gap, shear spring k_s at the elongation carried from the step's start
+!>     sliding   normal spring, and a friction force of the last solve's normal force against the slip direction
+!>
+!> The shear spring never forgets: while a contact slides, its elongation stays at the friction limit over k_s (it
+!> grows there with the slip), so a contact that locks again starts from the force it had.
+module rockdda_contact_open_close
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_law, only : contact_law_type, shear_strength
+   implicit none
+   private
+   public :: open_close_type, judge_settings_type
+
+   !> Stiffness and tolerances of the judgement.
+   type :: judge_settings_type
+      real(wp) :: k_n = 0              !! normal stiffness [force/length]
+      real(wp) :: k_s = 0              !! shear stiffness [force/length]
+      real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
+      real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
+      logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
+      real(wp) :: dt = 1               !! step, for slip rates
+   end type judge_settings_type
+
+   !> Trial states and predicted motion of one step's contacts.
+   type :: open_close_type
+      integer, allocatable :: state(:)        !! trial state
+      integer, allocatable :: slip_sign(:)    !! direction of slip used for friction, +1/-1
+      logical, allocatable :: bonded(:)       !! still bonded in this trial
+      real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
+      real(wp), allocatable :: friction(:)    !! friction force used while sliding, >= 0
+      real(wp), allocatable :: gap(:)         !! predicted gap
+      real(wp), allocatable :: slip(:)        !! predicted slip in this step
+      integer, allocatable :: changes(:)      !! changes of state in this step so far
+   contains
+      procedure :: begin
+      procedure :: judge
+   end type open_close_type
+
+contains
+
+   !> Trial states of the first round are those of the last step.
+   pure subroutine begin(self, table, laws, settings)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      integer :: c, n
+      n = table%n
+      if (allocated(self%state)) then
+         if (size(self%state) < n) deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, &
+                                               self%friction, self%gap, self%slip, self%changes)
+      end if
+      if (.not. allocated(self%state)) allocate (self%state(n + n/4 + 16), self%slip_sign(n + n/4 + 16), &
+         self%bonded(n + n/4 + 16), self%normal_force(n + n/4 + 16), self%friction(n + n/4 + 16), &
+         self%gap(n + n/4 + 16), self%slip(n + n/4 + 16), self%changes(n + n/4 + 16))
+      do c = 1, n
+         self%state(c) = table%state(c)
+         self%slip_sign(c) = table%slip_sign(c)
+         self%bonded(c) = table%bonded(c)
+         self%normal_force(c) = table%normal_force(c)
+         self%gap(c) = table%gap(c)
+         self%slip(c) = 0
+         self%changes(c) = 0
+         self%friction(c) = 0
+         if (self%state(c) == contact_state%sliding) self%friction(c) = &
+            strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., 0.0_wp, settings)
+      end do
+   end subroutine begin
+
+   !> Judge every contact by the predicted gap and slip of the last solve.
+   pure subroutine judge(self, table, laws, settings, n_changes, worst_friction)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(out) :: n_changes               !! contacts whose state changed
+      real(wp), intent(out) :: worst_friction         !! largest change of a friction force used [force]
+      integer :: c, old, new
+      real(wp) :: limit, old_friction
+      n_changes = 0
+      worst_friction = 0
+      do c = 1, table%n
+         old = self%state(c)
+         old_friction = self%friction(c)
+         if (old == contact_state%open) then
+            self%normal_force(c) = 0
+            new = judge_open(self, table, laws, settings, c)
+         else
+            self%normal_force(c) = -settings%k_n*self%gap(c)
+            new = judge_closed(self, table, laws, settings, c)
+         end if
+         self%state(c) = new
+         self%friction(c) = 0
+         if (new == contact_state%sliding) then
+            limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
+            self%friction(c) = limit
+            if (old == contact_state%sliding) worst_friction = max(worst_friction, abs(limit - old_friction))
+         end if
+         if (new == old) cycle
+         self%changes(c) = self%changes(c) + 1
+         if (settings%peer .and. min(old, new) > 0) cycle
+         n_changes = n_changes + 1
+      end do
+   end subroutine judge
+
+   !> New state of an open contact.
+   pure integer function judge_open(self, table, laws, settings, c) result(new)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c
+      real(wp) :: trial, limit
+      integer :: p
+      new = contact_state%open
+      if (self%gap(c) >= -settings%close_tolerance) return
+      p = table%partner(c)
+      if (p > 0) then
+         ! inside only when behind both lines; the line with the larger gap closes
+         if (self%state(p) /= contact_state%open) return
+         if (self%gap(p) >= -settings%close_tolerance) return
+         if (self%gap(c) < self%gap(p)) return
+         if (self%gap(c) <= self%gap(p) .and. p < c) return
+      end if
+      new = contact_state%locked
+      limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), self%slip(c), settings)
+      trial = settings%k_s*(table%shear(c) + self%slip(c))
+      if (abs(trial) > limit .or. limit <= 0) then
+         new = contact_state%sliding
+         self%slip_sign(c) = merge(1, -1, trial >= 0)
+         self%bonded(c) = .false.
+      end if
+   end function judge_open
+
+   !> New state of a closed contact.
+   pure integer function judge_closed(self, table, laws, settings, c) result(new)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c
+      real(wp) :: shear, limit, hold
+      integer :: p
+      hold = settings%open_tolerance
+      if (self%bonded(c)) hold = hold + laws(table%joint(c))%tension*table%length(c)/settings%k_n
+      new = self%state(c)
+      p = table%partner(c)
+      if (self%gap(c) > hold) new = contact_state%open
+      if (p > 0) then
+         ! outside the partner's line: the corner has been passed
+         if (self%gap(p) > settings%open_tolerance .and. self%gap(p) > self%gap(c)) new = contact_state%open
+      end if
+      if (new == contact_state%open) then
+         self%bonded(c) = .false.
+         self%slip_sign(c) = 0
+         return
+      end if
+      if (new == contact_state%locked) then
+         shear = settings%k_s*(table%shear(c) + self%slip(c))
+         limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), self%bonded(c), self%slip(c), settings)
+         if (abs(shear) > limit .or. limit <= 0) then
+            new = contact_state%sliding
+            self%slip_sign(c) = merge(1, -1, shear >= 0)
+            self%bonded(c) = .false.
+         end if
+      else
+         limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
+         if (self%slip(c)*self%slip_sign(c) < 0) then
+            ! friction would drive the slip; without friction there is nothing to lock
+            if (limit > 0) then
+               new = contact_state%locked
+               self%slip_sign(c) = 0
+            else
+               self%slip_sign(c) = -self%slip_sign(c)
+            end if
+         end if
+      end if
+   end function judge_closed
+
+   !> Shear strength with the slip rate of the step.
+   pure real(wp) function strength(law, table, c, normal_force, bonded, slip, settings)
+      type(contact_law_type), intent(in) :: law
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                       !! row
+      real(wp), intent(in) :: normal_force, slip
+      logical, intent(in) :: bonded
+      type(judge_settings_type), intent(in) :: settings
+      strength = shear_strength(law, normal_force, table%length(c), bonded, abs(slip)/settings%dt, &
+                                table%total_slip(c) + abs(slip))
+   end function strength
+
+end module rockdda_contact_open_close

@@ -1,0 +1,142 @@
+! SPDX-License-Identifier: MIT
+!> Step sizes and stages.
+!>
+!> dt starts at dt_max. A step that does not converge, or moves a vertex further than displacement_ratio*w0, is
+!> begun again with a smaller dt, not below dt_min; after an accepted step dt grows back by at most `growth`
+!> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and of the run
+!> shorten one step to land on them without changing the dt that follows.
+module rockdda_stepping_control
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_options, only : stage_type, is_set
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: step_control_type, new_step_control, growth
+
+   !> Largest factor by which the step grows after an accepted step.
+   real(wp), parameter :: growth = 1.5_wp
+
+   !> Part of the state of a run.
+   type :: step_control_type
+      real(wp) :: dt = 0                    !! next step to try [time]
+      real(wp) :: last_dt = 0               !! of the last accepted step
+      real(wp) :: last_displacement = 0     !! largest vertex displacement of the last accepted step [length]
+      real(wp) :: last_k01 = 1              !! with which its velocity was carried on
+      integer :: stage = 1                  !! present stage; beyond the list: no stage
+      logical, allocatable :: released(:)   !! (nf) fixed points let go so far
+   contains
+      procedure :: k01
+      procedure :: gravity
+      procedure :: step_size
+      procedure :: accepted
+      procedure :: cut_for_displacement
+      procedure :: end_stages
+   end type step_control_type
+
+contains
+
+   !> Control at the start of a run.
+   pure subroutine new_step_control(parameters, n_fixed, control)
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: n_fixed
+      type(step_control_type), intent(out) :: control
+      control%dt = parameters%dt_max
+      allocate (control%released(n_fixed), source=.false.)
+   end subroutine new_step_control
+
+   !> k01 of the present stage.
+   pure real(wp) function k01(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      k01 = parameters%k01
+      if (self%stage > size(parameters%stages)) return
+      if (is_set(parameters%stages(self%stage)%k01)) k01 = parameters%stages(self%stage)%k01
+   end function k01
+
+   !> Factor on the weights in the present stage.
+   pure real(wp) function gravity(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      gravity = 1
+      if (self%stage <= size(parameters%stages)) gravity = parameters%stages(self%stage)%gravity
+   end function gravity
+
+   !> The step to try from `time`: dt, or what is left to the next end of a stage or of the run.
+   pure real(wp) function step_size(self, parameters, time) result(dt)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: time
+      real(wp) :: target
+      dt = self%dt
+      target = parameters%t_end
+      if (self%stage <= size(parameters%stages)) then
+         if (is_set(parameters%stages(self%stage)%until_time)) &
+            target = min(target, parameters%stages(self%stage)%until_time)
+      end if
+      ! a remainder below 1e-6 dt is taken along, so that round-off in the time makes no extra step
+      if (time + dt*(1 + 1.0e-6_wp) >= target .and. target > time) dt = target - time
+   end function step_size
+
+   !> Next dt after an accepted step.
+   pure subroutine accepted(self, parameters, dt, displacement, shortened, k01_used)
+      class(step_control_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt, displacement
+      logical, intent(in) :: shortened     !! dt was shortened to land on an end: keep the dt that was wanted
+      real(wp), intent(in) :: k01_used
+      real(wp) :: limit, wanted
+      self%last_dt = dt
+      self%last_displacement = displacement
+      self%last_k01 = k01_used
+      limit = parameters%displacement_ratio*parameters%w0
+      if (shortened) return
+      wanted = min(parameters%dt_max, growth*dt)
+      if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) wanted = max(dt, min(wanted, 0.9_wp*limit*dt/displacement))
+      self%dt = max(parameters%dt_min, wanted)
+   end subroutine accepted
+
+   !> Smaller step after one that moved too far.
+   pure real(wp) function cut_for_displacement(self, parameters, dt, displacement) result(smaller)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt, displacement
+      real(wp) :: limit
+      limit = parameters%displacement_ratio*parameters%w0
+      smaller = max(parameters%dt_min, dt*max(parameters%cut_factor, min(0.9_wp, 0.8_wp*limit/displacement)))
+      if (self%last_dt < 0) smaller = dt
+   end function cut_for_displacement
+
+   !> Leave the stages that have ended; their fixed points to release are marked.
+   pure subroutine end_stages(self, parameters, step, time)
+      class(step_control_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: step      !! accepted steps so far
+      real(wp), intent(in) :: time
+      integer :: i
+      do while (self%stage <= size(parameters%stages))
+         associate (stage => parameters%stages(self%stage))
+            if (.not. has_ended(stage)) return
+            if (allocated(stage%release)) then
+               do i = 1, size(stage%release)
+                  if (stage%release(i) >= 1 .and. stage%release(i) <= size(self%released)) &
+                     self%released(stage%release(i)) = .true.
+               end do
+            end if
+         end associate
+         self%stage = self%stage + 1
+      end do
+
+   contains
+
+      !> Is the stage over?
+      pure logical function has_ended(stage)
+         type(stage_type), intent(in) :: stage
+         has_ended = .false.
+         if (is_set(stage%until_step)) has_ended = step >= stage%until_step
+         if (is_set(stage%until_time)) has_ended = has_ended .or. &
+                                                   time >= stage%until_time*(1 - 1.0e-12_wp)
+      end function has_ended
+
+   end subroutine end_stages
+
+end module rockdda_stepping_control

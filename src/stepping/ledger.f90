@@ -1,0 +1,267 @@
+! SPDX-License-Identifier: MIT
+!> Energy ledger of the steps (docs/theory.md, "Energy ledger").
+!>
+!> balance of a run:   kinetic + strain + gravity + springs - (their sum at the start)
+!>                   = external - friction - dissipated - discarded + geometry + residual
+!>
+!> The work of every implicit term over a step is known exactly, so that `residual` is what the solver left.
+module rockdda_stepping_ledger
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type, energy, n_energies
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_law, only : contact_law_type
+   use rockdda_contact_open_close, only : open_close_type
+   use rockdda_assembly_kinematics, only : mass_matrix, displacement_at
+   use rockdda_assembly_elastic, only : strain_energy, elastic_energy
+   use rockdda_assembly_inertia, only : kinetic_energy, mass_damping_dissipation
+   use rockdda_assembly_contact_spring, only : dashpot_dissipation
+   use rockdda_assembly_points, only : support_energy
+   use rockdda_assembly_bolts, only : bolt_response, bolt_energy
+   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type
+   use rockdda_stepping_links, only : bolt_round_type, contact_dashpots
+   implicit none
+   private
+   public :: ledger_type, stored_energies
+
+   type :: ledger_type
+      real(wp) :: total(n_energies) = 0     !! as in step_record_type%energy
+      real(wp) :: at_start = 0              !! kinetic + strain + gravity + springs at time 0
+      real(wp) :: contact_energy = 0        !! in contact springs at the end of the last step
+      real(wp) :: fixed_energy = 0          !! in the springs of fixed points
+      real(wp) :: bolt_energy = 0           !! in bolts
+   contains
+      procedure :: start
+      procedure :: add_contacts
+      procedure :: add_blocks
+      procedure :: add_supports
+      procedure :: add_motion
+      procedure :: close_step
+   end type ledger_type
+
+contains
+
+   !> Kinetic and strain energy of all blocks with the masses and areas of the state.
+   pure subroutine stored_energies(blocks, matrices, state, kinetic, strain)
+      type(block_system_type), intent(in) :: blocks
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(out) :: kinetic, strain    !! [energy]
+      integer :: i
+      kinetic = 0
+      strain = 0
+      do i = 1, blocks%n_blocks
+         kinetic = kinetic + kinetic_energy(mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), &
+                                            state%velocity(:, i))
+         strain = strain + strain_energy(state%stress(:, i), matrices%c(:, :, blocks%block_material(i)), state%area(i))
+      end do
+   end subroutine stored_energies
+
+   !> Energies at time 0: initial velocities, initial stresses, pretensioned bolts.
+   pure subroutine start(self, blocks, matrices, state)
+      class(ledger_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      integer :: l
+      self%total = 0
+      self%contact_energy = 0
+      self%fixed_energy = 0
+      self%bolt_energy = 0
+      call stored_energies(blocks, matrices, state, self%total(energy%kinetic), self%total(energy%strain))
+      do l = 1, blocks%bolts%n
+         self%bolt_energy = self%bolt_energy + 0.5_wp*blocks%bolts%pretension(l)**2/blocks%bolts%stiffness(l)
+      end do
+      self%total(energy%springs) = self%bolt_energy
+      self%at_start = sum(self%total(1:4))
+   end subroutine start
+
+   !> Contacts of an accepted step: springs, friction, dashpots, changes of state.
+   !> Also writes the table's energies, shear springs and forces: the table then is that of the step's end.
+   pure subroutine add_contacts(self, parameters, laws, state, trial, dt, table)
+      class(ledger_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      type(contact_law_type), intent(in) :: laws(:)
+      type(block_state_type), intent(in) :: state
+      type(open_close_type), intent(in) :: trial
+      real(wp), intent(in) :: dt
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
+      real(wp) :: damping(2)
+      integer :: c
+      logical :: was_closed
+      kn = parameters%normal_stiffness
+      ks = parameters%shear_stiffness
+      carried = 0
+      friction = 0
+      dissipated = 0
+      discarded = 0
+      geometry = 0
+      stored = 0
+      do c = 1, table%n
+         was_closed = table%state(c) /= contact_state%open
+         x0 = table%gap(c)
+         s0 = table%shear(c)
+         before = 0
+         if (was_closed) before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
+         carried = carried + table%energy(c)
+         geometry = geometry + (before - table%energy(c))
+         if (trial%state(c) == contact_state%open) then
+            discarded = discarded + before
+            table%state(c) = contact_state%open
+            table%energy(c) = 0
+            table%shear(c) = 0
+            table%total_slip(c) = 0
+            table%normal_force(c) = 0
+            table%shear_force(c) = 0
+            table%slip_sign(c) = 0
+            table%bonded(c) = trial%bonded(c)
+            cycle
+         end if
+         x1 = trial%gap(c)
+         s1 = s0 + trial%slip(c)
+         if (was_closed .or. x0 < 0) then
+            dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
+            if (.not. was_closed) discarded = discarded - 0.5_wp*kn*x0**2
+         else
+            dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
+         end if
+         damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
+                                    state%mass(table%block_b(c)))
+         dissipated = dissipated + dashpot_dissipation(damping(1), dt, x1 - x0)
+         if (trial%state(c) == contact_state%locked) then
+            dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2 + dashpot_dissipation(damping(2), dt, s1 - s0)
+            table%shear_force(c) = -ks*s1
+            table%slip_sign(c) = 0
+         else
+            limit = trial%friction(c)/ks
+            s1 = max(-limit, min(limit, s1))
+            friction = friction + trial%slip_sign(c)*trial%friction(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+            table%shear_force(c) = -trial%slip_sign(c)*trial%friction(c)
+            table%slip_sign(c) = trial%slip_sign(c)
+            table%total_slip(c) = table%total_slip(c) + abs(trial%slip(c))
+         end if
+         table%state(c) = trial%state(c)
+         table%shear(c) = s1
+         table%normal_force(c) = -kn*x1
+         table%bonded(c) = trial%bonded(c)
+         table%energy(c) = 0.5_wp*kn*x1**2 + 0.5_wp*ks*s1**2
+         stored = stored + table%energy(c)
+      end do
+      ! closed contacts that the search no longer found
+      discarded = discarded + (self%contact_energy - carried)
+      self%contact_energy = stored
+      call add(self, energy%friction, friction)
+      call add(self, energy%dissipated, dissipated)
+      call add(self, energy%discarded, discarded)
+      call add(self, energy%geometry, geometry)
+   end subroutine add_contacts
+
+   !> Blocks of an accepted step: loads, elastic dissipation, damping; state is that of the step's start.
+   pure subroutine add_blocks(self, blocks, parameters, matrices, state, loads, dt, d)
+      class(ledger_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      type(step_loads_type), intent(in) :: loads
+      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: d(:, :)            !! (6, nb) unknowns of the step
+      real(wp) :: external, gravity, dissipated, stored, lost
+      integer :: i
+      external = 0
+      gravity = 0
+      dissipated = 0
+      do i = 1, blocks%n_blocks
+         external = external + dot_product(loads%external(:, i), d(:, i))
+         gravity = gravity - dot_product(loads%weight(:, i), d(:, i))
+         call elastic_energy(matrices%e(:, :, blocks%block_material(i)), state%stress(:, i), d(4:6, i), &
+                             state%area(i), stored, lost)
+         dissipated = dissipated + lost
+         if (parameters%mass_damping > 0) dissipated = dissipated + mass_damping_dissipation( &
+            parameters%mass_damping, mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), dt, d(:, i))
+      end do
+      call add(self, energy%external, external)
+      call add(self, energy%gravity, gravity)
+      call add(self, energy%dissipated, dissipated)
+   end subroutine add_blocks
+
+   !> Fixed points and bolts of an accepted step; also the support forces. state is that of the step's start.
+   pure subroutine add_supports(self, blocks, parameters, state, loads, released, bolts, d, fixed_force, bolt_plastic)
+      class(ledger_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      type(step_loads_type), intent(in) :: loads
+      logical, intent(in) :: released(:)          !! (nf)
+      type(bolt_round_type), intent(in) :: bolts
+      real(wp), intent(in) :: d(:, :)             !! (6, nb)
+      real(wp), intent(out) :: fixed_force(:, :)  !! (2, nf) on the block
+      real(wp), intent(inout) :: bolt_plastic(:)  !! (bolts) yielded elongation
+      real(wp) :: x0(2), x1(2), stored, lost, external, start_energy, end_energy, plastic, force, yielded
+      integer :: p, b, l
+      start_energy = 0
+      end_energy = 0
+      fixed_force = 0
+      do p = 1, blocks%fixed%n
+         if (released(p)) cycle
+         b = blocks%fixed%block(p)
+         x0 = state%fixed_position(:, p) - blocks%fixed%position(:, p) - loads%target_start(:, p)
+         x1 = x0 + loads%target_start(:, p) + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
+              - loads%target_end(:, p)
+         call support_energy(parameters%fixed_stiffness, x0, x1, loads%target_end(:, p) - loads%target_start(:, p), &
+                             stored, lost, external)
+         start_energy = start_energy + 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
+         end_energy = end_energy + 0.5_wp*parameters%fixed_stiffness*(x1(1)**2 + x1(2)**2)
+         call add(self, energy%dissipated, lost)
+         call add(self, energy%external, external)
+         fixed_force(:, p) = -parameters%fixed_stiffness*x1
+      end do
+      call add(self, energy%geometry, start_energy - self%fixed_energy)
+      self%fixed_energy = end_energy
+      start_energy = 0
+      end_energy = 0
+      do l = 1, blocks%bolts%n
+         call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), bolts%stretch(l), &
+                            force, yielded)
+         call bolt_energy(blocks%bolts%stiffness(l), bolts%force(l), force, yielded, stored, lost, plastic)
+         start_energy = start_energy + 0.5_wp*bolts%force(l)**2/blocks%bolts%stiffness(l)
+         end_energy = end_energy + 0.5_wp*force**2/blocks%bolts%stiffness(l)
+         call add(self, energy%dissipated, lost + plastic)
+         bolt_plastic(l) = bolt_plastic(l) + yielded
+      end do
+      call add(self, energy%geometry, start_energy - self%bolt_energy)
+      self%bolt_energy = end_energy
+   end subroutine add_supports
+
+   !> Kinetic and strain energy after the blocks have moved, and what k01 takes away.
+   pure subroutine add_motion(self, kinetic_predicted, strain_predicted, kinetic_moved, strain_moved, k01)
+      class(ledger_type), intent(inout) :: self
+      real(wp), intent(in) :: kinetic_predicted, strain_predicted  !! with the masses and areas of the step's start
+      real(wp), intent(in) :: kinetic_moved, strain_moved          !! with those of its end, before k01
+      real(wp), intent(in) :: k01                                  !! share of the velocity that is carried on
+      call add(self, energy%geometry, (kinetic_moved - kinetic_predicted) + (strain_moved - strain_predicted))
+      call add(self, energy%discarded, (1 - k01**2)*kinetic_moved)
+      self%total(energy%kinetic) = k01**2*kinetic_moved
+      self%total(energy%strain) = strain_moved
+   end subroutine add_motion
+
+   !> Sum up the springs and close the balance.
+   pure subroutine close_step(self)
+      class(ledger_type), intent(inout) :: self
+      self%total(energy%springs) = self%contact_energy + self%fixed_energy + self%bolt_energy
+      self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
+                                    + self%total(energy%friction) + self%total(energy%dissipated) &
+                                    + self%total(energy%discarded) - self%total(energy%geometry)
+   end subroutine close_step
+
+   !> Add to one column.
+   pure subroutine add(self, column, amount)
+      class(ledger_type), intent(inout) :: self
+      integer, intent(in) :: column
+      real(wp), intent(in) :: amount
+      self%total(column) = self%total(column) + amount
+   end subroutine add
+
+end module rockdda_stepping_ledger

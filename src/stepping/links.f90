@@ -1,0 +1,177 @@
+! SPDX-License-Identifier: MIT
+!> Contacts and bolts as links of the equations: vectors once a step, stiffness and force once a round.
+module rockdda_stepping_links
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_law, only : contact_law_type
+   use rockdda_contact_open_close, only : open_close_type
+   use rockdda_assembly_contact_spring, only : contact_vectors, dashpot_coefficient
+   use rockdda_assembly_bolts, only : bolt_vectors, bolt_force
+   use rockdda_assembly_equations, only : equations_type
+   implicit none
+   private
+   public :: bolt_round_type, set_link_vectors, set_link_forces, predict_contacts, judge_bolts, contact_dashpots
+
+   !> Bolts in the open-close loop.
+   type :: bolt_round_type
+      real(wp), allocatable :: force(:)     !! (n) axial force at the step's start
+      logical, allocatable :: yields(:)     !! (n) trial: force held at the strength
+      real(wp), allocatable :: stretch(:)   !! (n) predicted change of length
+   end type bolt_round_type
+
+contains
+
+   !> Blocks, directions and sizes of all links at the start of a step.
+   subroutine set_link_vectors(blocks, topology, state, table, bolts, equations)
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: table
+      type(bolt_round_type), intent(inout) :: bolts
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: gap, normal(2), tangent(2), centroid(2, 2), length
+      integer :: c, a, b, l, side
+
+      call equations%set_size(blocks%n_blocks, table%n + blocks%bolts%n)
+      !$omp parallel do default(none) shared(table, state, topology, equations) private(c, a, b, gap, normal, tangent)
+      do c = 1, table%n
+         a = table%block_a(c)
+         b = table%block_b(c)
+         equations%pair(:, c) = [a, b]
+         call contact_vectors(state%vertices(:, table%vertex(c)), state%vertices(:, table%edge(c)), &
+                              state%vertices(:, topology%next(table%edge(c))), state%centroid(:, a), &
+                              state%centroid(:, b), gap, normal, tangent, &
+                              equations%vector_a(:, 1, c), equations%vector_b(:, 1, c), &
+                              equations%vector_a(:, 2, c), equations%vector_b(:, 2, c))
+      end do
+      !$omp end parallel do
+      if (.not. allocated(bolts%force)) allocate (bolts%force(blocks%bolts%n), bolts%stretch(blocks%bolts%n), &
+                                                  bolts%yields(blocks%bolts%n))
+      bolts%yields = .false.
+      bolts%stretch = 0
+      do l = 1, blocks%bolts%n
+         c = table%n + l
+         equations%pair(:, c) = blocks%bolts%blocks(:, l)
+         centroid = 0
+         do side = 1, 2
+            if (equations%pair(side, c) > 0) centroid(:, side) = state%centroid(:, equations%pair(side, c))
+         end do
+         call bolt_vectors(state%bolt_ends(:, l), blocks%bolts%blocks(:, l), centroid(:, 1), centroid(:, 2), length, &
+                           equations%vector_a(:, 1, c), equations%vector_b(:, 1, c))
+         if (equations%pair(1, c) == equations%pair(2, c)) then
+            ! both ends in one block: it holds nothing together, only the block's own strain would feel it
+            equations%pair(:, c) = 0
+            equations%vector_a(:, 1, c) = 0
+            equations%vector_b(:, 1, c) = 0
+         end if
+         equations%vector_a(:, 2, c) = 0
+         equations%vector_b(:, 2, c) = 0
+         bolts%force(l) = bolt_force(blocks%bolts%stiffness(l), blocks%bolts%pretension(l), &
+                                     state%bolt_elongation(l), state%bolt_plastic(l))
+      end do
+      call equations%set_graph()
+   end subroutine set_link_vectors
+
+   !> Dashpot coefficients of a contact: normal and shear [force time/length].
+   pure function contact_dashpots(law, parameters, mass_a, mass_b) result(c)
+      type(contact_law_type), intent(in) :: law
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: mass_a, mass_b
+      real(wp) :: c(2)
+      c = 0
+      if (.not. law%damping_ratio > 0) return
+      c(1) = dashpot_coefficient(law%damping_ratio, parameters%normal_stiffness, mass_a, mass_b)
+      c(2) = dashpot_coefficient(law%damping_ratio, parameters%shear_stiffness, mass_a, mass_b)
+   end function contact_dashpots
+
+   !> Stiffness and force of all links for the trial states of a round.
+   pure subroutine set_link_forces(blocks, parameters, laws, state, table, trial, bolts, dt, equations)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(contact_law_type), intent(in) :: laws(:)
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      type(bolt_round_type), intent(in) :: bolts
+      real(wp), intent(in) :: dt
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: damping(2)
+      integer :: c, l
+      do c = 1, table%n
+         equations%stiffness(:, c) = 0
+         equations%force(:, c) = 0
+         if (trial%state(c) == contact_state%open) cycle
+         damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
+                                    state%mass(table%block_b(c)))/dt
+         equations%stiffness(1, c) = parameters%normal_stiffness + damping(1)
+         equations%force(1, c) = -parameters%normal_stiffness*table%gap(c)
+         if (trial%state(c) == contact_state%locked) then
+            equations%stiffness(2, c) = parameters%shear_stiffness + damping(2)
+            equations%force(2, c) = -parameters%shear_stiffness*table%shear(c)
+         else
+            equations%force(2, c) = -trial%slip_sign(c)*trial%friction(c)
+         end if
+      end do
+      do l = 1, blocks%bolts%n
+         c = table%n + l
+         equations%stiffness(:, c) = 0
+         equations%force(:, c) = 0
+         if (bolts%yields(l)) then
+            equations%force(1, c) = -sign(blocks%bolts%strength(l), bolts%force(l) + &
+                                          blocks%bolts%stiffness(l)*bolts%stretch(l))
+         else
+            equations%stiffness(1, c) = blocks%bolts%stiffness(l)
+            equations%force(1, c) = -bolts%force(l)
+         end if
+      end do
+   end subroutine set_link_forces
+
+   !> Predicted gap and slip of every contact, stretch of every bolt, for the solution x.
+   subroutine predict_contacts(table, equations, n_bolts, trial, bolts)
+      type(contact_table_type), intent(in) :: table
+      type(equations_type), intent(in) :: equations
+      integer, intent(in) :: n_bolts
+      type(open_close_type), intent(inout) :: trial
+      type(bolt_round_type), intent(inout) :: bolts
+      integer :: c, l
+      !$omp parallel do default(none) shared(table, equations, trial) private(c)
+      do c = 1, table%n
+         trial%gap(c) = table%gap(c) + &
+                        (dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c))) + &
+                         dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c))))
+         trial%slip(c) = dot_product(equations%vector_a(:, 2, c), equations%x(:, equations%pair(1, c))) + &
+                         dot_product(equations%vector_b(:, 2, c), equations%x(:, equations%pair(2, c)))
+      end do
+      !$omp end parallel do
+      do l = 1, n_bolts
+         c = table%n + l
+         bolts%stretch(l) = 0
+         if (equations%pair(1, c) > 0) bolts%stretch(l) = bolts%stretch(l) + &
+            dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c)))
+         if (equations%pair(2, c) > 0) bolts%stretch(l) = bolts%stretch(l) + &
+            dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c)))
+      end do
+   end subroutine predict_contacts
+
+   !> A bolt yields when its elastic force would exceed its strength, and holds again when it does not.
+   pure subroutine judge_bolts(blocks, bolts, n_changes)
+      type(block_system_type), intent(in) :: blocks
+      type(bolt_round_type), intent(inout) :: bolts
+      integer, intent(out) :: n_changes
+      logical :: yields
+      integer :: l
+      n_changes = 0
+      do l = 1, blocks%bolts%n
+         yields = .false.
+         if (blocks%bolts%strength(l) > 0) yields = abs(bolts%force(l) + blocks%bolts%stiffness(l)*bolts%stretch(l)) &
+                                                    > blocks%bolts%strength(l)
+         if (yields .neqv. bolts%yields(l)) n_changes = n_changes + 1
+         bolts%yields(l) = yields
+      end do
+   end subroutine judge_bolts
+
+end module rockdda_stepping_links

@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: MIT
+!> Block terms of a step: everything in K and f that belongs to one block alone.
+!>
+!> Inertia, elasticity, initial stress, weight, base motion, mass damping, point loads, line loads, fixed points
+!> (docs/theory.md, "Submatrices"). Loads from tables are taken at the end of the step; the base acceleration is
+!> taken in the middle of the step, where a constant acceleration over the step gives the velocity to second order.
+module rockdda_stepping_loads
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type
+   use rockdda_assembly_kinematics, only : mass_matrix
+   use rockdda_assembly_elastic, only : elasticity, compliance, add_elastic, add_stress
+   use rockdda_assembly_inertia, only : add_inertia, add_mass_damping
+   use rockdda_assembly_loads, only : point_load, body_force, line_load, table_value, load_factor, base_acceleration
+   use rockdda_assembly_points, only : add_point_spring
+   implicit none
+   private
+   public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, fixed_target
+
+   !> Elasticity of the block materials.
+   type :: material_matrices_type
+      real(wp), allocatable :: e(:, :, :)   !! (3, 3, materials)
+      real(wp), allocatable :: c(:, :, :)   !! (3, 3, materials) inverse of e
+   end type material_matrices_type
+
+   !> Loads of one attempt, kept apart for the ledger.
+   type :: step_loads_type
+      real(wp), allocatable :: weight(:, :)        !! (6, nb) gravity
+      real(wp), allocatable :: external(:, :)      !! (6, nb) point loads, line loads, base motion
+      real(wp), allocatable :: target_start(:, :)  !! (2, nf) prescribed displacement at the step's start
+      real(wp), allocatable :: target_end(:, :)    !! (2, nf) and at its end
+   end type step_loads_type
+
+contains
+
+   !> Elasticity and compliance of all block materials.
+   pure subroutine new_material_matrices(parameters, matrices)
+      type(parameters_type), intent(in) :: parameters
+      type(material_matrices_type), intent(out) :: matrices
+      integer :: i, n
+      n = size(parameters%block_materials)
+      allocate (matrices%e(3, 3, n), matrices%c(3, 3, n))
+      do i = 1, n
+         associate (m => parameters%block_materials(i))
+            matrices%e(:, :, i) = elasticity(m%youngs_modulus, m%poisson_ratio, parameters%plane_strain)
+            matrices%c(:, :, i) = compliance(m%youngs_modulus, m%poisson_ratio, parameters%plane_strain)
+         end associate
+      end do
+   end subroutine new_material_matrices
+
+   !> Prescribed displacement of a fixed point at a time; zero without a table.
+   pure function fixed_target(parameters, point, t) result(target)
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: point
+      real(wp), intent(in) :: t
+      real(wp) :: target(2)
+      target = 0
+      if (.not. allocated(parameters%fixed_tables(point)%rows)) return
+      if (size(parameters%fixed_tables(point)%rows, 2) == 0) return
+      target = table_value(parameters%fixed_tables(point)%rows, t)
+   end function fixed_target
+
+   !> Stiffness and load of every block for a step of length dt from the given state.
+   pure subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, gravity_factor, &
+                                   dt, loads, k, f)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      logical, intent(in) :: released(:)          !! (nf) fixed points that were let go
+      integer, intent(in) :: line_blocks(:)       !! block of each line load
+      real(wp), intent(in) :: line_ends(:, :)     !! (4, line loads) where they are now
+      real(wp), intent(in) :: gravity_factor      !! of the present stage
+      real(wp), intent(in) :: dt                  !! [time]
+      type(step_loads_type), intent(inout) :: loads
+      real(wp), intent(inout) :: k(:, :, :)       !! (6, 6, nb)
+      real(wp), intent(inout) :: f(:, :)          !! (6, nb)
+      real(wp) :: m(6, 6), base(2), factor, t_end, gravity
+      integer :: i, p, b, material
+
+      t_end = state%time + dt
+      base = -base_acceleration(parameters%base, state%time + 0.5_wp*dt)
+      if (.not. allocated(loads%weight)) allocate (loads%weight(6, blocks%n_blocks), &
+         loads%external(6, blocks%n_blocks), loads%target_start(2, blocks%fixed%n), loads%target_end(2, blocks%fixed%n))
+      do i = 1, blocks%n_blocks
+         material = blocks%block_material(i)
+         associate (mat => parameters%block_materials(material))
+            gravity = mat%weight/mat%density
+            if (parameters%gravity >= 0) gravity = parameters%gravity
+            m = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
+            k(:, :, i) = 0
+            f(:, i) = 0
+            call add_inertia(m, state%velocity(:, i), dt, k(:, :, i), f(:, i))
+            call add_elastic(matrices%e(:, :, material), state%area(i), k(:, :, i))
+            call add_stress(state%stress(:, i), state%area(i), f(:, i))
+            if (parameters%mass_damping > 0) call add_mass_damping(parameters%mass_damping, m, dt, k(:, :, i))
+            loads%weight(:, i) = body_force(state%mass(i), [0.0_wp, -gravity*gravity_factor])
+            loads%external(:, i) = body_force(state%mass(i), base)
+         end associate
+      end do
+      do p = 1, blocks%loading%n
+         if (.not. allocated(parameters%loading_tables(p)%rows)) cycle
+         if (size(parameters%loading_tables(p)%rows, 2) == 0) cycle
+         b = blocks%loading%block(p)
+         loads%external(:, b) = loads%external(:, b) + point_load(table_value(parameters%loading_tables(p)%rows, t_end), &
+                                                                  state%loading_position(:, p), state%centroid(:, b))
+      end do
+      do p = 1, size(line_blocks)
+         b = line_blocks(p)
+         factor = load_factor(parameters%line_loads(p)%table, t_end)
+         loads%external(:, b) = loads%external(:, b) + line_load(line_ends(1:2, p), line_ends(3:4, p), &
+            state%centroid(:, b), factor*parameters%line_loads(p)%force_start, factor*parameters%line_loads(p)%force_end)
+      end do
+      do i = 1, blocks%n_blocks
+         f(:, i) = f(:, i) + loads%weight(:, i) + loads%external(:, i)
+      end do
+      do p = 1, blocks%fixed%n
+         loads%target_start(:, p) = fixed_target(parameters, p, state%time)
+         loads%target_end(:, p) = fixed_target(parameters, p, t_end)
+         if (released(p)) cycle
+         b = blocks%fixed%block(p)
+         call add_point_spring(parameters%fixed_stiffness, state%fixed_position(:, p), state%centroid(:, b), &
+                               state%fixed_position(:, p) - blocks%fixed%position(:, p), loads%target_end(:, p), &
+                               k(:, :, b), f(:, b))
+      end do
+   end subroutine set_block_terms
+
+end module rockdda_stepping_loads

@@ -1,0 +1,136 @@
+! SPDX-License-Identifier: MIT
+!> Blocks at the start of a run, and their motion at the end of an accepted step.
+module rockdda_stepping_motion
+   use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type
+   use rockdda_assembly_kinematics, only : mass_matrix, move_points, move_point, rotate_stress, rotate_strain_rate, &
+      displacement_at
+   use rockdda_assembly_inertia, only : new_velocity
+   use rockdda_stepping_loads, only : material_matrices_type
+   implicit none
+   private
+   public :: start_state, move_blocks, largest_displacement
+
+contains
+
+   !> State at time 0: positions of the model, initial stresses (sigma0 = s + t y at the centroid) and velocities.
+   pure subroutine start_state(blocks, parameters, state)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(out) :: state
+      integer :: i, nb
+      nb = blocks%n_blocks
+      state%step = 0
+      state%time = 0
+      state%vertices = blocks%vertices
+      allocate (state%centroid(2, nb), state%rotation(nb), state%stress(3, nb), state%velocity(6, nb), state%area(nb), &
+                state%moments(3, nb), state%mass(nb))
+      do i = 1, nb
+         associate (m => parameters%block_materials(blocks%block_material(i)))
+            call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
+                                    state%area(i), state%centroid(:, i), state%moments(:, i))
+            state%mass(i) = m%density*state%area(i)
+            state%rotation(i) = 0
+            state%stress(:, i) = m%stress + m%stress_gradient*state%centroid(2, i)
+            state%velocity(:, i) = [m%velocity, 0.0_wp, 0.0_wp, 0.0_wp]
+         end associate
+      end do
+      state%fixed_position = points_or_none(blocks%fixed%n, blocks%fixed%position)
+      state%loading_position = points_or_none(blocks%loading%n, blocks%loading%position)
+      state%measured_position = points_or_none(blocks%measured%n, blocks%measured%position)
+      allocate (state%bolt_ends(4, blocks%bolts%n), state%bolt_elongation(blocks%bolts%n), &
+                state%bolt_plastic(blocks%bolts%n), source=0.0_wp)
+      if (blocks%bolts%n > 0) state%bolt_ends = blocks%bolts%ends(:, 1:blocks%bolts%n)
+   end subroutine start_state
+
+   !> A copy of the first n points; the array may not be allocated when there are none.
+   pure function points_or_none(n, position) result(copy)
+      integer, intent(in) :: n
+      real(wp), allocatable, intent(in) :: position(:, :)
+      real(wp) :: copy(2, n)
+      if (n > 0) copy = position(:, 1:n)
+   end function points_or_none
+
+   !> Largest displacement T d of any vertex.
+   pure real(wp) function largest_displacement(blocks, state, d) result(largest)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: d(:, :)    !! (6, nb)
+      real(wp) :: u(2)
+      integer :: i, v
+      largest = 0
+      do i = 1, blocks%n_blocks
+         do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            u = displacement_at(d(:, i), state%vertices(:, v), state%centroid(:, i))
+            largest = max(largest, u(1)**2 + u(2)**2)
+         end do
+      end do
+      largest = sqrt(largest)
+   end function largest_displacement
+
+   !> Move everything by the unknowns of an accepted step; stresses, velocities, area and moments follow.
+   !>
+   !> Velocity: v = (2/dt) d - v_old. With exact rotation its strain rates turn with the block, and the spin is
+   !> scaled so that the angular momentum about the centroid, (M v)_3, survives the change of the moments of inertia
+   !> by strain. `velocity` is the full new velocity; the caller applies k01.
+   pure subroutine move_blocks(blocks, parameters, matrices, dt, d, state)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(material_matrices_type), intent(in) :: matrices
+      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: d(:, :)    !! (6, nb)
+      type(block_state_type), intent(inout) :: state
+      real(wp) :: m_old(6, 6), m_new(6, 6), v(6), spin
+      integer :: i, p, first, last, side, b
+      logical :: exact
+      exact = parameters%exact_rotation
+      do p = 1, blocks%fixed%n
+         call move_point(d(:, blocks%fixed%block(p)), state%centroid(:, blocks%fixed%block(p)), exact, &
+                         state%fixed_position(:, p))
+      end do
+      do p = 1, blocks%loading%n
+         call move_point(d(:, blocks%loading%block(p)), state%centroid(:, blocks%loading%block(p)), exact, &
+                         state%loading_position(:, p))
+      end do
+      do p = 1, blocks%measured%n
+         b = blocks%measured%block(p)
+         if (b < 1) cycle
+         call move_point(d(:, b), state%centroid(:, b), exact, state%measured_position(:, p))
+      end do
+      do p = 1, blocks%bolts%n
+         do side = 1, 2
+            b = blocks%bolts%blocks(side, p)
+            if (b > 0) call move_point(d(:, b), state%centroid(:, b), exact, state%bolt_ends(2*side - 1:2*side, p))
+         end do
+         state%bolt_elongation(p) = norm2(state%bolt_ends(3:4, p) - state%bolt_ends(1:2, p)) &
+                                    - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
+      end do
+      !$omp parallel do default(none) shared(blocks, parameters, matrices, dt, d, state, exact) &
+      !$omp private(i, first, last, m_old, m_new, v, spin)
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         m_old = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
+         v = new_velocity(d(:, i), state%velocity(:, i), dt)
+         spin = dot_product(m_old(3, :), v)
+         call move_points(d(:, i), state%centroid(:, i), exact, state%vertices(:, first:last))
+         call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), state%moments(:, i))
+         state%rotation(i) = state%rotation(i) + d(3, i)
+         state%stress(:, i) = state%stress(:, i) + matmul(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
+         if (parameters%mass_from_area) state%mass(i) = &
+            parameters%block_materials(blocks%block_material(i))%density*state%area(i)
+         if (exact) then
+            state%stress(:, i) = rotate_stress(state%stress(:, i), d(3, i))
+            v(4:6) = rotate_strain_rate(v(4:6), d(3, i))
+            m_new = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
+            v(3) = (spin - dot_product(m_new(3, 4:6), v(4:6)))/m_new(3, 3)
+         end if
+         state%velocity(:, i) = v
+      end do
+      !$omp end parallel do
+   end subroutine move_blocks
+
+end module rockdda_stepping_motion

@@ -1,0 +1,464 @@
+! SPDX-License-Identifier: MIT
+!> A run: the model, its state, and one accepted step at a time.
+!>
+!> `advance` is the whole of DDA's forward analysis: search the contacts, put the equations together, solve, judge
+!> every contact, repeat until nothing changes (open-close), cut the step when that fails, move the blocks, keep the
+!> energy ledger. Each attempt starts from the same saved state: only an accepted step changes it.
+module rockdda_stepping_simulation
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error, add_context
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_polygons, only : distance_to_outline
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type, step_record_type, energy
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
+   use rockdda_contact_search, only : contact_search_type, search_limits_type
+   use rockdda_contact_law, only : contact_law_type, new_contact_laws
+   use rockdda_contact_open_close, only : open_close_type, judge_settings_type
+   use rockdda_assembly_kinematics, only : move_point
+   use rockdda_assembly_equations, only : equations_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_factory, only : new_solver
+   use rockdda_stepping_control, only : step_control_type, new_step_control
+   use rockdda_stepping_ledger, only : ledger_type, stored_energies
+   use rockdda_stepping_links, only : bolt_round_type, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
+   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
+   use rockdda_stepping_motion, only : start_state, move_blocks, largest_displacement
+   implicit none
+   private
+   public :: simulation_type
+
+   !> Results of one attempt at a step.
+   type :: attempt_enum
+      integer :: converged = 1
+      integer :: not_converged = 2   !! states still change after the last round
+      integer :: too_far = 3         !! a vertex moved further than the search looked
+      integer :: no_solution = 4     !! the solver failed or did not converge
+   end type attempt_enum
+   type(attempt_enum), parameter :: attempt = attempt_enum()
+
+   !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
+   real(wp), parameter :: friction_tolerance = 1.0e-3_wp
+
+   type :: simulation_type
+      ! the model
+      type(block_system_type) :: blocks
+      type(parameters_type) :: parameters
+      ! the state: what a checkpoint has to hold
+      type(block_state_type) :: state
+      type(contact_table_type) :: contacts      !! of the last accepted step
+      type(step_control_type) :: control
+      type(ledger_type) :: ledger
+      type(step_record_type) :: record          !! of the last accepted step
+      real(wp), allocatable :: line_ends(:, :)  !! (4, line loads) where they are now
+      type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
+      ! derived from the model
+      type(contact_topology_type), private :: topology
+      type(contact_law_type), allocatable, private :: laws(:)
+      type(material_matrices_type), private :: matrices
+      integer, allocatable, private :: line_blocks(:)
+      ! tools and scratch
+      class(linear_solver_type), allocatable :: solver
+      type(contact_search_type), private :: search
+      type(contact_table_type), private :: table
+      type(open_close_type), private :: trial
+      type(bolt_round_type), private :: bolts
+      type(step_loads_type), private :: loads
+   contains
+      procedure :: init
+      procedure :: advance
+      procedure :: is_finished
+      procedure :: contact_forces
+      procedure, private :: attach_line_loads
+      procedure, private :: predicted_reach
+      procedure, private :: prepare_contacts
+      procedure, private :: try_step
+      procedure, private :: accept
+      procedure, private :: failure
+   end type simulation_type
+
+contains
+
+   !> State at time 0. Errors: input that no run can start from.
+   subroutine init(self, blocks, parameters, error)
+      class(simulation_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, p
+      self%blocks = blocks
+      self%parameters = parameters
+      if (blocks%n_blocks < 1) then
+         call make_error(error, error_code%input, 'the model has no blocks')
+         return
+      end if
+      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%laws, error)
+      if (allocated(error)) return
+      do i = 1, size(parameters%stages)
+         if (.not. allocated(parameters%stages(i)%release)) cycle
+         do p = 1, size(parameters%stages(i)%release)
+            if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > blocks%fixed%n) then
+               call make_error(error, error_code%input, 'stage '//to_string(i)//' releases fixed point '// &
+                               to_string(parameters%stages(i)%release(p))//', but the model has '// &
+                               to_string(blocks%fixed%n))
+               return
+            end if
+         end do
+      end do
+      call new_solver(parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
+                      parameters%preconditioner, self%solver, error)
+      if (allocated(error)) return
+      call start_state(blocks, parameters, self%state)
+      call self%attach_line_loads(error)
+      if (allocated(error)) return
+      call new_contact_topology(blocks, self%topology)
+      call new_material_matrices(parameters, self%matrices)
+      call new_step_control(parameters, blocks%fixed%n, self%control)
+      call self%contacts%resize(0)
+      call self%equations%set_size(blocks%n_blocks, 0)
+      self%equations%x = 0
+      call self%ledger%start(blocks, self%matrices, self%state)
+      self%record = step_record_type()
+      self%record%energy = self%ledger%total
+      allocate (self%record%measured_displacement(2, blocks%measured%n), self%record%measured_stress(3, blocks%measured%n), &
+                self%record%measured_rotation(blocks%measured%n), self%record%fixed_force(2, blocks%fixed%n))
+      self%record%measured_displacement = 0
+      self%record%measured_stress = 0
+      self%record%measured_rotation = 0
+      self%record%fixed_force = 0
+   end subroutine init
+
+   !> Has the run done all its steps or reached its end time?
+   pure logical function is_finished(self)
+      class(simulation_type), intent(in) :: self
+      is_finished = self%state%step >= self%parameters%n_steps .or. &
+                    self%state%time >= self%parameters%t_end*(1 - 1.0e-12_wp)
+   end function is_finished
+
+   !> One accepted step. On error (code 3) the state is that of the last accepted step.
+   subroutine advance(self, error)
+      class(simulation_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: dt, wanted, reach, displacement, limit
+      integer :: outcome, attempts, rounds, iterations
+      character(len=:), allocatable :: detail
+
+      call self%control%end_stages(self%parameters, self%state%step, self%state%time)
+      wanted = self%control%dt
+      dt = self%control%step_size(self%parameters, self%state%time)
+      limit = self%parameters%displacement_ratio*self%parameters%w0
+      reach = self%predicted_reach(dt)
+      call self%prepare_contacts(reach)
+      attempts = 0
+      iterations = 0
+      do
+         attempts = attempts + 1
+         call self%try_step(dt, reach, outcome, rounds, iterations, displacement, detail, error)
+         if (allocated(error)) then
+            call add_context(error, 'step '//to_string(self%state%step + 1))
+            return
+         end if
+         select case (outcome)
+         case (1) ! converged
+            if (displacement <= limit .or. dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) exit
+            dt = self%control%cut_for_displacement(self%parameters, dt, displacement)
+         case (3) ! too far: look further, and begin again
+            reach = max(2*reach, quantised(2.5_wp*displacement, self%parameters%w0))
+            call self%prepare_contacts(reach)
+            attempts = attempts - 1
+            cycle
+         case default
+            if (dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) then
+               call self%failure(outcome, dt, detail, error)
+               return
+            end if
+            dt = max(self%parameters%dt_min, self%parameters%cut_factor*dt)
+         end select
+      end do
+      call self%accept(dt, abs(dt - wanted) > 0 .and. attempts == 1, displacement)
+      self%record%open_close_iterations = rounds
+      self%record%attempts = attempts
+      self%record%solver_iterations = iterations
+   end subroutine advance
+
+   !> How far the search has to look: four times the displacement expected in the step, at least a little,
+   !> rounded up to a power of two (times w0) so that the graph of candidates changes seldom.
+   pure real(wp) function predicted_reach(self, dt) result(reach)
+      class(simulation_type), intent(in) :: self
+      real(wp), intent(in) :: dt
+      real(wp) :: fastest, acceleration, expected, arm
+      integer :: i
+      acceleration = 0
+      do i = 1, size(self%parameters%block_materials)
+         associate (m => self%parameters%block_materials(i))
+            acceleration = max(acceleration, abs(m%weight)/m%density)
+         end associate
+      end do
+      if (self%parameters%gravity >= 0) acceleration = self%parameters%gravity
+      fastest = 0
+      do i = 1, self%blocks%n_blocks
+         arm = sqrt((self%state%moments(1, i) + self%state%moments(2, i))/self%state%area(i))
+         fastest = max(fastest, norm2(self%state%velocity(1:2, i)) + &
+                       2*arm*(abs(self%state%velocity(3, i)) + norm2(self%state%velocity(4:6, i))))
+      end do
+      expected = fastest*dt + 0.5_wp*acceleration*abs(self%control%gravity(self%parameters))*dt**2
+      if (self%control%last_dt > 0) expected = max(expected, self%control%last_displacement*dt/self%control%last_dt)
+      reach = quantised(4*expected, self%parameters%w0)
+      if (reach > self%parameters%search_distance) reach = max(self%parameters%search_distance, 2.2_wp*expected)
+   end function predicted_reach
+
+   !> The next power of two times w0, at least 1e-7 w0.
+   pure real(wp) function quantised(length, w0)
+      real(wp), intent(in) :: length, w0
+      quantised = w0*2.0_wp**ceiling(log(max(length/w0, 1.0e-7_wp))/log(2.0_wp))
+   end function quantised
+
+   !> Search the contacts of the step from the state at its start, and set up their links.
+   subroutine prepare_contacts(self, reach)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: reach
+      type(search_limits_type) :: limits
+      limits%reach = reach
+      limits%zone = 0.5_wp*reach
+      limits%penetration = max(reach, 0.3_wp*self%parameters%search_distance)
+      limits%sine = sin(self%parameters%angle_tolerance)
+      limits%cosine = cos(self%parameters%angle_tolerance)
+      call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
+                           self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%table)
+      call set_link_vectors(self%blocks, self%topology, self%state, self%table, self%bolts, self%equations)
+   end subroutine prepare_contacts
+
+   !> One attempt: open-close rounds with a fixed dt.
+   subroutine try_step(self, dt, reach, outcome, rounds, iterations, displacement, detail, error)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: dt, reach
+      integer, intent(out) :: outcome, rounds
+      integer, intent(inout) :: iterations
+      real(wp), intent(out) :: displacement
+      character(len=:), allocatable, intent(out) :: detail
+      type(error_type), allocatable, intent(out) :: error
+      type(solve_report_type) :: report
+      type(judge_settings_type) :: settings
+      integer :: n_changes, n_bolts
+      real(wp) :: worst_friction
+
+      settings%k_n = self%parameters%normal_stiffness
+      settings%k_s = self%parameters%shear_stiffness
+      settings%close_tolerance = self%parameters%close_tolerance
+      settings%open_tolerance = merge(2.0e-7_wp, 0.0_wp, self%parameters%peer_contacts)*self%parameters%w0
+      settings%peer = self%parameters%peer_contacts
+      settings%dt = dt
+      displacement = 0
+      detail = ''
+      call set_block_terms(self%blocks, self%parameters, self%matrices, self%state, self%control%released, &
+                           self%line_blocks, self%line_ends, self%control%gravity(self%parameters), dt, self%loads, &
+                           self%equations%block_matrix, self%equations%block_load)
+      call self%trial%begin(self%table, self%laws, settings)
+      self%bolts%yields = .false.
+      self%bolts%stretch = 0
+      outcome = attempt%not_converged
+      do rounds = 1, self%parameters%max_open_close
+         call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
+                              dt, self%equations)
+         call self%equations%assemble()
+         call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
+         if (allocated(error)) then
+            if (error%code /= error_code%computation) return
+            detail = error%message
+            deallocate (error)
+            outcome = attempt%no_solution
+            return
+         end if
+         iterations = iterations + report%iterations
+         if (.not. report%converged) then
+            if (allocated(report%detail)) detail = report%detail
+            outcome = attempt%no_solution
+            return
+         end if
+         displacement = largest_displacement(self%blocks, self%state, self%equations%x)
+         if (.not. displacement <= huge(1.0_wp)) then
+            detail = 'the solution is not finite'
+            outcome = attempt%no_solution
+            return
+         end if
+         if (2*displacement > reach .and. displacement <= 1.0e3_wp*self%parameters%w0) then
+            outcome = attempt%too_far
+            return
+         end if
+         call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+         call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
+         call judge_bolts(self%blocks, self%bolts, n_bolts)
+         if (n_changes + n_bolts > 0) cycle
+         outcome = attempt%converged
+         if (worst_friction <= friction_tolerance*largest_normal(self%trial, self%table%n)) exit
+      end do
+      rounds = min(rounds, self%parameters%max_open_close)
+   end subroutine try_step
+
+   !> Largest normal force of a trial.
+   pure real(wp) function largest_normal(trial, n)
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: n
+      largest_normal = 0
+      if (n > 0) largest_normal = maxval(abs(trial%normal_force(1:n)))
+   end function largest_normal
+
+   !> Book the energies, move the blocks, fill the record.
+   subroutine accept(self, dt, shortened, displacement)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: dt
+      logical, intent(in) :: shortened
+      real(wp), intent(in) :: displacement
+      real(wp) :: k01, kinetic_predicted, strain_predicted, kinetic_moved, strain_moved
+      type(contact_table_type) :: spare
+      integer :: p, b, side
+
+      k01 = self%control%k01(self%parameters)
+      call self%ledger%add_contacts(self%parameters, self%laws, self%state, self%trial, dt, self%table)
+      call self%ledger%add_blocks(self%blocks, self%parameters, self%matrices, self%state, self%loads, dt, self%equations%x)
+      call self%ledger%add_supports(self%blocks, self%parameters, self%state, self%loads, self%control%released, &
+                                    self%bolts, self%equations%x, self%record%fixed_force, self%state%bolt_plastic)
+      do p = 1, size(self%line_blocks)
+         b = self%line_blocks(p)
+         do side = 1, 3, 2
+            call move_point(self%equations%x(:, b), self%state%centroid(:, b), self%parameters%exact_rotation, &
+                            self%line_ends(side:side + 1, p))
+         end do
+      end do
+      call predicted_energies(self%blocks, self%matrices, self%state, dt, self%equations%x, kinetic_predicted, &
+                              strain_predicted)
+      call move_blocks(self%blocks, self%parameters, self%matrices, dt, self%equations%x, self%state)
+      call stored_energies(self%blocks, self%matrices, self%state, kinetic_moved, strain_moved)
+      call self%ledger%add_motion(kinetic_predicted, strain_predicted, kinetic_moved, strain_moved, k01)
+      call self%ledger%close_step()
+      self%state%velocity = k01*self%state%velocity
+      self%state%step = self%state%step + 1
+      self%state%time = self%state%time + dt
+      call self%control%accepted(self%parameters, dt, displacement, shortened, k01)
+
+      ! the table of this step becomes the last one; the old one is room for the next
+      spare = self%contacts
+      self%contacts = self%table
+      self%table = spare
+
+      self%record%step = self%state%step
+      self%record%time = self%state%time
+      self%record%dt = dt
+      self%record%max_displacement = displacement
+      self%record%energy = self%ledger%total
+      self%record%contacts = [count(self%contacts%state(1:self%contacts%n) == contact_state%open), &
+                              count(self%contacts%state(1:self%contacts%n) == contact_state%sliding), &
+                              count(self%contacts%state(1:self%contacts%n) == contact_state%locked)]
+      do p = 1, self%blocks%measured%n
+         b = self%blocks%measured%block(p)
+         if (b < 1) cycle
+         self%record%measured_displacement(:, p) = self%state%measured_position(:, p) - self%blocks%measured%position(:, p)
+         self%record%measured_stress(:, p) = self%state%stress(:, b)
+         self%record%measured_rotation(p) = self%state%rotation(b)
+      end do
+   end subroutine accept
+
+   !> Kinetic and strain energy after the step with the masses and areas of its start (the state given).
+   pure subroutine predicted_energies(blocks, matrices, state, dt, d, kinetic, strain)
+      use rockdda_assembly_kinematics, only : mass_matrix
+      use rockdda_assembly_elastic, only : strain_energy
+      use rockdda_assembly_inertia, only : new_velocity, kinetic_energy
+      type(block_system_type), intent(in) :: blocks
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: d(:, :)
+      real(wp), intent(out) :: kinetic, strain
+      real(wp) :: stress(3)
+      integer :: i, m
+      kinetic = 0
+      strain = 0
+      do i = 1, blocks%n_blocks
+         m = blocks%block_material(i)
+         kinetic = kinetic + kinetic_energy(mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), &
+                                            new_velocity(d(:, i), state%velocity(:, i), dt))
+         stress = state%stress(:, i) + matmul(matrices%e(:, :, m), d(4:6, i))
+         strain = strain + strain_energy(stress, matrices%c(:, :, m), state%area(i))
+      end do
+   end subroutine predicted_energies
+
+   !> Force of every contact of the last accepted step on its block_a: compression along the edge's outward normal,
+   !> shear along the edge. Zero for open contacts.
+   subroutine contact_forces(self, force)
+      class(simulation_type), intent(in) :: self
+      real(wp), allocatable, intent(inout) :: force(:, :)   !! (2, contacts%n)
+      integer :: c
+      if (allocated(force)) deallocate (force)
+      allocate (force(2, self%contacts%n))
+      do c = 1, self%contacts%n
+         associate (n => self%contacts%normal(:, c))
+            ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
+            force(:, c) = self%contacts%normal_force(c)*n + self%contacts%shear_force(c)*[-n(2), n(1)]
+         end associate
+      end do
+   end subroutine contact_forces
+
+   !> Find the block that carries each line load: both ends within e0 of its outline.
+   subroutine attach_line_loads(self, error)
+      class(simulation_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: tolerance
+      integer :: l, i, first, last, n
+      n = size(self%parameters%line_loads)
+      if (allocated(self%line_ends)) deallocate (self%line_ends, self%line_blocks)
+      allocate (self%line_ends(4, n), self%line_blocks(n))
+      tolerance = max(self%blocks%edge_node_distance, 1.0e-9_wp*self%parameters%w0)
+      do l = 1, n
+         self%line_ends(:, l) = self%parameters%line_loads(l)%ends
+         self%line_blocks(l) = 0
+         do i = 1, self%blocks%n_blocks
+            first = self%blocks%vertex_offset(i) + 1
+            last = self%blocks%vertex_offset(i + 1)
+            if (distance_to_outline(self%line_ends(1:2, l), self%blocks%vertices(:, first:last)) > tolerance) cycle
+            if (distance_to_outline(self%line_ends(3:4, l), self%blocks%vertices(:, first:last)) > tolerance) cycle
+            self%line_blocks(l) = i
+            exit
+         end do
+         if (self%line_blocks(l) == 0) then
+            call make_error(error, error_code%input, 'line load '//to_string(l)//': no block has both ends ('// &
+                            to_string(self%line_ends(1, l))//', '//to_string(self%line_ends(2, l))//') and ('// &
+                            to_string(self%line_ends(3, l))//', '//to_string(self%line_ends(4, l))//') on its outline')
+            return
+         end if
+      end do
+   end subroutine attach_line_loads
+
+   !> Why the run cannot go on: the step, and the contacts that flipped most often or the solver's reason.
+   subroutine failure(self, outcome, dt, detail, error)
+      class(simulation_type), intent(in) :: self
+      integer, intent(in) :: outcome
+      real(wp), intent(in) :: dt
+      character(len=*), intent(in) :: detail
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      logical, allocatable :: told(:)
+      integer :: k, c
+      text = 'step '//to_string(self%state%step + 1)//' at time '//to_string(self%state%time)// &
+             ' cannot be solved with the smallest time step '//to_string(dt)//': '
+      if (outcome == attempt%no_solution) then
+         text = text//detail
+      else
+         text = text//'contacts still change after '//to_string(self%parameters%max_open_close)// &
+                ' open-close rounds. Those that changed most often:'
+         allocate (told(self%table%n), source=.false.)
+         do k = 1, min(5, self%table%n)
+            c = maxloc(self%trial%changes(1:self%table%n), dim=1, mask=.not. told)
+            told(c) = .true.
+            if (self%trial%changes(c) == 0) exit
+            text = text//new_line('a')//'  block '//to_string(self%table%block_a(c))//' against block '// &
+                   to_string(self%table%block_b(c))//' at ('//to_string(self%table%point(1, c))//', '// &
+                   to_string(self%table%point(2, c))//'): '//to_string(self%trial%changes(c))//' changes'
+         end do
+         text = text//new_line('a')//'A smaller dt_min, a larger max_open_close or a lower contact stiffness may help.'
+      end if
+      call make_error(error, error_code%computation, text)
+   end subroutine failure
+
+end module rockdda_stepping_simulation
