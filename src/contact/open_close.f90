@@ -35,7 +35,8 @@ module rockdda_contact_open_close
       integer, allocatable :: slip_sign(:)    !! direction of slip used for friction, +1/-1
       logical, allocatable :: bonded(:)       !! still bonded in this trial
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
-      real(wp), allocatable :: friction(:)    !! friction force used while sliding, >= 0
+      real(wp), allocatable :: friction(:)    !! friction force for the next solve while sliding, >= 0
+      real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
@@ -56,10 +57,11 @@ contains
       n = table%n
       if (allocated(self%state)) then
          if (size(self%state) < n) deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, &
-                                               self%friction, self%gap, self%slip, self%changes)
+                                               self%friction, self%friction_used, self%gap, self%slip, self%changes)
       end if
       if (.not. allocated(self%state)) allocate (self%state(n + n/4 + 16), self%slip_sign(n + n/4 + 16), &
          self%bonded(n + n/4 + 16), self%normal_force(n + n/4 + 16), self%friction(n + n/4 + 16), &
+         self%friction_used(n + n/4 + 16), &
          self%gap(n + n/4 + 16), self%slip(n + n/4 + 16), self%changes(n + n/4 + 16))
       do c = 1, n
          self%state(c) = table%state(c)
@@ -84,25 +86,25 @@ contains
       integer, intent(out) :: n_changes               !! contacts whose state changed
       real(wp), intent(out) :: worst_friction         !! largest change of a friction force used [force]
       integer :: c, old, new
-      real(wp) :: limit, old_friction
+      real(wp) :: limit
       n_changes = 0
       worst_friction = 0
       do c = 1, table%n
          old = self%state(c)
-         old_friction = self%friction(c)
+         self%friction_used(c) = self%friction(c)
          if (old == contact_state%open) then
             self%normal_force(c) = 0
-            new = judge_open(self, table, laws, settings, c)
+            call judge_open(self, table, laws, settings, c, new)
          else
             self%normal_force(c) = -settings%k_n*self%gap(c)
-            new = judge_closed(self, table, laws, settings, c)
+            call judge_closed(self, table, laws, settings, c, new)
          end if
          self%state(c) = new
          self%friction(c) = 0
          if (new == contact_state%sliding) then
             limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
             self%friction(c) = limit
-            if (old == contact_state%sliding) worst_friction = max(worst_friction, abs(limit - old_friction))
+            if (old == contact_state%sliding) worst_friction = max(worst_friction, abs(limit - self%friction_used(c)))
          end if
          if (new == old) cycle
          self%changes(c) = self%changes(c) + 1
@@ -112,12 +114,13 @@ contains
    end subroutine judge
 
    !> New state of an open contact.
-   pure integer function judge_open(self, table, laws, settings, c) result(new)
+   pure subroutine judge_open(self, table, laws, settings, c, new)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)
       type(judge_settings_type), intent(in) :: settings
       integer, intent(in) :: c
+      integer, intent(out) :: new
       real(wp) :: trial, limit
       integer :: p
       new = contact_state%open
@@ -138,15 +141,16 @@ contains
          self%slip_sign(c) = merge(1, -1, trial >= 0)
          self%bonded(c) = .false.
       end if
-   end function judge_open
+   end subroutine judge_open
 
    !> New state of a closed contact.
-   pure integer function judge_closed(self, table, laws, settings, c) result(new)
+   pure subroutine judge_closed(self, table, laws, settings, c, new)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)
       type(judge_settings_type), intent(in) :: settings
       integer, intent(in) :: c
+      integer, intent(out) :: new
       real(wp) :: shear, limit, hold
       integer :: p
       hold = settings%open_tolerance
@@ -183,7 +187,7 @@ contains
             end if
          end if
       end if
-   end function judge_closed
+   end subroutine judge_closed
 
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, table, c, normal_force, bonded, slip, settings)

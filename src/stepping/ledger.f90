@@ -135,10 +135,10 @@ contains
             table%shear_force(c) = -ks*s1
             table%slip_sign(c) = 0
          else
-            limit = trial%friction(c)/ks
+            limit = trial%friction_used(c)/ks
             s1 = max(-limit, min(limit, s1))
-            friction = friction + trial%slip_sign(c)*trial%friction(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
-            table%shear_force(c) = -trial%slip_sign(c)*trial%friction(c)
+            friction = friction + trial%slip_sign(c)*trial%friction_used(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+            table%shear_force(c) = -trial%slip_sign(c)*trial%friction_used(c)
             table%slip_sign(c) = trial%slip_sign(c)
             table%total_slip(c) = table%total_slip(c) + abs(trial%slip(c))
          end if

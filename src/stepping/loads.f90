@@ -9,10 +9,10 @@ module rockdda_stepping_loads
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_assembly_kinematics, only : mass_matrix
+   use rockdda_assembly_kinematics, only : mass_matrix, point_load
    use rockdda_assembly_elastic, only : elasticity, compliance, add_elastic, add_stress
    use rockdda_assembly_inertia, only : add_inertia, add_mass_damping
-   use rockdda_assembly_loads, only : point_load, body_force, line_load, table_value, load_factor, base_acceleration
+   use rockdda_assembly_loads, only : body_force, line_load, table_value, load_factor, base_acceleration
    use rockdda_assembly_points, only : add_point_spring
    implicit none
    private
