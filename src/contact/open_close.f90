@@ -10,7 +10,10 @@
 !>     sliding   normal spring, and a friction force of the last solve's normal force against the slip direction
 !>
 !> The shear spring never forgets: while a contact slides, its elongation stays at the friction limit over k_s (it
-!> grows there with the slip), so a contact that locks again starts from the force it had.
+!> grows there with the slip), so a contact that locks again starts from the force it had. A sliding contact goes on
+!> sliding as long as the spring, stretched by the step's slip from where it was, would exceed the limit: the return
+!> mapping of plasticity. That also holds when the limit falls faster than the spring relaxes; the bare sign of the slip
+!> would then lock and release the contact for ever.
 module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -37,6 +40,9 @@ module rockdda_contact_open_close
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: friction(:)    !! friction force for the next solve while sliding, >= 0
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
+      real(wp), allocatable :: friction_before(:) !! friction force of the solve before the last
+      real(wp), allocatable :: limit_before(:)    !! and the limit that came out of it
+      integer, allocatable :: sliding_solves(:)   !! solves in a row in which the contact was sliding
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
@@ -55,14 +61,7 @@ contains
       type(judge_settings_type), intent(in) :: settings
       integer :: c, n
       n = table%n
-      if (allocated(self%state)) then
-         if (size(self%state) < n) deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, &
-                                               self%friction, self%friction_used, self%gap, self%slip, self%changes)
-      end if
-      if (.not. allocated(self%state)) allocate (self%state(n + n/4 + 16), self%slip_sign(n + n/4 + 16), &
-         self%bonded(n + n/4 + 16), self%normal_force(n + n/4 + 16), self%friction(n + n/4 + 16), &
-         self%friction_used(n + n/4 + 16), &
-         self%gap(n + n/4 + 16), self%slip(n + n/4 + 16), self%changes(n + n/4 + 16))
+      call make_room(self, n)
       do c = 1, n
          self%state(c) = table%state(c)
          self%slip_sign(c) = table%slip_sign(c)
@@ -72,6 +71,7 @@ contains
          self%slip(c) = 0
          self%changes(c) = 0
          self%friction(c) = 0
+         self%sliding_solves(c) = 0
          if (self%state(c) == contact_state%sliding) self%friction(c) = &
             strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., 0.0_wp, settings)
       end do
@@ -101,10 +101,15 @@ contains
          end if
          self%state(c) = new
          self%friction(c) = 0
+         if (old /= contact_state%sliding) self%sliding_solves(c) = 0
          if (new == contact_state%sliding) then
             limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
             self%friction(c) = limit
-            if (old == contact_state%sliding) worst_friction = max(worst_friction, abs(limit - self%friction_used(c)))
+            if (old == contact_state%sliding) then
+               self%sliding_solves(c) = self%sliding_solves(c) + 1
+               worst_friction = max(worst_friction, abs(limit - self%friction_used(c)))
+               call improve_friction(self, c, limit)
+            end if
          end if
          if (new == old) cycle
          self%changes(c) = self%changes(c) + 1
@@ -112,6 +117,44 @@ contains
          n_changes = n_changes + 1
       end do
    end subroutine judge
+
+   !> Friction force for the next solve. The force depends on the normal force, which depends on the friction:
+   !> F = L(F). Putting L in for F diverges where L falls steeply (a steep friction angle at a lone corner), so the
+   !> second guess is halfway for a contact that has just begun to slide, and a secant step follows.
+   pure subroutine improve_friction(self, c, limit)
+      class(open_close_type), intent(inout) :: self
+      integer, intent(in) :: c
+      real(wp), intent(in) :: limit     !! L of the friction used in the last solve
+      real(wp) :: slope, change
+      if (self%sliding_solves(c) > 1) then
+         change = self%friction_used(c) - self%friction_before(c)
+         if (abs(change) > 0) then
+            slope = max(-4.0_wp, min(0.5_wp, (limit - self%limit_before(c))/change))
+            self%friction(c) = max(0.0_wp, (limit - slope*self%friction_used(c))/(1 - slope))
+         end if
+      else if (self%changes(c) > 0) then
+         self%friction(c) = 0.5_wp*(self%friction_used(c) + limit)
+      end if
+      self%friction_before(c) = self%friction_used(c)
+      self%limit_before(c) = limit
+   end subroutine improve_friction
+
+   !> Arrays for at least n contacts.
+   pure subroutine make_room(self, n)
+      class(open_close_type), intent(inout) :: self
+      integer, intent(in) :: n
+      integer :: m
+      if (allocated(self%state)) then
+         if (size(self%state) >= n) return
+         deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, self%friction, self%friction_used, &
+                     self%friction_before, self%limit_before, self%sliding_solves, self%gap, self%slip, self%changes)
+      end if
+      m = n + n/4 + 16
+      allocate (self%state(m), self%slip_sign(m), self%sliding_solves(m), self%changes(m), source=0)
+      allocate (self%bonded(m), source=.false.)
+      allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%friction_before(m), &
+                self%limit_before(m), self%gap(m), self%slip(m), source=0.0_wp)
+   end subroutine make_room
 
    !> New state of an open contact.
    pure subroutine judge_open(self, table, laws, settings, c, new)
@@ -134,7 +177,8 @@ contains
          if (self%gap(c) <= self%gap(p) .and. p < c) return
       end if
       new = contact_state%locked
-      limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), self%slip(c), settings)
+      limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
+                       self%slip(c), settings)
       trial = settings%k_s*(table%shear(c) + self%slip(c))
       if (abs(trial) > limit .or. limit <= 0) then
          new = contact_state%sliding
@@ -177,14 +221,11 @@ contains
          end if
       else
          limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
-         if (self%slip(c)*self%slip_sign(c) < 0) then
-            ! friction would drive the slip; without friction there is nothing to lock
-            if (limit > 0) then
-               new = contact_state%locked
-               self%slip_sign(c) = 0
-            else
-               self%slip_sign(c) = -self%slip_sign(c)
-            end if
+         shear = settings%k_s*(table%shear(c) + self%slip(c))
+         if (shear*self%slip_sign(c) < limit) then
+            ! the spring would not reach the limit in this direction: it has turned, or was not needed
+            new = contact_state%locked
+            self%slip_sign(c) = 0
          end if
       end if
    end subroutine judge_closed

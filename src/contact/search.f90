@@ -160,7 +160,7 @@ contains
       type(contact_topology_type), intent(in) :: topology
       integer, intent(in) :: v, e
       type(search_limits_type), intent(in) :: limits
-      real(wp) :: q(2), u(2), s0, s1
+      real(wp) :: q(2), u(2), s0, s1, overlap
       integer :: k
       contact_length = 0
       s0 = dot_product(vertices(:, v) - vertices(:, e), t)
@@ -175,7 +175,8 @@ contains
          ! out edge runs against the edge, in edge comes along it backwards
          if ((k == 1 .and. s1 >= 0) .or. (k == 2 .and. s1 <= 0)) cycle
          if (abs(u(1)*t(2) - u(2)*t(1)) > limits%sine*sqrt(u(1)**2 + u(2)**2)) cycle
-         contact_length = contact_length + 0.5_wp*max(0.0_wp, min(length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1)))
+         overlap = min(length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1))
+         contact_length = contact_length + 0.5_wp*max(0.0_wp, overlap)
       end do
    end function contact_length
 

@@ -28,13 +28,13 @@ module rockdda_contact_table
       integer, allocatable :: joint(:)               !! (n) joint material
       ! history, carried from step to step by identity
       integer, allocatable :: state(:)               !! (n) contact_state%...
-      real(wp), allocatable :: shear(:)              !! (n) elastic tangential displacement of the shear spring at the step's start, along the edge
+      real(wp), allocatable :: shear(:)              !! (n) elongation of the shear spring, along the edge
       real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
       real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
       logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
-      integer, allocatable :: slip_sign(:)           !! (n) +1/-1 direction in which vertex slides along the edge, 0 none
+      integer, allocatable :: slip_sign(:)           !! (n) +1/-1: vertex slides along/against the edge; 0
       ! geometry at the step's start
       real(wp), allocatable :: gap(:)                !! (n) > 0 open
       real(wp), allocatable :: length(:)             !! (n) contact length for cohesion and tension

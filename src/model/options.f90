@@ -49,7 +49,8 @@ module rockdda_model_options
    !> Base acceleration: a table and/or harmonic terms; acts as load -m a.
    type :: base_motion_type
       real(wp), allocatable :: table(:, :)       !! (3, m) t ax ay, linear in between, zero beyond the ends
-      real(wp), allocatable :: harmonics(:, :)   !! (5, m) ax ay amplitude, frequency [1/time], phase [rad], start time: a = A sin(2 pi f (t - t0) + phase)
+      !> (5, m) amplitudes ax ay, frequency f [1/time], phase [rad], start t0: a = A sin(2 pi f (t - t0) + phase)
+      real(wp), allocatable :: harmonics(:, :)
    end type base_motion_type
 
    type :: run_options_type
@@ -81,7 +82,7 @@ module rockdda_model_options
       character(len=:), allocatable :: plane          !! 'stress' | 'strain'
       character(len=:), allocatable :: mass           !! 'initial' | 'area'
       ! &load
-      real(wp) :: gravity = unset_real                !! acceleration in -y for every block, instead of the file's weight
+      real(wp) :: gravity = unset_real                !! acceleration in -y, instead of the file's weight
       type(base_motion_type) :: base
       type(line_load_type), allocatable :: line_loads(:)
       type(joint_law_type), allocatable :: joint_laws(:)

@@ -11,7 +11,7 @@ module rockdda_stepping_control
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: step_control_type, new_step_control, growth
+   public :: step_control_type, new_step_control, cut_for_displacement, growth
 
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
@@ -29,7 +29,6 @@ module rockdda_stepping_control
       procedure :: gravity
       procedure :: step_size
       procedure :: accepted
-      procedure :: cut_for_displacement
       procedure :: end_stages
    end type step_control_type
 
@@ -91,19 +90,18 @@ contains
       limit = parameters%displacement_ratio*parameters%w0
       if (shortened) return
       wanted = min(parameters%dt_max, growth*dt)
-      if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) wanted = max(dt, min(wanted, 0.9_wp*limit*dt/displacement))
+      if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) &
+         wanted = max(dt, min(wanted, 0.9_wp*limit*dt/displacement))
       self%dt = max(parameters%dt_min, wanted)
    end subroutine accepted
 
    !> Smaller step after one that moved too far.
-   pure real(wp) function cut_for_displacement(self, parameters, dt, displacement) result(smaller)
-      class(step_control_type), intent(in) :: self
+   pure real(wp) function cut_for_displacement(parameters, dt, displacement) result(smaller)
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt, displacement
       real(wp) :: limit
       limit = parameters%displacement_ratio*parameters%w0
       smaller = max(parameters%dt_min, dt*max(parameters%cut_factor, min(0.9_wp, 0.8_wp*limit/displacement)))
-      if (self%last_dt < 0) smaller = dt
    end function cut_for_displacement
 
    !> Leave the stages that have ended; their fixed points to release are marked.

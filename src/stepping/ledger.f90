@@ -208,8 +208,8 @@ contains
          if (released(p)) cycle
          b = blocks%fixed%block(p)
          x0 = state%fixed_position(:, p) - blocks%fixed%position(:, p) - loads%target_start(:, p)
-         x1 = x0 + loads%target_start(:, p) + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
-              - loads%target_end(:, p)
+         x1 = x0 + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
+              - (loads%target_end(:, p) - loads%target_start(:, p))
          call support_energy(parameters%fixed_stiffness, x0, x1, loads%target_end(:, p) - loads%target_start(:, p), &
                              stored, lost, external)
          start_energy = start_energy + 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)

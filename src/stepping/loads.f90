@@ -62,8 +62,8 @@ contains
    end function fixed_target
 
    !> Stiffness and load of every block for a step of length dt from the given state.
-   pure subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, gravity_factor, &
-                                   dt, loads, k, f)
+   pure subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, &
+                                   gravity_factor, dt, loads, k, f)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(material_matrices_type), intent(in) :: matrices
@@ -76,7 +76,7 @@ contains
       type(step_loads_type), intent(inout) :: loads
       real(wp), intent(inout) :: k(:, :, :)       !! (6, 6, nb)
       real(wp), intent(inout) :: f(:, :)          !! (6, nb)
-      real(wp) :: m(6, 6), base(2), factor, t_end, gravity
+      real(wp) :: m(6, 6), base(2), force(2), factor, t_end, gravity
       integer :: i, p, b, material
 
       t_end = state%time + dt
@@ -103,14 +103,16 @@ contains
          if (.not. allocated(parameters%loading_tables(p)%rows)) cycle
          if (size(parameters%loading_tables(p)%rows, 2) == 0) cycle
          b = blocks%loading%block(p)
-         loads%external(:, b) = loads%external(:, b) + point_load(table_value(parameters%loading_tables(p)%rows, t_end), &
-                                                                  state%loading_position(:, p), state%centroid(:, b))
+         force = table_value(parameters%loading_tables(p)%rows, t_end)
+         loads%external(:, b) = loads%external(:, b) + point_load(force, state%loading_position(:, p), &
+                                                                  state%centroid(:, b))
       end do
       do p = 1, size(line_blocks)
          b = line_blocks(p)
          factor = load_factor(parameters%line_loads(p)%table, t_end)
          loads%external(:, b) = loads%external(:, b) + line_load(line_ends(1:2, p), line_ends(3:4, p), &
-            state%centroid(:, b), factor*parameters%line_loads(p)%force_start, factor*parameters%line_loads(p)%force_end)
+            state%centroid(:, b), factor*parameters%line_loads(p)%force_start, &
+            factor*parameters%line_loads(p)%force_end)
       end do
       do i = 1, blocks%n_blocks
          f(:, i) = f(:, i) + loads%weight(:, i) + loads%external(:, i)

@@ -117,7 +117,8 @@ contains
          v = new_velocity(d(:, i), state%velocity(:, i), dt)
          spin = dot_product(m_old(3, :), v)
          call move_points(d(:, i), state%centroid(:, i), exact, state%vertices(:, first:last))
-         call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), state%moments(:, i))
+         call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
+                                 state%moments(:, i))
          state%rotation(i) = state%rotation(i) + d(3, i)
          state%stress(:, i) = state%stress(:, i) + matmul(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
          if (parameters%mass_from_area) state%mass(i) = &

@@ -21,7 +21,7 @@ module rockdda_stepping_simulation
    use rockdda_assembly_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver
-   use rockdda_stepping_control, only : step_control_type, new_step_control
+   use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
    use rockdda_stepping_ledger, only : ledger_type, stored_energies
    use rockdda_stepping_links, only : bolt_round_type, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
@@ -122,7 +122,8 @@ contains
       call self%ledger%start(blocks, self%matrices, self%state)
       self%record = step_record_type()
       self%record%energy = self%ledger%total
-      allocate (self%record%measured_displacement(2, blocks%measured%n), self%record%measured_stress(3, blocks%measured%n), &
+      allocate (self%record%measured_displacement(2, blocks%measured%n), &
+                self%record%measured_stress(3, blocks%measured%n), &
                 self%record%measured_rotation(blocks%measured%n), self%record%fixed_force(2, blocks%fixed%n))
       self%record%measured_displacement = 0
       self%record%measured_stress = 0
@@ -163,7 +164,7 @@ contains
          select case (outcome)
          case (1) ! converged
             if (displacement <= limit .or. dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) exit
-            dt = self%control%cut_for_displacement(self%parameters, dt, displacement)
+            dt = cut_for_displacement(self%parameters, dt, displacement)
          case (3) ! too far: look further, and begin again
             reach = max(2*reach, quantised(2.5_wp*displacement, self%parameters%w0))
             call self%prepare_contacts(reach)
@@ -290,6 +291,7 @@ contains
          call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
          call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
+         outcome = attempt%not_converged
          if (n_changes + n_bolts > 0) cycle
          outcome = attempt%converged
          if (worst_friction <= friction_tolerance*largest_normal(self%trial, self%table%n)) exit
@@ -317,7 +319,8 @@ contains
 
       k01 = self%control%k01(self%parameters)
       call self%ledger%add_contacts(self%parameters, self%laws, self%state, self%trial, dt, self%table)
-      call self%ledger%add_blocks(self%blocks, self%parameters, self%matrices, self%state, self%loads, dt, self%equations%x)
+      call self%ledger%add_blocks(self%blocks, self%parameters, self%matrices, self%state, self%loads, dt, &
+                                  self%equations%x)
       call self%ledger%add_supports(self%blocks, self%parameters, self%state, self%loads, self%control%released, &
                                     self%bolts, self%equations%x, self%record%fixed_force, self%state%bolt_plastic)
       do p = 1, size(self%line_blocks)
@@ -354,7 +357,8 @@ contains
       do p = 1, self%blocks%measured%n
          b = self%blocks%measured%block(p)
          if (b < 1) cycle
-         self%record%measured_displacement(:, p) = self%state%measured_position(:, p) - self%blocks%measured%position(:, p)
+         self%record%measured_displacement(:, p) = self%state%measured_position(:, p) &
+                                                   - self%blocks%measured%position(:, p)
          self%record%measured_stress(:, p) = self%state%stress(:, b)
          self%record%measured_rotation(p) = self%state%rotation(b)
       end do
