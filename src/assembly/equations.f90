@@ -109,14 +109,12 @@ contains
    subroutine assemble(self)
       class(equations_type), intent(inout) :: self
       integer :: i
-      associate (eq => self)
-         !$omp parallel do default(none) shared(eq) private(i) schedule(static)
-         do i = 1, eq%n_blocks
-            call assemble_row(i, eq%start(i) + 1, eq%start(i + 1), eq%matrix%row_start(i), &
-                              eq%matrix%row_start(i + 1) - 1, eq)
-         end do
-         !$omp end parallel do
-      end associate
+      !$omp parallel do default(none) shared(self) private(i) schedule(static)
+      do i = 1, self%n_blocks
+         call assemble_row(i, self%start(i) + 1, self%start(i + 1), self%matrix%row_start(i), &
+                           self%matrix%row_start(i + 1) - 1, self)
+      end do
+      !$omp end parallel do
    end subroutine assemble
 
    !> One block row: its diagonal block, the stored blocks right of it, its load.

@@ -76,7 +76,7 @@ contains
    !> Velocity: v = (2/dt) d - v_old. With exact rotation its strain rates turn with the block, and the spin is
    !> scaled so that the angular momentum about the centroid, (M v)_3, survives the change of the moments of inertia
    !> by strain. `velocity` is the full new velocity; the caller applies k01.
-   pure subroutine move_blocks(blocks, parameters, matrices, dt, d, state)
+   subroutine move_blocks(blocks, parameters, matrices, dt, d, state)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(material_matrices_type), intent(in) :: matrices

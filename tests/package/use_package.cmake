@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+# Configures, builds and runs the consumer project against the library. See CMakeLists.txt for the variables.
+function(run)
+  execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+file(REMOVE_RECURSE ${work_dir})
+set(options -D CMAKE_BUILD_TYPE=${config} -D CMAKE_Fortran_COMPILER=${fortran} -D CMAKE_C_COMPILER=${c})
+if(linker_flags)
+  list(APPEND options "-DCMAKE_EXE_LINKER_FLAGS=${linker_flags}")
+endif()
+if(way STREQUAL "installed")
+  run(${CMAKE_COMMAND} --install ${build_dir} --prefix ${work_dir}/prefix --config ${config})
+  list(APPEND options -D CMAKE_PREFIX_PATH=${work_dir}/prefix)
+else()
+  # Unoptimised: what is tested is the build, and it compiles everything again.
+  list(APPEND options -D rockdda_source_dir=${source_dir} -D ROCKDDA_WITH_CHOLMOD=${with_cholmod}
+    -D ROCKDDA_WITH_OPENMP=${with_openmp} -D CMAKE_Fortran_FLAGS_RELEASE=-O0 -D CMAKE_C_FLAGS_RELEASE=-O0)
+endif()
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${work_dir}/build -G ${generator} ${options})
+run(${CMAKE_COMMAND} --build ${work_dir}/build --config ${config} --parallel 2 --target consumer)
+find_program(consumer consumer PATHS ${work_dir}/build ${work_dir}/build/${config} NO_DEFAULT_PATH REQUIRED)
+execute_process(COMMAND ${consumer} OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
+string(STRIP "${output}" output)
+if(NOT output STREQUAL "${version} 0.5")
+  message(FATAL_ERROR "the consumer printed '${output}', expected '${version} 0.5'")
+endif()
+if(way STREQUAL "subproject")
+  file(STRINGS ${work_dir}/build/CMakeCache.txt tests REGEX "^ROCKDDA_WITH_TESTS:BOOL=OFF$")
+  if(NOT tests)
+    message(FATAL_ERROR "a subproject must not build the tests")
+  endif()
+endif()
