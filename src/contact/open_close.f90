@@ -14,6 +14,9 @@
 !> sliding as long as the spring, stretched by the step's slip from where it was, would exceed the limit: the return
 !> mapping of plasticity. That also holds when the limit falls faster than the spring relaxes; the bare sign of the slip
 !> would then lock and release the contact for ever.
+!>
+!> All comparisons have a margin of round-off size: blocks that move together without a force between them would
+!> otherwise change states for ever.
 module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -28,6 +31,7 @@ module rockdda_contact_open_close
       real(wp) :: k_s = 0              !! shear stiffness [force/length]
       real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
       real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
+      real(wp) :: slip_tolerance = 0   !! shear force counts as beyond or below the limit by this much [force]
       logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
       real(wp) :: dt = 1               !! step, for slip rates
    end type judge_settings_type
@@ -180,7 +184,7 @@ contains
       limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
                        self%slip(c), settings)
       trial = settings%k_s*(table%shear(c) + self%slip(c))
-      if (abs(trial) > limit .or. limit <= 0) then
+      if (abs(trial) > limit + settings%slip_tolerance .or. is_frictionless(laws(table%joint(c)), limit)) then
          new = contact_state%sliding
          self%slip_sign(c) = merge(1, -1, trial >= 0)
          self%bonded(c) = .false.
@@ -214,7 +218,7 @@ contains
       if (new == contact_state%locked) then
          shear = settings%k_s*(table%shear(c) + self%slip(c))
          limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), self%bonded(c), self%slip(c), settings)
-         if (abs(shear) > limit .or. limit <= 0) then
+         if (abs(shear) > limit + settings%slip_tolerance .or. is_frictionless(laws(table%joint(c)), limit)) then
             new = contact_state%sliding
             self%slip_sign(c) = merge(1, -1, shear >= 0)
             self%bonded(c) = .false.
@@ -222,13 +226,21 @@ contains
       else
          limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
          shear = settings%k_s*(table%shear(c) + self%slip(c))
-         if (shear*self%slip_sign(c) < limit) then
+         if (shear*self%slip_sign(c) < limit - settings%slip_tolerance .and. &
+             .not. is_frictionless(laws(table%joint(c)), limit)) then
             ! the spring would not reach the limit in this direction: it has turned, or was not needed
             new = contact_state%locked
             self%slip_sign(c) = 0
          end if
       end if
    end subroutine judge_closed
+
+   !> A joint that can never hold any shear is always sliding: no spring, nothing to judge.
+   pure logical function is_frictionless(law, limit)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: limit     !! its present strength
+      is_frictionless = limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0
+   end function is_frictionless
 
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, table, c, normal_force, bonded, slip, settings)

@@ -35,6 +35,7 @@ module rockdda_model_parameters
       real(wp) :: search_distance = 0         !! [length]
       real(wp) :: angle_tolerance = 0         !! [rad]
       real(wp) :: close_tolerance = 0         !! an open contact closes beyond this penetration [length]
+      real(wp) :: open_tolerance = 0          !! a closed contact opens beyond this gap [length]
       ! materials
       logical :: plane_strain = .false.
       logical :: mass_from_area = .false.
@@ -123,6 +124,7 @@ contains
       parameters%search_distance = real_or(options%search_factor, 2.5_wp)*parameters%displacement_ratio*parameters%w0
       parameters%angle_tolerance = real_or(options%angle_tolerance, 3.0_wp)*acos(-1.0_wp)/180
       parameters%close_tolerance = merge(2.0e-4_wp, 1.0e-12_wp, parameters%peer_contacts)*parameters%w0
+      parameters%open_tolerance = merge(2.0e-7_wp, 1.0e-12_wp, parameters%peer_contacts)*parameters%w0
 
       parameters%plane_strain = text_or(options%plane, 'stress') == 'strain'
       parameters%mass_from_area = text_or(options%mass, 'initial') == 'area'

@@ -42,6 +42,9 @@ module rockdda_stepping_simulation
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
    real(wp), parameter :: friction_tolerance = 1.0e-3_wp
 
+   !> Lengths below this share of w0 are round-off.
+   real(wp), parameter :: round_off = 1.0e-12_wp
+
    type :: simulation_type
       ! the model
       type(block_system_type) :: blocks
@@ -248,7 +251,8 @@ contains
       settings%k_n = self%parameters%normal_stiffness
       settings%k_s = self%parameters%shear_stiffness
       settings%close_tolerance = self%parameters%close_tolerance
-      settings%open_tolerance = merge(2.0e-7_wp, 0.0_wp, self%parameters%peer_contacts)*self%parameters%w0
+      settings%open_tolerance = self%parameters%open_tolerance
+      settings%slip_tolerance = settings%k_s*round_off*self%parameters%w0
       settings%peer = self%parameters%peer_contacts
       settings%dt = dt
       displacement = 0
