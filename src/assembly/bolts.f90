@@ -2,15 +2,15 @@
 !> Bolts: axial springs between two points, with pretension and yield.
 !>
 !> Source: Shi's bolt (the thesis, 3.1, only names it), written as a spring between two blocks along the bolt's
-!> direction at the start of the step (add_pair_spring of rockdda_assembly_contact_spring).
+!> direction at the start of the step (a link of rockdda_assembly_equations).
 !>
 !> The axial force, tension positive, is pretension + stiffness (elongation - plastic), where the elongation is
 !> the length now less the length at the start of the run and `plastic` the part of it that has yielded. At the
 !> strength the bolt yields: elastic, perfectly plastic, the same in tension and compression; it does not break
 !> and unloads elastically. Strength 0 means unlimited.
 !>
-!> In a step: an elastic bolt is add_pair_spring(stiffness, force0/stiffness, e, g, ...), a yielding one
-!> add_pair_force(-force1, e, g, ...) with the force at yield; `bolt_response` judges the round.
+!> In a step an elastic bolt is a spring of its stiffness with the force at the start of the step, a yielding one a
+!> constant force.
 module rockdda_assembly_bolts
    use rockdda_base_kinds, only : wp
    use rockdda_assembly_kinematics, only : point_load

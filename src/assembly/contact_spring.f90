@@ -1,19 +1,20 @@
 ! SPDX-License-Identifier: MIT
-!> Springs, dashpots and forces between two blocks, or between a block and the fixed outside.
+!> Gap and slip of one contact as functions of the unknowns of its two blocks, and the dashpot beside its springs.
 !>
 !> Source: Shi's contact submatrices (thesis Eqs. 3.14-3.21), written with vectors: a length x between two
-!> blocks changes by e.d_a + g.d_b in a step, to first order.
+!> blocks changes by e.d_a + g.d_b in a step, to first order. A spring of stiffness k along it then gives
+!> k e e^T, k e g^T, k g g^T and the loads -k x e, -k x g; a force f the loads f e, f g; a dashpot (Voigt) c/dt in
+!> place of k and no load (rockdda_assembly_equations).
 !> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -].
 !> Sign: gap > 0 is open. The edge of block b runs counter-clockwise, from s to q, its outward normal is
 !> n = (ty, -tx) with t = (q - s)/|q - s|.
-!> Not here: detection and states (rockdda_contact), the loop over contacts (rockdda_stepping).
+!> Not here: detection and states (rockdda_contact), the sums over contacts (rockdda_assembly_equations).
 module rockdda_assembly_contact_spring
    use rockdda_base_kinds, only : wp
    use rockdda_assembly_kinematics, only : point_load
    implicit none
    private
-   public :: contact_vectors, add_pair_spring, add_pair_force, add_pair_dashpot
-   public :: spring_energy, dashpot_coefficient, dashpot_dissipation
+   public :: contact_vectors, dashpot_coefficient, dashpot_dissipation
 
 contains
 
@@ -44,63 +45,6 @@ contains
       e_t = point_load(tangent, p, centroid_a)
       g_t = -point_load(tangent, p, centroid_b)
    end subroutine contact_vectors
-
-   !> Spring between two blocks: potential 1/2 k (s0 + e.d_a + g.d_b)**2 (thesis Eqs. 3.15-3.21).
-   !> K_ba is the transpose of K_ab. With block b the fixed outside take g = 0 and drop the b terms.
-   pure subroutine add_pair_spring(k, s0, e, g, k_aa, k_ab, k_bb, f_a, f_b)
-      real(wp), intent(in) :: k               !! stiffness [force/length], > 0
-      real(wp), intent(in) :: s0              !! gap or stretch at the start of the step [length]
-      real(wp), intent(in) :: e(6), g(6)      !! d(length)/d(d_a), d(length)/d(d_b)
-      real(wp), intent(inout) :: k_aa(6, 6)   !! diagonal block of a
-      real(wp), intent(inout) :: k_ab(6, 6)   !! rows of a, columns of b
-      real(wp), intent(inout) :: k_bb(6, 6)   !! diagonal block of b
-      real(wp), intent(inout) :: f_a(6)       !! load of block a
-      real(wp), intent(inout) :: f_b(6)       !! load of block b
-      integer :: j
-      do j = 1, 6
-         k_aa(:, j) = k_aa(:, j) + k*(e*e(j))
-         k_ab(:, j) = k_ab(:, j) + k*(e*g(j))
-         k_bb(:, j) = k_bb(:, j) + k*(g*g(j))
-      end do
-      f_a = f_a - (k*s0)*e
-      f_b = f_b - (k*s0)*g
-   end subroutine add_pair_spring
-
-   !> Known force between two blocks: friction (e, g tangential; the force on block a along the tangent), a
-   !> bolt at yield (e, g of its elongation; minus the tension). It does the work force*(e.d_a + g.d_b).
-   pure subroutine add_pair_force(force, e, g, f_a, f_b)
-      real(wp), intent(in) :: force        !! in the direction in which the length grows [force]
-      real(wp), intent(in) :: e(6), g(6)   !! d(length)/d(d_a), d(length)/d(d_b)
-      real(wp), intent(inout) :: f_a(6)    !! load of block a
-      real(wp), intent(inout) :: f_b(6)    !! load of block b
-      f_a = f_a + force*e
-      f_b = f_b + force*g
-   end subroutine add_pair_force
-
-   !> Viscous dashpot beside a spring (Voigt): force -c x' with x' = (e.d_a + g.d_b)/dt.
-   pure subroutine add_pair_dashpot(c, dt, e, g, k_aa, k_ab, k_bb)
-      real(wp), intent(in) :: c               !! coefficient [force time/length], >= 0
-      real(wp), intent(in) :: dt              !! step [time], > 0
-      real(wp), intent(in) :: e(6), g(6)      !! d(length)/d(d_a), d(length)/d(d_b)
-      real(wp), intent(inout) :: k_aa(6, 6)   !! diagonal block of a
-      real(wp), intent(inout) :: k_ab(6, 6)   !! rows of a, columns of b
-      real(wp), intent(inout) :: k_bb(6, 6)   !! diagonal block of b
-      real(wp) :: f(6), f2(6)
-      f = 0
-      f2 = 0
-      call add_pair_spring(c/dt, 0.0_wp, e, g, k_aa, k_ab, k_bb, f, f2)
-   end subroutine add_pair_dashpot
-
-   !> Energy of an implicit spring whose length goes from x0 to x1 in a step. The work done on it is
-   !> k x1 (x1 - x0) = stored + dissipated, to the last digit: the second part is numerical dissipation.
-   pure subroutine spring_energy(k, x0, x1, stored, dissipated)
-      real(wp), intent(in) :: k             !! stiffness [force/length]
-      real(wp), intent(in) :: x0, x1        !! at start and end of the step [length]
-      real(wp), intent(out) :: stored       !! 1/2 k (x1**2 - x0**2) [energy]
-      real(wp), intent(out) :: dissipated   !! 1/2 k (x1 - x0)**2 [energy], >= 0
-      stored = 0.5_wp*k*(x1 - x0)*(x1 + x0)
-      dissipated = 0.5_wp*k*(x1 - x0)**2
-   end subroutine spring_energy
 
    !> Coefficient of a dashpot from a fraction of critical damping: c = 2 ratio sqrt(k m), with the reduced
    !> mass m = m_a m_b/(m_a + m_b) of the two blocks (central frontal impact of rigid blocks).

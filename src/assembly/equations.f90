@@ -141,7 +141,7 @@ contains
             k = eq%stiffness(line, c)
             if (abs(k) > 0) then
                do j = 1, 6
-                  eq%matrix%values(:, j, first_slot) = eq%matrix%values(:, j, first_slot) + (k*v(j))*v
+                  eq%matrix%values(:, j, first_slot) = eq%matrix%values(:, j, first_slot) + k*(v(j)*v)
                end do
                if (slot > 0 .and. i < other) then
                   do j = 1, 6

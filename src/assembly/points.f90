@@ -9,7 +9,7 @@ module rockdda_assembly_points
    use rockdda_assembly_kinematics, only : displacement_rows, point_load
    implicit none
    private
-   public :: add_point_spring, support_force, support_energy
+   public :: add_point_spring, support_energy
 
 contains
 
@@ -32,17 +32,8 @@ contains
       f = f + point_load(p*(target - moved), point, centroid)
    end subroutine add_point_spring
 
-   !> Force of the support on the block at the end of the step.
-   pure function support_force(p, moved, target) result(force)
-      real(wp), intent(in) :: p             !! stiffness [force/length]
-      real(wp), intent(in) :: moved(2)      !! displacement of the point since the start, this step included
-      real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step
-      real(wp) :: force(2)                  !! (fx, fy) [force]
-      force = p*(target - moved)
-   end function support_force
-
    !> Energy of one step of a point spring; its stretch goes from x0 to x1 and its target moves by dx. With the
-   !> force -p x1 on the block in the step,
+   !> force -p x1 of the support on the block in the step,
    !>
    !>     external - (work on the block) = -p x1.dx + p x1.(x1 - x0 + dx) = stored + dissipated.
    pure subroutine support_energy(p, x0, x1, dx, stored, dissipated, external)
