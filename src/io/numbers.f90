@@ -79,7 +79,10 @@ contains
       end if
 
       status = number_status%ok
-      if (n_significant == 0) return
+      if (n_significant == 0) then
+         if (negative) value = -value
+         return
+      end if
       exponent = exponent - n_behind
       if (n_significant <= 15 .and. abs(exponent) <= 22) then
          ! digits and the power of ten are both exact: one rounding

@@ -1,0 +1,94 @@
+! SPDX-License-Identifier: MIT
+!> Is a block system sound? Used by all readers of block files.
+module rockdda_io_block_check
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_io_record_reader, only : largest_coordinate, largest_value
+   use rockdda_io_tokens, only : token_list_type
+   implicit none
+   private
+   public :: check_blocks, polygon_area
+
+contains
+
+   !> Polygons have three vertices or more, run counter-clockwise around an area, and every number is in range.
+   subroutine check_blocks(blocks, tokens, block_token, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: block_token(:)     !! (n_blocks) where each block begins in the file
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i, first, last
+      real(wp) :: area
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         if (last - first < 2) then
+            call report('needs at least 3 vertices, has '//to_string(last - first + 1))
+         else if (any(.not. abs(blocks%vertices(:, first:last)) <= largest_coordinate)) then
+            call report('a coordinate is larger than '//to_string(largest_coordinate))
+         else
+            area = polygon_area(blocks%vertices(:, first:last))
+            if (.not. area > 0) call report('its vertices must run counter-clockwise around an area greater than '// &
+                                            '0, found area '//to_string(area))
+         end if
+         if (blocks%block_material(i) < 1) call report('material must be at least 1, found '// &
+                                                       to_string(blocks%block_material(i)))
+         if (any(blocks%edge_joint(first:last) < 0)) call report('a joint material is negative')
+      end do
+      call check_points('fixed point', blocks%fixed)
+      call check_points('loading point', blocks%loading)
+      call check_points('measured point', blocks%measured)
+      do i = 1, blocks%bolts%n
+         if (any(blocks%bolts%blocks(:, i) < 0 .or. blocks%bolts%blocks(:, i) > blocks%n_blocks)) &
+            call messages%add(severity%error, 'bolt '//to_string(i)//': its blocks must be between 0 and '// &
+                              to_string(blocks%n_blocks), tokens%source%file_origin())
+         if (.not. blocks%bolts%stiffness(i) > 0 .or. blocks%bolts%stiffness(i) > largest_value) &
+            call messages%add(severity%error, 'bolt '//to_string(i)//': stiffness must be greater than 0, found '// &
+                              to_string(blocks%bolts%stiffness(i)), tokens%source%file_origin())
+         if (blocks%bolts%strength(i) < 0) &
+            call messages%add(severity%error, 'bolt '//to_string(i)//': strength must not be negative, found '// &
+                              to_string(blocks%bolts%strength(i)), tokens%source%file_origin())
+      end do
+
+   contains
+
+      !> An error of block i.
+      subroutine report(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, 'block '//to_string(i)//': '//text, tokens%origin(block_token(i)))
+      end subroutine report
+
+      !> Points lie on blocks that exist.
+      subroutine check_points(name, points)
+         character(len=*), intent(in) :: name
+         type(point_set_type), intent(in) :: points
+         type(origin_type) :: origin
+         integer :: k
+         do k = 1, points%n
+            origin = points%origin(k)
+            if (points%block(k) < 1 .or. points%block(k) > blocks%n_blocks) call messages%add(severity%error, &
+               name//' '//to_string(k)//': its block must be between 1 and '//to_string(blocks%n_blocks)//', found '// &
+               to_string(points%block(k)), origin)
+            if (any(.not. abs(points%position(:, k)) <= largest_coordinate)) call messages%add(severity%error, &
+               name//' '//to_string(k)//': a coordinate is larger than '//to_string(largest_coordinate), origin)
+         end do
+      end subroutine check_points
+
+   end subroutine check_blocks
+
+   !> Area of a polygon, positive when counter-clockwise; relative to its first vertex to keep digits.
+   pure real(wp) function polygon_area(vertices)
+      real(wp), intent(in) :: vertices(:, :)   !! (2, n)
+      real(wp) :: a(2), b(2)
+      integer :: k
+      polygon_area = 0
+      do k = 2, size(vertices, 2) - 1
+         a = vertices(:, k) - vertices(:, 1)
+         b = vertices(:, k + 1) - vertices(:, 1)
+         polygon_area = polygon_area + 0.5_wp*(a(1)*b(2) - a(2)*b(1))
+      end do
+   end function polygon_area
+
+end module rockdda_io_block_check

@@ -1,0 +1,72 @@
+! SPDX-License-Identifier: MIT
+!> Writer of block files (.blk), format version 1. Format: docs/file-formats.md; reader: block_file.f90.
+module rockdda_io_block_writer
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_error, only : error_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_io_text_output, only : text_writer_type, exact_text
+   implicit none
+   private
+   public :: write_block_file
+
+contains
+
+   !> Write a block system; it reads back bit for bit. The file appears whole or not at all.
+   subroutine write_block_file(path, blocks, error)
+      character(len=*), intent(in) :: path
+      type(block_system_type), intent(in) :: blocks
+      type(error_type), allocatable, intent(out) :: error   !! code error_code%output
+      type(text_writer_type) :: writer
+      integer :: i, k
+      call writer%open(path, error)
+      if (allocated(error)) return
+      call writer%line('rockdda-blocks 1')
+      call writer%line('# blocks of a discontinuous deformation analysis; numbers count from 1')
+      call writer%line('e0 '//exact_text(blocks%edge_node_distance))
+      call writer%line('blocks '//to_string(blocks%n_blocks))
+      call writer%line('vertices '//to_string(blocks%n_vertices()))
+      call writer%line('fixed '//to_string(blocks%fixed%n))
+      call writer%line('loading '//to_string(blocks%loading%n))
+      call writer%line('measured '//to_string(blocks%measured%n))
+      call writer%line('bolts '//to_string(blocks%bolts%n))
+      call writer%line('# block: number, material, vertices; then x, y, joint material of the edge that starts there')
+      do i = 1, blocks%n_blocks
+         call writer%line('block '//to_string(i)//' '//to_string(blocks%block_material(i))//' '// &
+                          to_string(blocks%vertex_offset(i + 1) - blocks%vertex_offset(i)))
+         do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            call writer%line(exact_text(blocks%vertices(1, k))//' '//exact_text(blocks%vertices(2, k))//' '// &
+                             to_string(blocks%edge_joint(k)))
+         end do
+      end do
+      call write_points('fixed_points  # x, y, block', blocks%fixed)
+      call write_points('loading_points  # x, y, block', blocks%loading)
+      call write_points('measured_points  # x, y, block', blocks%measured)
+      call writer%line('bolt_list  # x1, y1, x2, y2, blocks of both ends (0: fixed outside), stiffness, '// &
+                       'pretension, strength')
+      do i = 1, blocks%bolts%n
+         call writer%line(exact_text(blocks%bolts%ends(1, i))//' '//exact_text(blocks%bolts%ends(2, i))//' '// &
+                          exact_text(blocks%bolts%ends(3, i))//' '//exact_text(blocks%bolts%ends(4, i))//' '// &
+                          to_string(blocks%bolts%blocks(1, i))//' '//to_string(blocks%bolts%blocks(2, i))//' '// &
+                          exact_text(blocks%bolts%stiffness(i))//' '//exact_text(blocks%bolts%pretension(i))//' '// &
+                          exact_text(blocks%bolts%strength(i)))
+      end do
+      call writer%line('end')
+      call writer%close(error)
+
+   contains
+
+      !> One section of points.
+      subroutine write_points(title, points)
+         character(len=*), intent(in) :: title
+         type(point_set_type), intent(in) :: points
+         integer :: k
+         call writer%line(title)
+         do k = 1, points%n
+            call writer%line(exact_text(points%position(1, k))//' '//exact_text(points%position(2, k))//' '// &
+                             to_string(points%block(k)))
+         end do
+      end subroutine write_points
+
+   end subroutine write_block_file
+
+end module rockdda_io_block_writer

@@ -1,0 +1,108 @@
+! SPDX-License-Identifier: MIT
+!> Checks across files: do the materials that the model uses exist in the analysis file?
+module rockdda_io_material_check
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_model_analysis_input, only : analysis_input_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_io_numbers, only : number_status, parse_number
+   implicit none
+   private
+   public :: check_geometry_materials, check_block_materials
+
+   !> Nobody reads more messages than this.
+   integer, parameter :: most_errors = 1000
+
+contains
+
+   !> Materials named in a geometry file; errors show the line that names them.
+   subroutine check_geometry_materials(geometry, analysis, messages)
+      type(geometry_input_type), intent(in) :: geometry
+      type(analysis_input_type), intent(in) :: analysis
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i, n_joint, n_block
+      n_joint = size(analysis%joint_materials)
+      n_block = size(analysis%block_materials)
+      do i = 1, size(geometry%line_joint)
+         if (messages%n_errors >= most_errors) return
+         if (geometry%line_joint(i) > n_joint) call messages%add(severity%error, 'joint material of line '// &
+            to_string(i)//': '//unknown('joint', geometry%line_joint(i), n_joint), &
+            fifth_number(geometry%line_origin(i)))
+      end do
+      do i = 1, size(geometry%line_material)
+         if (messages%n_errors >= most_errors) return
+         if (geometry%line_material(i) > n_block) call messages%add(severity%error, &
+            'block material of material line '//to_string(i)//': '// &
+            unknown('block', geometry%line_material(i), n_block), fifth_number(geometry%material_line_origin(i)))
+      end do
+   end subroutine check_geometry_materials
+
+   !> Materials of a cut model.
+   subroutine check_block_materials(blocks, analysis, file, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(analysis_input_type), intent(in) :: analysis
+      character(len=*), intent(in) :: file         !! that the blocks come from, for messages
+      type(diagnostics_type), intent(inout) :: messages
+      type(origin_type) :: origin
+      integer :: i, k, n_joint, n_block
+      n_joint = size(analysis%joint_materials)
+      n_block = size(analysis%block_materials)
+      origin%file = file
+      do i = 1, blocks%n_blocks
+         if (messages%n_errors >= most_errors) return
+         if (blocks%block_material(i) > n_block) call messages%add(severity%error, 'material of block '// &
+            to_string(i)//': '//unknown('block', blocks%block_material(i), n_block), origin)
+         do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            if (blocks%edge_joint(k) > n_joint) call messages%add(severity%error, 'joint material of edge '// &
+               to_string(k - blocks%vertex_offset(i))//' of block '//to_string(i)//': '// &
+               unknown('joint', blocks%edge_joint(k), n_joint), origin)
+         end do
+      end do
+   end subroutine check_block_materials
+
+   !> "3 is not among the 2 joint materials of the analysis file".
+   pure function unknown(what, number, count) result(text)
+      character(len=*), intent(in) :: what
+      integer, intent(in) :: number, count
+      character(len=:), allocatable :: text
+      if (count == 1) then
+         text = to_string(number)//' is unknown, the analysis file has 1 '//what//' material'
+      else
+         text = to_string(number)//' is unknown, the analysis file has '//to_string(count)//' '//what//' materials'
+      end if
+   end function unknown
+
+   !> The place of the fifth number from an origin on, when it stands on the same line; the origin otherwise.
+   pure function fifth_number(start) result(origin)
+      type(origin_type), intent(in) :: start
+      type(origin_type) :: origin
+      character(len=*), parameter :: separators = ' ,'//achar(9)
+      integer :: first, last, n
+      origin = start
+      if (.not. allocated(start%text) .or. start%column < 1) return
+      first = start%column
+      do n = 1, 5
+         if (first > len(start%text)) return
+         last = scan(start%text(first:), separators//'#!') + first - 2
+         if (last < first) last = len(start%text)
+         if (.not. is_number(start%text(first:last))) return
+         if (n == 5) exit
+         if (last == len(start%text)) return
+         first = last + verify(start%text(last + 1:), separators)
+         if (first == last) return
+      end do
+      origin%column = first
+   end function fifth_number
+
+   !> Is this a number?
+   pure logical function is_number(text)
+      character(len=*), intent(in) :: text
+      real(wp) :: value
+      integer :: status
+      call parse_number(text, value, status)
+      is_number = status == number_status%ok
+   end function is_number
+
+end module rockdda_io_material_check

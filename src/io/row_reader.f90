@@ -1,0 +1,171 @@
+! SPDX-License-Identifier: MIT
+!> Reads files in which every record is one line: a keyword and numbers, or numbers alone.
+module rockdda_io_row_reader
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_io_numbers, only : is_whole
+   use rockdda_io_tokens, only : token_list_type, token_kind
+   implicit none
+   private
+   public :: row_reader_type
+
+   integer, parameter :: longest_row = 16
+
+   type :: row_reader_type
+      integer :: n_rows = 0
+      integer, allocatable :: first(:)      !! (n_rows + 1) first token of each line that has tokens
+      integer :: at = 1                     !! next row
+      integer :: row = 0                    !! row read last
+      real(wp) :: value(longest_row) = 0    !! its numbers
+      integer :: token(longest_row) = 0     !! where each came from; 0: no number
+      logical :: row_ok = .false.           !! all numbers were there
+   contains
+      procedure :: start
+      procedure :: keyword
+      procedure :: read_row
+      procedure :: skip_to_keyword
+      procedure :: place
+      procedure :: whole
+      procedure :: fail
+   end type row_reader_type
+
+contains
+
+   !> Find the lines.
+   pure subroutine start(self, tokens)
+      class(row_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer :: i
+      allocate (self%first(tokens%n + 1))
+      self%n_rows = 0
+      do i = 1, tokens%n
+         if (i > 1) then
+            if (tokens%line(i) == tokens%line(i - 1)) cycle
+         end if
+         self%n_rows = self%n_rows + 1
+         self%first(self%n_rows) = i
+      end do
+      self%first(self%n_rows + 1) = tokens%n + 1
+      self%at = 1
+   end subroutine start
+
+   !> The word that begins the next row; empty when it begins with a number or there is none.
+   pure function keyword(self, tokens) result(word)
+      class(row_reader_type), intent(in) :: self
+      type(token_list_type), intent(in) :: tokens
+      character(len=:), allocatable :: word
+      word = ''
+      if (self%at > self%n_rows) return
+      if (tokens%kind(self%first(self%at)) == token_kind%text) word = tokens%text(self%first(self%at))
+   end function keyword
+
+   !> Read a row: the keyword, if one is given, then exactly the numbers named. A row that begins with
+   !> another word is left for later; row_ok tells.
+   subroutine read_row(self, tokens, word, names, object, messages)
+      class(row_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      character(len=*), intent(in) :: word           !! empty: numbers alone
+      character(len=*), intent(in) :: names(:)       !! of the numbers
+      character(len=*), intent(in) :: object         !! what the row is, for messages
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: k, i, first, last
+      self%row_ok = .false.
+      self%value = 0
+      self%token = 0
+      if (self%at > self%n_rows) then
+         call messages%add(severity%error, object//': the file ends here', tokens%end_origin())
+         return
+      end if
+      if (self%keyword(tokens) /= word) then
+         if (len(word) > 0) then
+            call messages%add(severity%error, object//": expected '"//word//"', found '"// &
+                              tokens%text(self%first(self%at))//"'", tokens%origin(self%first(self%at)))
+            return
+         else if (.not. tokens%is_not_finite(self%first(self%at)) .and. &
+                  self%first(self%at + 1) - self%first(self%at) /= size(names)) then
+            call messages%add(severity%error, object//": expected a number, found '"// &
+                              tokens%text(self%first(self%at))//"'", tokens%origin(self%first(self%at)))
+            return
+         end if
+      end if
+      self%row = self%at
+      self%at = self%at + 1
+      first = self%first(self%row)
+      if (len(word) > 0) first = first + 1
+      last = self%first(self%row + 1) - 1
+      self%row_ok = last - first + 1 == size(names)
+      do k = 1, min(size(names), last - first + 1)
+         i = first + k - 1
+         if (tokens%kind(i) == token_kind%number) then
+            self%value(k) = tokens%value(i)
+            self%token(k) = i
+         else
+            self%row_ok = .false.
+            call messages%add(severity%error, trim(names(k))//' of '//object//": expected a number, found '"// &
+                              tokens%text(i)//"'", tokens%origin(i))
+         end if
+      end do
+      if (last - first + 1 < size(names)) then
+         call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
+                           'found '//to_string(last - first + 1), tokens%origin(last))
+      else if (last - first + 1 > size(names)) then
+         call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
+                           'found '//to_string(last - first + 1), tokens%origin(first + size(names)))
+      end if
+   end subroutine read_row
+
+   !> Pass over rows of numbers.
+   pure subroutine skip_to_keyword(self, tokens)
+      class(row_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      do while (self%at <= self%n_rows)
+         if (tokens%kind(self%first(self%at)) == token_kind%text) exit
+         self%at = self%at + 1
+      end do
+   end subroutine skip_to_keyword
+
+   !> Where number k of the row read last stands (the row itself for k = 0).
+   pure function place(self, tokens, k) result(origin)
+      class(row_reader_type), intent(in) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: k
+      type(origin_type) :: origin
+      if (k > 0) then
+         if (self%token(k) > 0) origin = tokens%origin(self%token(k))
+      else if (self%row > 0) then
+         origin = tokens%origin(self%first(self%row))
+      end if
+   end function place
+
+   !> Number k of the row as a whole number of at least `least`; `least` when it is none (reported).
+   integer function whole(self, tokens, k, least, name, messages)
+      class(row_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: k, least
+      character(len=*), intent(in) :: name
+      type(diagnostics_type), intent(inout) :: messages
+      whole = least
+      if (self%token(k) == 0) return
+      if (.not. is_whole(self%value(k))) then
+         call self%fail(tokens, k, name//': must be a whole number', messages)
+      else if (self%value(k) < least) then
+         call self%fail(tokens, k, name//': must be at least '//to_string(least), messages)
+      else
+         whole = nint(self%value(k))
+      end if
+   end function whole
+
+   !> Report number k of the row.
+   subroutine fail(self, tokens, k, message, messages)
+      class(row_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: k
+      character(len=*), intent(in) :: message
+      type(diagnostics_type), intent(inout) :: messages
+      if (self%token(k) == 0) return
+      self%row_ok = .false.
+      call messages%add(severity%error, message//", found '"//tokens%text(self%token(k))//"'", self%place(tokens, k))
+   end subroutine fail
+
+end module rockdda_io_row_reader
