@@ -287,7 +287,7 @@ contains
       end do
    end subroutine note_comment
 
-   !> Append messages in the order of the file; those without a line come last.
+   !> Append messages in the order of the file; those without a line come last, those of other files stay.
    subroutine append_in_order(messages, found)
       type(diagnostics_type), intent(inout) :: messages
       type(diagnostics_type), intent(in) :: found
@@ -313,6 +313,10 @@ contains
    pure logical function comes_before(a, b)
       type(origin_type), intent(in) :: a, b
       integer :: line_a, line_b
+      comes_before = .false.
+      if (allocated(a%file) .and. allocated(b%file)) then
+         if (a%file /= b%file) return
+      end if
       line_a = merge(a%line, huge(1), a%line > 0)
       line_b = merge(b%line, huge(1), b%line > 0)
       comes_before = line_a < line_b .or. (line_a == line_b .and. a%column < b%column)

@@ -10,7 +10,7 @@ module rockdda_io_source
    use rockdda_io_posix, only : path_kind, get_path_kind, get_file_size, is_readable
    implicit none
    private
-   public :: source_type, read_source, new_source, file_text_problem
+   public :: source_type, read_source, new_source, file_text_problem, begins_as_xml
 
    !> Files beyond this many bytes are refused: no model text is that long.
    integer(i8), parameter :: largest_file = 1000000000_i8
@@ -67,7 +67,7 @@ contains
          call messages%add(severity%error, 'this is an HDF5 file, not text', origin)
       else if (index(text, achar(0)) > 0) then
          call messages%add(severity%error, 'this is a binary file, not text', origin)
-      else if (is_xml(source%text)) then
+      else if (begins_as_xml(source%text)) then
          call messages%add(severity%error, "this is an XML file (DDAML); convert it first with "// &
                            "'rockdda-post convert'", origin)
       else
@@ -76,8 +76,9 @@ contains
    end subroutine read_source
 
    !> Why a path cannot be read as a file; empty when it can.
-   function file_text_problem(path) result(problem)
+   function file_text_problem(path, any_size) result(problem)
       character(len=*), intent(in) :: path
+      logical, intent(in), optional :: any_size  !! true: do not judge the size
       character(len=:), allocatable :: problem
       integer :: kind
       problem = ''
@@ -94,6 +95,9 @@ contains
       else if (.not. is_readable(path)) then
          problem = 'permission denied'
       else if (get_file_size(path) > largest_file) then
+         if (present(any_size)) then
+            if (any_size) return
+         end if
          problem = 'is too large to be an input file ('//to_string(get_file_size(path))//' bytes)'
       end if
    end function file_text_problem
@@ -166,12 +170,12 @@ contains
    end function file_origin
 
    !> Does the text begin as XML does?
-   pure logical function is_xml(text)
+   pure logical function begins_as_xml(text)
       character(len=*), intent(in) :: text
       integer :: i
-      is_xml = .false.
+      begins_as_xml = .false.
       i = verify(text, ' '//achar(9)//achar(10)//achar(13))
-      if (i > 0) is_xml = text(i:i) == '<'
-   end function is_xml
+      if (i > 0) begins_as_xml = text(i:i) == '<'
+   end function begins_as_xml
 
 end module rockdda_io_source

@@ -1,0 +1,100 @@
+! SPDX-License-Identifier: MIT
+!> Tables of numbers in text files: one row per line, separated by commas or blanks, with an optional header.
+module rockdda_io_csv_table
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : lower_case, to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_io_row_reader, only : row_reader_type
+   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
+   implicit none
+   private
+   public :: read_csv_table
+
+   !> Nobody reads more messages than this.
+   integer, parameter :: most_errors = 1000
+   !> Larger values cannot be meant.
+   real(wp), parameter :: largest_value = 1.0e60_wp
+
+contains
+
+   !> Read a table; the first column must not decrease. A header, if there is one, must name all columns, in
+   !> any order; without one they are in the order of `columns`.
+   subroutine read_csv_table(path, columns, table, messages)
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: columns(:)       !! lower case, at most 16
+      real(wp), allocatable, intent(out) :: table(:, :) !! (columns, rows)
+      type(diagnostics_type), intent(inout) :: messages
+      type(source_type) :: source
+      type(token_list_type) :: tokens
+      type(row_reader_type) :: reader
+      integer :: place(size(columns)), n, k
+      logical :: ok
+
+      allocate (table(size(columns), 0))
+      call read_source(path, source, messages, ok)
+      if (.not. ok) return
+      call tokenise(source, tokens)
+      call reader%start(tokens)
+      place = [(k, k=1, size(columns))]
+      if (len(reader%keyword(tokens)) > 0) then
+         if (.not. tokens%is_not_finite(1)) call read_header(ok)
+         if (.not. ok) return
+      end if
+      deallocate (table)
+      allocate (table(size(columns), reader%n_rows - reader%at + 1))
+      n = 0
+      do while (reader%at <= reader%n_rows)
+         if (messages%n_errors > most_errors) exit
+         n = n + 1
+         call reader%read_row(tokens, '', columns, 'row '//to_string(n), messages)
+         if (.not. reader%row_ok .and. reader%row < reader%at - 1) reader%row = reader%at - 1
+         if (len(reader%keyword(tokens)) > 0 .and. .not. reader%row_ok) reader%at = reader%at + 1
+         table(:, n) = reader%value(place)
+         if (.not. reader%row_ok) cycle
+         do k = 1, size(columns)
+            if (abs(reader%value(k)) > largest_value) call reader%fail(tokens, k, 'row '//to_string(n)// &
+               ': must not be larger than '//to_string(largest_value), messages)
+         end do
+         if (n == 1) cycle
+         if (table(1, n) < table(1, n - 1)) call reader%fail(tokens, place(1), trim(columns(1))//' of row '// &
+            to_string(n)//': must not be smaller than in the row before', messages)
+      end do
+      if (n == 0) call messages%add(severity%error, 'the table has no rows', tokens%end_origin())
+
+   contains
+
+      !> Where each column stands.
+      subroutine read_header(header_ok)
+         logical, intent(out) :: header_ok
+         character(len=:), allocatable :: name
+         integer :: i, c, found
+         header_ok = .true.
+         place = 0
+         found = 0
+         do i = reader%first(1), reader%first(2) - 1
+            name = lower_case(tokens%text(i))
+            if (len(name) > 2) then
+               if (name(1:1) == '"' .and. name(len(name):) == '"') name = name(2:len(name) - 1)
+            end if
+            do c = 1, size(columns)
+               if (name == trim(columns(c)) .and. place(c) == 0) then
+                  place(c) = i - reader%first(1) + 1
+                  found = found + 1
+               end if
+            end do
+         end do
+         if (found < size(columns) .or. reader%first(2) - reader%first(1) /= size(columns)) then
+            name = trim(columns(1))
+            do c = 2, size(columns)
+               name = name//','//trim(columns(c))
+            end do
+            call messages%add(severity%error, "the header must name the columns "//name, tokens%origin(1))
+            header_ok = .false.
+         end if
+         reader%at = 2
+      end subroutine read_header
+
+   end subroutine read_csv_table
+
+end module rockdda_io_csv_table

@@ -1,0 +1,205 @@
+! SPDX-License-Identifier: MIT
+!> Takes typed values out of a parsed namelist entry; wrong types and counts are reported at their place.
+module rockdda_io_option_values
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : lower_case, to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind
+   use rockdda_io_numbers, only : is_whole
+   use rockdda_io_record_reader, only : largest_value
+   use rockdda_io_suggest, only : did_you_mean
+   implicit none
+   private
+   public :: get_real, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand
+
+contains
+
+   !> One number; `value` keeps what it had when there is none.
+   subroutine get_real(namelist, entry, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      real(wp), intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_single(namelist, entry, 'one number', messages)) return
+      if (is_number(namelist, entry, 1, messages)) value = entry%values(1)%number
+   end subroutine get_real
+
+   !> One whole number of at least `least`.
+   subroutine get_integer(namelist, entry, least, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: least
+      integer, intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_single(namelist, entry, 'one whole number', messages)) return
+      if (is_whole_number(namelist, entry, 1, least, messages)) value = nint(entry%values(1)%number)
+   end subroutine get_integer
+
+   !> .true. or .false.
+   subroutine get_logical(namelist, entry, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      logical, intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_single(namelist, entry, 'one value', messages)) return
+      if (entry%values(1)%kind == value_kind%logical) then
+         value = entry%values(1)%flag
+      else
+         call messages%add(severity%error, entry%name//": expected .true. or .false., found '"// &
+                           entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
+      end if
+   end subroutine get_logical
+
+   !> Text in quotes.
+   subroutine get_text(namelist, entry, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      character(len=:), allocatable, intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_single(namelist, entry, 'one text', messages)) return
+      if (entry%values(1)%kind == value_kind%text) then
+         value = entry%values(1)%text
+      else
+         call messages%add(severity%error, entry%name//": expected text in quotes, found '"// &
+                           entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
+      end if
+   end subroutine get_text
+
+   !> Text in quotes that is one of several words (lower case).
+   subroutine get_choice(namelist, entry, choices, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      character(len=*), intent(in) :: choices(:)
+      character(len=:), allocatable, intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: word, list
+      integer :: i
+      call get_text(namelist, entry, word, messages)
+      if (.not. allocated(word)) return
+      word = lower_case(trim(word))
+      list = ''
+      do i = 1, size(choices)
+         if (word == trim(choices(i))) then
+            value = word
+            return
+         end if
+         if (i > 1) list = list//', '
+         list = list//"'"//trim(choices(i))//"'"
+      end do
+      if (size(choices) > 1) list = 'one of '//list
+      call messages%add(severity%error, entry%name//': must be '//list//", found '"//word//"'"// &
+                        did_you_mean(word, choices), namelist%origin(entry%values(1)%place))
+   end subroutine get_choice
+
+   !> A list of numbers: exactly `n`, or a multiple of n when `multiple` holds.
+   subroutine get_reals(namelist, entry, n, multiple, values, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: n
+      logical, intent(in) :: multiple
+      real(wp), allocatable, intent(out) :: values(:)   !! unallocated when the list is wrong
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      logical :: ok
+      if (entry%n == 0) return
+      ok = .true.
+      do i = 1, entry%n
+         if (.not. is_number(namelist, entry, i, messages)) ok = .false.
+      end do
+      if (multiple .and. modulo(entry%n, n) /= 0) then
+         call messages%add(severity%error, entry%name//': expected a multiple of '//to_string(n)//' numbers, found '// &
+                           to_string(entry%n), namelist%origin(entry%place))
+         ok = .false.
+      else if (.not. multiple .and. entry%n /= n) then
+         call messages%add(severity%error, entry%name//': expected '//to_string(n)//' numbers, found '// &
+                           to_string(entry%n), namelist%origin(entry%place))
+         ok = .false.
+      end if
+      if (.not. ok) return
+      allocate (values(entry%n))
+      do i = 1, entry%n
+         values(i) = entry%values(i)%number
+      end do
+   end subroutine get_reals
+
+   !> A list of whole numbers of at least `least`, of any length.
+   subroutine get_integers(namelist, entry, least, values, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: least
+      integer, allocatable, intent(out) :: values(:)    !! unallocated when the list is wrong
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      logical :: ok
+      ok = .true.
+      do i = 1, entry%n
+         if (.not. is_whole_number(namelist, entry, i, least, messages)) ok = .false.
+      end do
+      if (.not. ok) return
+      allocate (values(entry%n))
+      do i = 1, entry%n
+         values(i) = nint(entry%values(i)%number)
+      end do
+   end subroutine get_integers
+
+   !> Report the entry's first value unless a condition holds: "<name>: must be …, found '…'".
+   subroutine demand(namelist, entry, condition, rule, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      logical, intent(in) :: condition
+      character(len=*), intent(in) :: rule
+      type(diagnostics_type), intent(inout) :: messages
+      if (condition .or. entry%n < 1) return
+      if (entry%values(1)%kind /= value_kind%number .and. entry%values(1)%kind /= value_kind%text) return
+      call messages%add(severity%error, entry%name//': '//rule//", found '"//entry%values(1)%text//"'", &
+                        namelist%origin(entry%values(1)%place))
+   end subroutine demand
+
+   !> Has the entry one value? (No value at all was reported by the parser.)
+   logical function is_single(namelist, entry, what, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      character(len=*), intent(in) :: what
+      type(diagnostics_type), intent(inout) :: messages
+      is_single = entry%n == 1
+      if (entry%n > 1) call messages%add(severity%error, entry%name//': expected '//what//', found '// &
+                                         to_string(entry%n)//' values', namelist%origin(entry%values(2)%place))
+   end function is_single
+
+   !> Is value i a number of sensible size?
+   logical function is_number(namelist, entry, i, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: i
+      type(diagnostics_type), intent(inout) :: messages
+      is_number = entry%values(i)%kind == value_kind%number
+      if (.not. is_number) then
+         call messages%add(severity%error, entry%name//": expected a number, found '"//entry%values(i)%text//"'", &
+                           namelist%origin(entry%values(i)%place))
+      else if (abs(entry%values(i)%number) > largest_value) then
+         is_number = .false.
+         call messages%add(severity%error, entry%name//': must not be larger than '//to_string(largest_value)// &
+                           ", found '"//entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+      end if
+   end function is_number
+
+   !> Is value i a whole number of at least `least`?
+   logical function is_whole_number(namelist, entry, i, least, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: i, least
+      type(diagnostics_type), intent(inout) :: messages
+      is_whole_number = is_number(namelist, entry, i, messages)
+      if (.not. is_whole_number) return
+      if (.not. is_whole(entry%values(i)%number)) then
+         is_whole_number = .false.
+         call messages%add(severity%error, entry%name//": expected a whole number, found '"// &
+                           entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+      else if (entry%values(i)%number < least) then
+         is_whole_number = .false.
+         call messages%add(severity%error, entry%name//': must be at least '//to_string(least)//", found '"// &
+                           entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+      end if
+   end function is_whole_number
+
+end module rockdda_io_option_values

@@ -1,0 +1,167 @@
+! SPDX-License-Identifier: MIT
+!> What kind of file is this? By content first, by ending second.
+module rockdda_io_recognise
+   use rockdda_base_strings, only : lower_case
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_io_block_file, only : block_file_magic
+   use rockdda_io_counting, only : fits_geometry, fits_analysis
+   use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
+   use rockdda_io_option_names, only : option_groups
+   use rockdda_io_peer_block_file, only : fits_peer_blocks
+   use rockdda_io_posix, only : get_file_size
+   use rockdda_io_source, only : source_type, read_source, file_text_problem, begins_as_xml
+   use rockdda_io_tokens, only : token_list_type, tokenise
+   implicit none
+   private
+   public :: file_kind, recognise, kind_name, kind_of_ending
+
+   type :: file_kind_enum
+      integer :: unknown = 0
+      integer :: geometry = 1     !! .dc, .geo
+      integer :: analysis = 2     !! .df, .ana
+      integer :: blocks = 3       !! .blk, ours or the peer's
+      integer :: options = 4      !! .nml
+      integer :: statistics = 5   !! .dl, joint statistics
+      integer :: ddaml = 6        !! XML of DDA for Windows: rockdda-post convert
+      integer :: hdf5 = 7         !! results or checkpoint
+   end type file_kind_enum
+   type(file_kind_enum), parameter :: file_kind = file_kind_enum()
+
+   !> Groups of joint statistics files.
+   character(len=*), parameter :: statistics_groups(7) = [character(len=9) :: 'boundary', 'joint_set', 'opening', &
+                                                          'line', 'fixed', 'loading', 'measured']
+
+contains
+
+   !> Kind of a file. An error only when the file cannot be read as one or nothing tells its kind.
+   subroutine recognise(path, kind, error)
+      character(len=*), intent(in) :: path
+      integer, intent(out) :: kind                          !! one of file_kind%...
+      type(error_type), allocatable, intent(out) :: error   !! code error_code%input
+      type(source_type) :: source
+      type(diagnostics_type) :: messages
+      character(len=:), allocatable :: problem
+      logical :: ok
+      kind = file_kind%unknown
+      problem = file_text_problem(path, any_size=.true.)
+      if (len(problem) > 0) then
+         call make_error(error, error_code%input, trim(path)//': error: '//problem)
+         return
+      end if
+      if (is_hdf5(path)) then
+         kind = file_kind%hdf5
+         return
+      end if
+      call read_source(path, source, messages, ok)
+      if (ok) then
+         kind = kind_of_text(source)
+      else if (allocated(source%text)) then
+         if (begins_as_xml(source%text)) kind = file_kind%ddaml
+      end if
+      if (kind /= file_kind%unknown) return
+      if (.not. ok) then
+         call messages%to_error(error)
+         return
+      end if
+      kind = kind_of_ending(path)
+      if (kind == file_kind%unknown) call make_error(error, error_code%input, trim(path)// &
+         ': error: neither content nor ending tells what kind of file this is (.dc, .geo, .df, .ana, .blk, .nml, .dl, .h5)')
+   end subroutine recognise
+
+   !> What the content says; unknown when it says nothing or several things.
+   function kind_of_text(source) result(kind)
+      type(source_type), intent(in) :: source
+      integer :: kind
+      type(token_list_type) :: tokens
+      integer :: n_fit
+      character(len=:), allocatable :: first
+      kind = file_kind%unknown
+      call tokenise(source, tokens)
+      if (tokens%n == 0) return
+      first = tokens%text(1)
+      if (first == block_file_magic) then
+         kind = file_kind%blocks
+      else if (first(1:1) == '&' .or. first(1:1) == '$') then
+         kind = kind_of_namelist(source)
+      else
+         n_fit = 0
+         if (fits_peer_blocks(tokens)) call fits(file_kind%blocks)
+         if (fits_geometry(tokens)) call fits(file_kind%geometry)
+         if (fits_analysis(tokens)) call fits(file_kind%analysis)
+         if (n_fit > 1) kind = file_kind%unknown
+      end if
+
+   contains
+
+      !> One more kind that fits.
+      subroutine fits(this)
+         integer, intent(in) :: this
+         n_fit = n_fit + 1
+         kind = this
+      end subroutine fits
+
+   end function kind_of_text
+
+   !> Options or joint statistics, by the names of the groups.
+   function kind_of_namelist(source) result(kind)
+      type(source_type), intent(in) :: source
+      integer :: kind
+      type(namelist_type) :: namelist
+      type(diagnostics_type) :: ignored
+      integer :: i, n_options, n_statistics
+      call parse_namelist(source, namelist, ignored)
+      n_options = 0
+      n_statistics = 0
+      do i = 1, namelist%n
+         if (any(option_groups == namelist%groups(i)%name)) n_options = n_options + 1
+         if (any(statistics_groups == namelist%groups(i)%name)) n_statistics = n_statistics + 1
+      end do
+      kind = file_kind%unknown
+      if (n_options > n_statistics) kind = file_kind%options
+      if (n_statistics > n_options) kind = file_kind%statistics
+   end function kind_of_namelist
+
+   !> What the ending of a name says.
+   pure integer function kind_of_ending(path)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name
+      integer :: i
+      name = lower_case(trim(path))
+      i = index(name, '.', back=.true.)
+      kind_of_ending = file_kind%unknown
+      if (i == 0 .or. i < index(name, '/', back=.true.)) return
+      select case (name(i:))
+      case ('.dc', '.geo'); kind_of_ending = file_kind%geometry
+      case ('.df', '.ana'); kind_of_ending = file_kind%analysis
+      case ('.blk'); kind_of_ending = file_kind%blocks
+      case ('.nml'); kind_of_ending = file_kind%options
+      case ('.dl'); kind_of_ending = file_kind%statistics
+      case ('.h5', '.hdf5'); kind_of_ending = file_kind%hdf5
+      end select
+   end function kind_of_ending
+
+   !> A kind in words.
+   pure function kind_name(kind) result(name)
+      integer, intent(in) :: kind           !! one of file_kind%...
+      character(len=:), allocatable :: name
+      character(len=*), parameter :: names(0:7) = [character(len=24) :: 'unknown file', 'geometry file', &
+         'analysis file', 'block file', 'options file', 'joint statistics file', 'DDAML (XML) file', 'HDF5 file']
+      name = trim(names(max(0, min(7, kind))))
+   end function kind_name
+
+   !> Does the file begin with the signature of HDF5?
+   logical function is_hdf5(path)
+      character(len=*), intent(in) :: path
+      character(len=8) :: start
+      integer :: unit, status
+      is_hdf5 = .false.
+      if (get_file_size(path) < 8) return
+      open (newunit=unit, file=path, status='old', action='read', access='stream', form='unformatted', iostat=status)
+      if (status /= 0) return
+      read (unit, iostat=status) start
+      if (status == 0) is_hdf5 = start == char(137)//'HDF'//char(13)//char(10)//char(26)//char(10)
+      close (unit)
+   end function is_hdf5
+
+end module rockdda_io_recognise
