@@ -7,6 +7,7 @@ module rockdda_linear_factory
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_linear_dense, only : dense_solver_type
    use rockdda_linear_sor, only : sor_solver_type
+   use rockdda_linear_pcg, only : pcg_solver_type
 #ifdef ROCKDDA_WITH_CHOLMOD
    use rockdda_linear_cholmod, only : cholmod_solver_type
 #endif
@@ -15,7 +16,7 @@ module rockdda_linear_factory
    public :: new_solver, solver_names, has_cholmod
 
    !> What `new_solver` takes.
-   character(len=*), parameter :: solver_names = 'cholmod, sor, dense'
+   character(len=*), parameter :: solver_names = 'cholmod, pcg, sor, dense'
 
 contains
 
@@ -44,13 +45,15 @@ contains
          call make_error(error, error_code%input, 'SOR factor must be between 0 and 2, not '//to_string(omega))
          return
       end if
-      if (len_trim(preconditioner) > 0) then
+      if (len_trim(preconditioner) > 0 .and. name /= 'pcg') then
          call make_error(error, error_code%input, "solver '"//trim(name)//"' takes no preconditioner")
          return
       end if
       select case (trim(name))
       case ('cholmod')
          call new_cholmod(tolerance, solver, error)
+      case ('pcg')
+         call new_pcg(tolerance, preconditioner, solver, error)
       case ('dense')
          allocate (solver, source=dense_solver_type(tolerance=tolerance))
       case ('sor')
@@ -59,6 +62,26 @@ contains
          call make_error(error, error_code%input, "unknown solver '"//trim(name)//"', expected one of "//solver_names)
       end select
    end subroutine new_solver
+
+   !> PCG with the preconditioner of that name.
+   subroutine new_pcg(tolerance, preconditioner, solver, error)
+      real(wp), intent(in) :: tolerance
+      character(len=*), intent(in) :: preconditioner   !! blank: ic0
+      class(linear_solver_type), allocatable, intent(out) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(pcg_solver_type), allocatable :: pcg
+      logical :: known
+      allocate (pcg)
+      pcg%tolerance = tolerance
+      known = .true.
+      if (len_trim(preconditioner) > 0) call pcg%splitting%choose(trim(preconditioner), known)
+      if (known) then
+         call move_alloc(pcg, solver)
+      else
+         call make_error(error, error_code%input, "unknown preconditioner '"//trim(preconditioner)// &
+                         "', expected one of jacobi, ssor, ic0")
+      end if
+   end subroutine new_pcg
 
    !> CHOLMOD, or an error that names the option to build with.
    subroutine new_cholmod(tolerance, solver, error)

@@ -5,7 +5,8 @@ module rockdda_linear_small_blocks
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block
+   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block, &
+      invert_lower
 
 contains
 
@@ -62,6 +63,20 @@ contains
       call solve_lower(l, b)
       call solve_lower_transposed(l, b)
    end subroutine solve_block
+
+   !> L^-1 from a factor made by `factorize_block`: a full lower triangle, zero above.
+   pure subroutine invert_lower(l, inverse)
+      real(wp), intent(in) :: l(6, 6)
+      real(wp), intent(out) :: inverse(6, 6)
+      integer :: i, j
+      inverse = 0
+      do j = 1, 6
+         inverse(j, j) = l(j, j)
+         do i = j + 1, 6
+            inverse(i, j) = -l(i, i)*dot_product(l(i, j:i - 1), inverse(j:i - 1, j))
+         end do
+      end do
+   end subroutine invert_lower
 
    !> The inverse of a symmetric block from its factor, exactly symmetric.
    pure subroutine invert_block(l, inverse)
