@@ -222,7 +222,7 @@ contains
       real(wp) :: a(6, 6)
 
       replaced = 0
-      !$omp parallel default(none) shared(self, matrix, replaced) private(f, g, i, k, a)
+      !$omp parallel if(self%n > part_size) default(none) shared(self, matrix, replaced) private(f, g, i, k, a)
       do f = 1, 3
          !$omp do schedule(static) reduction(+:replaced)
          do g = self%phase(f), self%phase(f + 1) - 1
