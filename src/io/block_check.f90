@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Is a block system sound? Used by all readers of block files.
+!> Are blocks and points of a block file sound? Used by all readers of block files.
 module rockdda_io_block_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_io_record_reader, only : largest_coordinate, largest_value
+   use rockdda_io_record_reader, only : largest_coordinate
    use rockdda_io_tokens, only : token_list_type
    implicit none
    private
@@ -40,17 +40,6 @@ contains
       call check_points('fixed point', blocks%fixed)
       call check_points('loading point', blocks%loading)
       call check_points('measured point', blocks%measured)
-      do i = 1, blocks%bolts%n
-         if (any(blocks%bolts%blocks(:, i) < 0 .or. blocks%bolts%blocks(:, i) > blocks%n_blocks)) &
-            call messages%add(severity%error, 'bolt '//to_string(i)//': its blocks must be between 0 and '// &
-                              to_string(blocks%n_blocks), tokens%source%file_origin())
-         if (.not. blocks%bolts%stiffness(i) > 0 .or. blocks%bolts%stiffness(i) > largest_value) &
-            call messages%add(severity%error, 'bolt '//to_string(i)//': stiffness must be greater than 0, found '// &
-                              to_string(blocks%bolts%stiffness(i)), tokens%source%file_origin())
-         if (blocks%bolts%strength(i) < 0) &
-            call messages%add(severity%error, 'bolt '//to_string(i)//': strength must not be negative, found '// &
-                              to_string(blocks%bolts%strength(i)), tokens%source%file_origin())
-      end do
 
    contains
 

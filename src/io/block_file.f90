@@ -66,7 +66,7 @@ contains
       integer, allocatable, intent(out) :: block_token(:)  !! (n_blocks) where each begins
       type(diagnostics_type), intent(inout) :: messages
       type(row_reader_type) :: reader
-      integer :: n_blocks, n_vertices, n_points(3), n_bolts, version
+      integer :: n_blocks, n_vertices, n_points(3), n_bolts, version, n_errors
 
       call reader%start(tokens)
       call reader%read_row(tokens, block_file_magic, ['version'], 'first line', messages)
@@ -93,11 +93,13 @@ contains
             to_string(tokens%n), tokens%end_origin())
          return
       end if
+      n_errors = messages%n_errors
       call read_polygons()
       call read_points('fixed_points', 'fixed point', n_points(1), blocks%fixed)
       call read_points('loading_points', 'loading point', n_points(2), blocks%loading)
       call read_points('measured_points', 'measured point', n_points(3), blocks%measured)
       call read_bolts()
+      if (messages%n_errors > n_errors) return
       call reader%read_row(tokens, 'end', one_name(1:0), 'end of the file', messages)
       if (reader%row_ok .and. reader%at <= reader%n_rows) call messages%add(severity%error, &
          "nothing may follow 'end'", tokens%origin(reader%first(reader%at)))
@@ -178,6 +180,7 @@ contains
          allocate (points%position(2, n), points%block(n), points%origin(n))
          points%position = 0
          points%block = 0
+         if (reader%at > reader%n_rows .and. messages%n_errors > n_errors) return  ! said once
          call reader%read_row(tokens, word, one_name(1:0), 'section '//word, messages)
          if (.not. reader%row_ok) return
          do k = 1, n
@@ -198,12 +201,13 @@ contains
          character(len=10), parameter :: names(9) = [character(len=10) :: 'x1', 'y1', 'x2', 'y2', 'block 1', &
                                                      'block 2', 'stiffness', 'pretension', 'strength']
          character(len=:), allocatable :: name
-         integer :: k
+         integer :: k, side
          associate (bolts => blocks%bolts)
             bolts%n = n_bolts
             allocate (bolts%ends(4, n_bolts), bolts%blocks(2, n_bolts), bolts%stiffness(n_bolts), &
                       bolts%pretension(n_bolts), bolts%strength(n_bolts))
             bolts%blocks = 0
+            if (reader%at > reader%n_rows .and. messages%n_errors > n_errors) return
             call reader%read_row(tokens, 'bolt_list', one_name(1:0), 'section bolt_list', messages)
             if (.not. reader%row_ok) return
             do k = 1, n_bolts
@@ -219,6 +223,14 @@ contains
                bolts%stiffness(k) = reader%value(7)
                bolts%pretension(k) = reader%value(8)
                bolts%strength(k) = reader%value(9)
+               do side = 1, 2
+                  if (bolts%blocks(side, k) > n_blocks) call reader%fail(tokens, 4 + side, trim(names(4 + side))// &
+                     ' of '//name//': must be between 0 and '//to_string(n_blocks), messages)
+               end do
+               if (.not. bolts%stiffness(k) > 0) call reader%fail(tokens, 7, 'stiffness of '//name// &
+                                                                  ': must be greater than 0', messages)
+               if (bolts%strength(k) < 0) call reader%fail(tokens, 9, 'strength of '//name// &
+                                                           ': must not be negative (0: unlimited)', messages)
             end do
          end associate
          call end_section('bolt_list')

@@ -127,6 +127,11 @@ contains
                bolts%stiffness(k) = reader%record%value(7)
                bolts%strength(k) = reader%record%value(8)
                bolts%pretension(k) = reader%record%value(9)
+               call reader%require(tokens, all(bolts%blocks(:, k) <= blocks%n_blocks), 5, 'blocks', 'bolt', k, &
+                                   'must not be larger than '//to_string(blocks%n_blocks), messages)
+               call reader%require(tokens, bolts%stiffness(k) > 0, 7, 'stiffness', 'bolt', k, &
+                                   'must be greater than 0', messages)
+               call reader%require(tokens, bolts%strength(k) >= 0, 8, 't0', 'bolt', k, 'must not be negative', messages)
             end do
             if (n_bolts > 0) call messages%add(severity%warning, &
                'bolts: t0 is read as strength, f0 as pretension', tokens%source%file_origin())

@@ -66,7 +66,8 @@ contains
       end if
       kind = kind_of_ending(path)
       if (kind == file_kind%unknown) call make_error(error, error_code%input, trim(path)// &
-         ': error: neither content nor ending tells what kind of file this is (.dc, .geo, .df, .ana, .blk, .nml, .dl, .h5)')
+         ': error: neither content nor ending (.dc, .geo, .df, .ana, .blk, .nml, .dl, .h5) tells what kind of '// &
+         'file this is')
    end subroutine recognise
 
    !> What the content says; unknown when it says nothing or several things.

@@ -5,7 +5,7 @@ module rockdda_io_text_output
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_numbers, only : parse_number, number_status
-   use rockdda_io_posix, only : path_kind, get_path_kind, rename_file, remove_file
+   use rockdda_io_posix, only : output_type, path_kind, get_path_kind, rename_file, remove_file
    implicit none
    private
    public :: text_writer_type, exact_text
@@ -13,8 +13,7 @@ module rockdda_io_text_output
    type :: text_writer_type
       character(len=:), allocatable, private :: path       !! the final name
       character(len=:), allocatable, private :: temporary  !! where the lines go
-      integer, private :: unit = 0
-      logical, private :: failed = .false.
+      type(output_type), private :: output
    contains
       procedure :: open => open_writer
       procedure :: line
@@ -28,9 +27,8 @@ contains
       class(text_writer_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      integer :: status
+      logical :: ok
       self%path = trim(path)
-      self%failed = .false.
       select case (get_path_kind(path))
       case (path_kind%directory)
          call make_error(error, error_code%output, self%path//': is a directory, cannot be written as a file')
@@ -40,39 +38,29 @@ contains
       case default
          self%temporary = self%path  ! a device or a pipe cannot be replaced
       end select
-      open (newunit=self%unit, file=self%temporary, status='unknown', action='write', form='formatted', &
-            access='stream', position='rewind', iostat=status)
-      if (status /= 0) call make_error(error, error_code%output, self%path//': cannot be written')
+      call self%output%open(self%temporary, ok)
+      if (.not. ok) call make_error(error, error_code%output, self%path//': cannot be written')
    end subroutine open_writer
 
    !> Write one line; a failure is reported by `close`.
    subroutine line(self, text)
       class(text_writer_type), intent(inout) :: self
       character(len=*), intent(in) :: text
-      integer :: status
-      if (self%failed) return
-      write (self%unit, '(a)', iostat=status) text
-      self%failed = status /= 0
+      call self%output%write(text//new_line('a'))
    end subroutine line
 
    !> Finish: everything is on disk under its final name, or there is an error and the old file is untouched.
    subroutine close_writer(self, error)
       class(text_writer_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      integer :: status
       logical :: ok
-      flush (self%unit, iostat=status)
-      self%failed = self%failed .or. status /= 0
-      close (self%unit, iostat=status)
-      self%failed = self%failed .or. status /= 0
+      call self%output%close(ok)
       if (self%temporary /= self%path) then
-         ok = .not. self%failed
          if (ok) call rename_file(self%temporary, self%path, ok)
          if (.not. ok) call remove_file(self%temporary)
-         self%failed = .not. ok
       end if
-      if (self%failed) call make_error(error, error_code%output, self%path//': could not be written (disk full or '// &
-                                       'no permission?)')
+      if (.not. ok) call make_error(error, error_code%output, self%path//': could not be written (disk full or no '// &
+                                    'permission?)')
    end subroutine close_writer
 
    !> The shorter of 15 or 17 significant digits that reads back as the same real, bit for bit.
