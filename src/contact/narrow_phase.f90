@@ -129,7 +129,7 @@ contains
       logical :: passes(4), closed(2)
 
       r = vertices(:, a) - vertices(:, b)
-      if (dot_product(r, r) > limits%reach**2) return
+      if (dot_product(r, r) > max(limits%reach, 2*limits%zone)**2) return
       call edge_direction(vertices, topology, topology%edge_in(a), in_a, length(1))
       call edge_direction(vertices, topology, topology%edge_out(a), out_a, length(2))
       call edge_direction(vertices, topology, topology%edge_in(b), in_b, length(3))

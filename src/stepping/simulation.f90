@@ -40,7 +40,7 @@ module rockdda_stepping_simulation
    type(attempt_enum), parameter :: attempt = attempt_enum()
 
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
-   real(wp), parameter :: friction_tolerance = 1.0e-3_wp
+   real(wp), parameter :: friction_tolerance = 1.0e-5_wp
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -224,9 +224,16 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach
       type(search_limits_type) :: limits
+      real(wp) :: deepest
+      integer :: c
+      ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner
+      deepest = 0
+      do c = 1, self%contacts%n
+         deepest = max(deepest, self%contacts%normal_force(c)/self%parameters%normal_stiffness)
+      end do
       limits%reach = reach
-      limits%zone = 0.5_wp*reach
-      limits%penetration = max(reach, 0.3_wp*self%parameters%search_distance)
+      limits%zone = max(0.5_wp*reach, quantised(2*deepest, self%parameters%w0))
+      limits%penetration = max(reach, 0.3_wp*self%parameters%search_distance, 2*deepest)
       limits%sine = sin(self%parameters%angle_tolerance)
       limits%cosine = cos(self%parameters%angle_tolerance)
       call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
