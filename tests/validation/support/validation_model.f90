@@ -50,7 +50,9 @@ module validation_model
    type :: watch_type
       real(wp) :: turned_over = 0   !! largest of all columns of the ledger but the residual, any step [energy]
       real(wp) :: residual = 0      !! largest residual of the ledger, any step [energy]
-      real(wp) :: growth = 0        !! largest rise of the stored energy in one step [energy]
+      real(wp) :: growth = 0        !! largest rise of stored energy less geometry column in one step [energy]
+      real(wp) :: above_start = -huge(1.0_wp) !! largest stored energy after a step less the one at the first call [energy]
+      real(wp), private :: at_start = huge(1.0_wp)
       integer :: attempts = 0       !! attempts in all
    contains
       procedure :: run
@@ -251,9 +253,10 @@ contains
       type(simulation_type), intent(inout) :: sim
       integer, intent(in) :: steps
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: before
+      real(wp) :: before, now
       integer :: i
-      before = stored_energy(sim)
+      before = stored_energy(sim) - sim%record%energy(energy%geometry)
+      if (self%at_start >= huge(1.0_wp)) self%at_start = stored_energy(sim)
       self%turned_over = max(self%turned_over, maxval(abs(sim%record%energy(1:n_energies - 1))))
       do i = 1, steps
          if (sim%is_finished()) exit
@@ -265,8 +268,10 @@ contains
          self%attempts = self%attempts + sim%record%attempts
          self%turned_over = max(self%turned_over, maxval(abs(sim%record%energy(1:n_energies - 1))))
          self%residual = max(self%residual, abs(sim%record%energy(energy%residual)))
-         self%growth = max(self%growth, stored_energy(sim) - before)
-         before = stored_energy(sim)
+         now = stored_energy(sim) - sim%record%energy(energy%geometry)
+         self%growth = max(self%growth, now - before)
+         self%above_start = max(self%above_start, stored_energy(sim) - self%at_start)
+         before = now
       end do
    end subroutine run
 
