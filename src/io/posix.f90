@@ -2,12 +2,12 @@
 !> What Fortran cannot ask the system: kinds of paths, permissions, directory listings, renaming.
 !> The C side is posix_shim.c.
 module rockdda_io_posix
-   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_int64_t, c_null_char, c_null_ptr, c_ptr, c_associated
-   use rockdda_base_kinds, only : i8
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_null_ptr, c_ptr, c_associated
+   use rockdda_base_kinds, only : i8, wp
    implicit none
    private
    public :: path_kind, get_path_kind, get_file_size, is_readable, is_writable, list_directory
-   public :: rename_file, remove_file, file_name_type, output_type
+   public :: rename_file, remove_file, file_name_type, output_type, format_real
 
    type :: path_kind_enum
       integer :: missing = 0
@@ -89,6 +89,14 @@ module rockdda_io_posix
          import :: c_int, c_ptr
          type(c_ptr), value :: file
       end function c_close_output
+
+      pure subroutine c_format_real(value, digits, text, size, length) bind(C, name='rockdda_posix_format_real')
+         import :: c_char, c_double, c_int
+         real(c_double), value :: value
+         integer(c_int), value :: digits, size
+         character(kind=c_char), intent(inout) :: text(*)
+         integer(c_int), intent(inout) :: length
+      end subroutine c_format_real
 
       integer(c_int) function c_remove(path) bind(C, name='rockdda_posix_remove')
          import :: c_char, c_int
@@ -188,6 +196,18 @@ contains
       status = c_remove(trim(path)//c_null_char)
       if (status /= 0) return
    end subroutine remove_file
+
+   !> Text of a finite number with so many significant digits, trailing zeros left out.
+   pure function format_real(value, digits) result(text)
+      real(wp), intent(in) :: value
+      integer, intent(in) :: digits               !! 1 to 17
+      character(len=:), allocatable :: text
+      character(kind=c_char, len=40) :: buffer
+      integer(c_int) :: length
+      length = 0
+      call c_format_real(real(value, c_double), int(digits, c_int), buffer, len(buffer, c_int), length)
+      text = buffer(1:length)
+   end function format_real
 
    !> Begin a file, or begin it again; ok is false when the system refuses.
    subroutine open_output(self, path, ok)

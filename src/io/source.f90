@@ -38,7 +38,7 @@ contains
       logical, intent(out) :: ok
       character(len=:), allocatable :: problem, text
       type(origin_type) :: origin
-      integer :: unit, status
+      integer :: unit, status, zero
       ok = .false.
       origin%file = path
       problem = file_text_problem(path)
@@ -59,17 +59,25 @@ contains
          return
       end if
       call new_source(path, text, source)
+      zero = index(source%text, achar(0))
       if (len(source%text) == 0) then
          origin%line = 1
          origin%column = 1
          call messages%add(severity%error, 'the file is empty', origin)
-      else if (len(text) >= 4 .and. text(1:min(4, len(text))) == char(137)//'HDF') then
+      else if (index(source%text, char(137)//'HDF') == 1) then
+         origin%line = 1
+         origin%column = 1
          call messages%add(severity%error, 'this is an HDF5 file, not text', origin)
-      else if (index(text, achar(0)) > 0) then
+      else if (zero > 0) then
+         origin%line = count(source%line_start <= zero)
+         origin%column = zero - source%line_start(origin%line) + 1
          call messages%add(severity%error, 'this is a binary file, not text', origin)
       else if (begins_as_xml(source%text)) then
+         zero = index(source%text, '<')
+         origin%line = count(source%line_start <= zero)
          call messages%add(severity%error, "this is an XML file (DDAML); convert it first with "// &
-                           "'rockdda-post convert'", origin)
+                           "'rockdda-post convert'", &
+                           source%origin(origin%line, zero - source%line_start(origin%line) + 1))
       else
          ok = .true.
       end if

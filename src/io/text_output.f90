@@ -2,10 +2,9 @@
 !> Writing text files: to a temporary name first, so that a failure leaves the old file whole.
 module rockdda_io_text_output
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_numbers, only : parse_number, number_status
-   use rockdda_io_posix, only : output_type, path_kind, get_path_kind, rename_file, remove_file
+   use rockdda_io_posix, only : format_real, output_type, path_kind, get_path_kind, rename_file, remove_file
    implicit none
    private
    public :: text_writer_type, exact_text
@@ -74,10 +73,10 @@ contains
          if (sign(1.0_wp, value) < 0) text = '-0'
          return
       end if
-      text = to_string(value, 15)
+      text = format_real(value, 15)
       call parse_number(text, again, status)
       if (status == number_status%ok .and. .not. abs(again - value) > 0) return
-      text = to_string(value, 17)
+      text = format_real(value, 17)
    end function exact_text
 
 end module rockdda_io_text_output
