@@ -56,7 +56,9 @@ contains
       else
          call messages%add(severity%error, 'the file holds no blocks', tokens%end_origin())
       end if
-      if (messages%n_errors == n_errors) call check_blocks(blocks, tokens, block_token, messages)
+      if (messages%n_errors > n_errors) return
+      call check_blocks(blocks, tokens, block_token, messages)
+      blocks%file_line = tokens%line(block_token)
    end subroutine read_block_source
 
    !> Our own format.

@@ -21,6 +21,8 @@ module rockdda_io_geometry_file
                                                    'stiffness', 'pretension', 'strength']
    character(len=*), parameter :: end_names(4) = [character(len=2) :: 'x1', 'y1', 'x2', 'y2']
    character(len=*), parameter :: point_names(2) = [character(len=1) :: 'x', 'y']
+   !> Smallest e0 over the largest coordinate: 50 times the spacing of double precision numbers.
+   real(wp), parameter :: smallest_distance = 1.0e-14_wp
    character(len=*), parameter :: distance_name = 'minimum edge-node distance e0'
 
 contains
@@ -109,7 +111,22 @@ contains
          exact = reader%is_exact(tokens) .or. reader%too_many_errors(found)
          geometry%edge_node_distance = distance
          geometry%n_boundary = numbers(2)
+         call check_distance()
       end subroutine try
+
+      !> e0 must be larger than the rounding of the coordinates.
+      subroutine check_distance()
+         type(record_reader_type) :: first
+         type(diagnostics_type) :: ignored
+         character(len=len(distance_name)) :: names(1)
+         real(wp) :: largest
+         names(1) = distance_name
+         largest = maxval(abs(geometry%lines))
+         if (largest > largest_coordinate .or. .not. distance > 0 .or. distance >= smallest_distance*largest) return
+         call first%read_record(tokens, names, '', 0, ignored)
+         call first%require(tokens, .false., 1, names(1), '', 0, 'must be at least '//to_string(smallest_distance)// &
+                            ' of the largest coordinate, '//to_string(largest), found)
+      end subroutine check_distance
 
    end subroutine read_geometry_source
 

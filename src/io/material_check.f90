@@ -52,6 +52,10 @@ contains
       origin%file = file
       do i = 1, blocks%n_blocks
          if (messages%n_errors >= most_errors) return
+         if (allocated(blocks%file_line)) then
+            origin%line = blocks%file_line(i)
+            origin%column = 1
+         end if
          if (blocks%block_material(i) > n_block) call messages%add(severity%error, 'material of block '// &
             to_string(i)//': '//unknown('block', blocks%block_material(i), n_block), origin)
          do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)

@@ -41,6 +41,7 @@ module rockdda_model_blocks
       integer, allocatable :: edge_joint(:)     !! (n_vertices) joint material of the edge that starts here
       integer, allocatable :: block_material(:) !! (n_blocks) 1-based
       real(wp) :: edge_node_distance = 0        !! e0 used in cutting
+      integer, allocatable :: file_line(:)      !! (n_blocks) line of a block file; unallocated after cutting
       type(point_set_type) :: fixed             !! fixed points
       type(point_set_type) :: loading           !! loading points
       type(point_set_type) :: measured          !! measured points
