@@ -93,10 +93,25 @@ contains
             value = value*power(exponent)
          end if
          if (negative) value = -value
+      else if (is_too_large(digits, n_significant, n_significant + exponent)) then
+         status = number_status%out_of_range
       else
          call read_value(text, value, status)
       end if
    end subroutine parse_number
+
+   !> Is 0.d1d2d3… * 10**exponent beyond the largest real? (Asked before converting, which would raise overflow.)
+   pure logical function is_too_large(digits, n_significant, exponent)
+      integer(i8), intent(in) :: digits        !! the first 17 significant digits, or all when there are fewer
+      integer, intent(in) :: n_significant     !! number of significant digits
+      integer, intent(in) :: exponent
+      integer(i8), parameter :: largest = 17976931348623157_i8  !! first 17 digits of huge(1.0_wp)
+      integer(i8) :: leading
+      is_too_large = exponent > 309
+      if (exponent /= 309) return
+      leading = digits*10_i8**max(0, 17 - n_significant)
+      is_too_large = leading > largest .or. (leading == largest .and. n_significant > 17)
+   end function is_too_large
 
    !> The general case: the run-time library rounds correctly.
    pure subroutine read_value(text, value, status)

@@ -2,7 +2,8 @@
 !> What Fortran cannot ask the system: kinds of paths, permissions, directory listings, renaming.
 !> The C side is posix_shim.c.
 module rockdda_io_posix
-   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_null_ptr, c_ptr, c_associated
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_null_ptr, c_ptr, &
+                                           c_associated
    use rockdda_base_kinds, only : i8, wp
    implicit none
    private
