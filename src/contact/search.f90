@@ -96,13 +96,15 @@ contains
       do v = 2, nv + 1
          start(v) = start(v) + start(v - 1)
       end do
+      order(1:list%n) = 0
       do c = 1, list%n
          v = list%vertex(c)
          k = start(v) + 1
          start(v) = k
-         ! insert among the rows of this vertex that are already placed
+         ! insert among the rows of this vertex that are already placed; a place still empty belongs to another vertex
          l = k - 1
          do while (l >= 1)
+            if (order(l) == 0) exit
             if (list%vertex(order(l)) /= v) exit
             if (list%edge(order(l)) <= list%edge(c)) exit
             order(l + 1) = order(l)
