@@ -295,10 +295,6 @@ contains
             outcome = attempt%no_solution
             return
          end if
-         if (2*displacement > reach .and. displacement <= 1.0e3_wp*self%parameters%w0) then
-            outcome = attempt%too_far
-            return
-         end if
          call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
          call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
@@ -308,6 +304,9 @@ contains
          if (worst_friction <= friction_tolerance*largest_normal(self%trial, self%table%n)) exit
       end do
       rounds = min(rounds, self%parameters%max_open_close)
+      ! only a motion that would be accepted asks for a wider search: in earlier rounds blocks may be loose
+      if (outcome == attempt%converged .and. 2*displacement > reach .and. &
+          displacement <= 1.0e3_wp*self%parameters%w0) outcome = attempt%too_far
    end subroutine try_step
 
    !> Largest normal force of a trial.
