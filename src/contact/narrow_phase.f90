@@ -3,7 +3,8 @@
 !>
 !> Vertex-edge: the foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the
 !> edge's line (within the angle tolerance: moving the vertex onto the edge gives no overlap, Fig. 3.3), and the gap
-!> is within reach. Concave vertices touch nothing; at a concave end of an edge the foot may lie a little beyond.
+!> is within reach; a vertex deep behind an edge must lie in the block (not beyond a thin one). Concave vertices touch
+!> nothing; at a concave end of an edge the foot may lie a little beyond.
 !>
 !> Vertex-vertex: both vertices lie in each other's corner region (no foot further into an adjacent edge than
 !> `zone`). Seen from one block, the other vertex is inside when it is behind both entrance lines; a line is an
@@ -260,6 +261,10 @@ contains
       if (length - s <= min(limits%zone, 0.25_wp*length)) then
          if (is_corner_pair(list, v, corner(2), side)) return
       end if
+      if (gap < -1.0e-4_wp*length) then
+         ! behind the edge, and deep: beyond a thin block, or in it?
+         if (.not. is_inside(vertices(:, v) + 1.0e-6_wp*((0.5_wp*length - s)*t - length*n), e, vertices, topology)) return
+      end if
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
          if (.not. concave(1)) then
@@ -289,6 +294,26 @@ contains
       end function neighbour_decides
 
    end subroutine try_edge
+
+   !> Does a point lie in the block that owns edge e? Crossings of the outline with the ray to the right.
+   pure logical function is_inside(point, e, vertices, topology)
+      real(wp), intent(in) :: point(2), vertices(:, :)
+      integer, intent(in) :: e
+      type(contact_topology_type), intent(in) :: topology
+      real(wp) :: p(2), q(2)
+      integer :: k
+      is_inside = .false.
+      k = e
+      do
+         p = vertices(:, k)
+         k = topology%next(k)
+         q = vertices(:, k)
+         if ((p(2) > point(2)) .neqv. (q(2) > point(2))) then
+            if (point(1) < p(1) + (point(2) - p(2))/(q(2) - p(2))*(q(1) - p(1))) is_inside = .not. is_inside
+         end if
+         if (k == e) exit
+      end do
+   end function is_inside
 
    !> Was this vertex already paired with that corner?
    pure logical function is_corner_pair(list, v, corner, side)
