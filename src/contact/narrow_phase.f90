@@ -9,8 +9,10 @@
 !> Vertex-vertex: both vertices lie in each other's corner region (no foot further into an adjacent edge than
 !> `zone`). Seen from one block, the other vertex is inside when it is behind both entrance lines; a line is an
 !> edge of one block that has the other's corner on its outer side. Lines that agree within the angle tolerance
-!> (the edges of two blocks face to face) are one. Two lines become two rows, partners, of which the one with the
-!> larger gap decides. With that choice a pair of blocks face to face has one row at each end of the shared length.
+!> (the edges of two blocks face to face) are one: the corner whose foot lies on the other's edge is the vertex of the
+!> row. Two lines become two rows, partners, of which the one with the larger gap decides. With that choice a pair of
+!> blocks face to face has one row at each end of the shared length, however the blocks are numbered. When one corner
+!> slides past the other the roles change, and the new row goes on with the history of the old one (its alias).
 module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -34,6 +36,7 @@ module rockdda_contact_narrow_phase
       integer :: n = 0
       integer, allocatable :: vertex(:), edge(:)
       integer, allocatable :: partner_edge(:), partner_vertex(:) !! identity of the partner row, 0 none
+      integer, allocatable :: alias_edge(:), alias_vertex(:)     !! row of the last step to go on with, 0 its own
       integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
@@ -125,9 +128,9 @@ contains
       type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4)
-      integer :: vertex(4), edge(4), group(4), chosen(2), k, n_groups, row
-      logical :: passes(4), closed(2)
+      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4), foot(4)
+      integer :: vertex(4), edge(4), group(4), chosen(2), closed(2), alias_vertex(2), alias_edge(2), k, n_groups, row
+      logical :: passes(4)
 
       r = vertices(:, a) - vertices(:, b)
       if (dot_product(r, r) > max(limits%reach, 2*limits%zone)**2) return
@@ -157,28 +160,43 @@ contains
       if (maxval(matmul(r, normal), mask=passes) < -limits%penetration) return
       call group_lines(normal, passes, limits%cosine, group, n_groups)
 
+      foot = [dot_product(r, out_b), -dot_product(r, in_b), -dot_product(r, out_a), dot_product(r, in_a)]
       chosen = 0
-      closed = .false.
+      closed = 0
       do k = 1, 4
          if (group(k) == 0) cycle
          row = history%find(previous, vertex(k), edge(k))
          if (row > 0) then
-            if (previous%state(row) /= contact_state%open .and. .not. closed(group(k))) then
-               chosen(group(k)) = k
-               closed(group(k)) = .true.
-            end if
+            if (previous%state(row) /= contact_state%open .and. closed(group(k)) == 0) closed(group(k)) = k
          end if
-         if (chosen(group(k)) == 0) chosen(group(k)) = k
+         if (chosen(group(k)) == 0) then
+            chosen(group(k)) = k
+         else if (foot(k) > foot(chosen(group(k)))) then
+            chosen(group(k)) = k
+         end if
+      end do
+      alias_vertex = 0
+      alias_edge = 0
+      do k = 1, n_groups
+         if (closed(k) == 0) cycle
+         if (foot(closed(k)) >= -1.0e-9_wp*maxval(length)) then
+            chosen(k) = closed(k)
+         else if (chosen(k) /= closed(k)) then
+            alias_vertex(k) = vertex(closed(k))
+            alias_edge(k) = edge(closed(k))
+         end if
       end do
       list%n_corners = list%n_corners + 1
       if (.not. allocated(list%corner_pairs)) allocate (list%corner_pairs(2, 16))
       if (list%n_corners > size(list%corner_pairs, 2)) call grow_pairs(list%corner_pairs)
       list%corner_pairs(:, list%n_corners) = [a, b]
       if (n_groups == 1) then
-         call list%add(vertex(chosen(1)), edge(chosen(1)), 0, 0)
+         call list%add(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1))
       else
-         call list%add(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)))
-         call list%add(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)))
+         call list%add(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), alias_vertex(1), &
+                       alias_edge(1))
+         call list%add(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), alias_vertex(2), &
+                       alias_edge(2))
       end if
    end subroutine try_corner
 
@@ -274,7 +292,7 @@ contains
             if (neighbour_decides(topology%edge_out(corner(2)))) return
          end if
       end if
-      call list%add(v, e, 0, 0)
+      call list%add(v, e, 0, 0, 0, 0)
 
    contains
 
@@ -364,22 +382,27 @@ contains
    end function is_outside
 
    !> Append a candidate row.
-   pure subroutine add_candidate(self, vertex, edge, partner_vertex, partner_edge)
+   pure subroutine add_candidate(self, vertex, edge, partner_vertex, partner_edge, alias_vertex, alias_edge)
       class(candidate_list_type), intent(inout) :: self
-      integer, intent(in) :: vertex, edge, partner_vertex, partner_edge
+      integer, intent(in) :: vertex, edge, partner_vertex, partner_edge, alias_vertex, alias_edge
       if (.not. allocated(self%vertex)) then
-         allocate (self%vertex(64), self%edge(64), self%partner_vertex(64), self%partner_edge(64))
+         allocate (self%vertex(64), self%edge(64), self%partner_vertex(64), self%partner_edge(64), &
+                   self%alias_vertex(64), self%alias_edge(64))
       else if (self%n == size(self%vertex)) then
          call grow(self%vertex)
          call grow(self%edge)
          call grow(self%partner_vertex)
          call grow(self%partner_edge)
+         call grow(self%alias_vertex)
+         call grow(self%alias_edge)
       end if
       self%n = self%n + 1
       self%vertex(self%n) = vertex
       self%edge(self%n) = edge
       self%partner_vertex(self%n) = partner_vertex
       self%partner_edge(self%n) = partner_edge
+      self%alias_vertex(self%n) = alias_vertex
+      self%alias_edge(self%n) = alias_edge
    end subroutine add_candidate
 
    !> Double the length of an array.

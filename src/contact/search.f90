@@ -57,7 +57,7 @@ contains
       end do
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, vertices, limits, self%list, self%order, self%start, table)
-      call hand_on_history(previous, self%history, first_step, touch, table)
+      call hand_on_history(previous, self%history, self%list, self%order, first_step, touch, table)
    end subroutine search_contacts
 
    !> Bounding boxes of all blocks.
@@ -182,18 +182,23 @@ contains
       end do
    end function contact_length
 
-   !> State, shear spring, forces and bond of a contact stay with its identity. A corner pair that is now seen
-   !> as the other of two agreeing lines, or as a plain vertex-edge contact, keeps its identity by the preference
-   !> of the narrow phase for rows that were closed.
-   pure subroutine hand_on_history(previous, history, first_step, touch, table)
+   !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
+   !> other block, gap and slip have the same sign.
+   pure subroutine hand_on_history(previous, history, list, order, first_step, touch, table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:)
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
       do k = 1, table%n
-         row = history%find(previous, table%vertex(k), table%edge(k))
+         if (list%alias_vertex(order(k)) > 0) then
+            row = history%find(previous, list%alias_vertex(order(k)), list%alias_edge(order(k)))
+         else
+            row = history%find(previous, table%vertex(k), table%edge(k))
+         end if
          if (row > 0) then
             table%state(k) = previous%state(row)
             table%shear(k) = previous%shear(row)
