@@ -15,21 +15,30 @@ contains
    !> A pivot counts as failed when it is not above the rounding error of the diagonal entry it came from.
    pure subroutine factorize_block(a, l, ok)
       real(wp), intent(in) :: a(6, 6)     !! symmetric; the lower triangle is read
-      real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above
+      real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above; undefined if not ok
       logical, intent(out) :: ok          !! positive definite and finite
-      real(wp) :: pivot
-      integer :: i, j
-      l = 0
+      real(wp) :: pivot, pivots(6)
+      integer :: j, k
+      l = a
+      do j = 1, 6
+         pivots(j) = a(j, j)
+      end do
       ok = all(ieee_is_finite(a))
       if (.not. ok) return
+      ! whole columns of constant length: what is computed above the diagonal is thrown away
       do j = 1, 6
-         pivot = a(j, j) - dot_product(l(j, 1:j - 1), l(j, 1:j - 1))
-         ok = pivot > 4*epsilon(1.0_wp)*a(j, j)
+         pivot = l(j, j)
+         ok = pivot > 4*epsilon(1.0_wp)*pivots(j)
          if (.not. ok) return
-         l(j, j) = 1/sqrt(pivot)
-         do i = j + 1, 6
-            l(i, j) = (a(i, j) - dot_product(l(i, 1:j - 1), l(j, 1:j - 1)))*l(j, j)
+         pivot = 1/sqrt(pivot)
+         l(:, j) = l(:, j)*pivot
+         do k = j + 1, 6
+            l(:, k) = l(:, k) - l(:, j)*l(k, j)
          end do
+         l(j, j) = pivot
+      end do
+      do j = 2, 6
+         l(1:j - 1, j) = 0
       end do
    end subroutine factorize_block
 
@@ -68,14 +77,19 @@ contains
    pure subroutine invert_lower(l, inverse)
       real(wp), intent(in) :: l(6, 6)
       real(wp), intent(out) :: inverse(6, 6)
+      real(wp) :: rows(6, 6)   ! rows(:, i) is row i of the inverse
       integer :: i, j
-      inverse = 0
+      rows = 0
       do j = 1, 6
-         inverse(j, j) = l(j, j)
+         rows(j, j) = 1
+      end do
+      do j = 1, 6
+         rows(:, j) = rows(:, j)*l(j, j)
          do i = j + 1, 6
-            inverse(i, j) = -l(i, i)*dot_product(l(i, j:i - 1), inverse(j:i - 1, j))
+            rows(:, i) = rows(:, i) - l(i, j)*rows(:, j)
          end do
       end do
+      inverse = transpose(rows)
    end subroutine invert_lower
 
    !> The inverse of a symmetric block from its factor, exactly symmetric.

@@ -309,18 +309,15 @@ contains
       end if
    end subroutine take
 
-   !> a := S a with S lower triangular.
+   !> a := S a.
    pure subroutine scale_rows(s, a)
       real(wp), intent(in) :: s(6, 6)
       real(wp), intent(inout) :: a(6, 6)
       real(wp) :: b(6)
-      integer :: j, k
+      integer :: j
       do j = 1, 6
-         b = s(:, 1)*a(1, j)
-         do k = 2, 6
-            b = b + s(:, k)*a(k, j)
-         end do
-         a(:, j) = b
+         b = a(:, j)
+         a(:, j) = (s(:, 1)*b(1) + s(:, 2)*b(2)) + (s(:, 3)*b(3) + s(:, 4)*b(4)) + (s(:, 5)*b(5) + s(:, 6)*b(6))
       end do
    end subroutine scale_rows
 
@@ -328,27 +325,25 @@ contains
    pure subroutine times_transposed(a, s)
       real(wp), intent(inout) :: a(6, 6)
       real(wp), intent(in) :: s(6, 6)
-      real(wp) :: b(6, 6)
-      integer :: j, k
-      do j = 1, 6
-         b(:, j) = a(:, 1)*s(j, 1)
-         do k = 2, j
-            b(:, j) = b(:, j) + a(:, k)*s(j, k)
-         end do
-      end do
-      a = b
+      a(:, 6) = (a(:, 1)*s(6, 1) + a(:, 2)*s(6, 2)) + (a(:, 3)*s(6, 3) + a(:, 4)*s(6, 4)) &
+         + (a(:, 5)*s(6, 5) + a(:, 6)*s(6, 6))
+      a(:, 5) = (a(:, 1)*s(5, 1) + a(:, 2)*s(5, 2)) + (a(:, 3)*s(5, 3) + a(:, 4)*s(5, 4)) + a(:, 5)*s(5, 5)
+      a(:, 4) = (a(:, 1)*s(4, 1) + a(:, 2)*s(4, 2)) + (a(:, 3)*s(4, 3) + a(:, 4)*s(4, 4))
+      a(:, 3) = (a(:, 1)*s(3, 1) + a(:, 2)*s(3, 2)) + a(:, 3)*s(3, 3)
+      a(:, 2) = a(:, 1)*s(2, 1) + a(:, 2)*s(2, 2)
+      a(:, 1) = a(:, 1)*s(1, 1)
    end subroutine times_transposed
 
    !> d := d - a^T a.
    pure subroutine subtract_square(a, d)
       real(wp), intent(in) :: a(6, 6)
       real(wp), intent(inout) :: d(6, 6)
-      integer :: i, j
+      real(wp) :: b(6, 6)
+      integer :: j
+      b = transpose(a)
       do j = 1, 6
-         do i = 1, 6
-            d(i, j) = d(i, j) - (a(1, i)*a(1, j) + a(2, i)*a(2, j) + a(3, i)*a(3, j) &
-                                 + a(4, i)*a(4, j) + a(5, i)*a(5, j) + a(6, i)*a(6, j))
-         end do
+         d(:, j) = d(:, j) - ((b(:, 1)*a(1, j) + b(:, 2)*a(2, j)) + (b(:, 3)*a(3, j) + b(:, 4)*a(4, j)) &
+                              + (b(:, 5)*a(5, j) + b(:, 6)*a(6, j)))
       end do
    end subroutine subtract_square
 
