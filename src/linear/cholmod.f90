@@ -30,6 +30,7 @@ module rockdda_linear_cholmod
       real(wp), public :: operations = 0                       !! floating point operations of a factorisation
    contains
       procedure :: analyze => analyze_cholmod
+      procedure :: count_work => count_work_cholmod
       procedure :: factorize => factorize_cholmod
       procedure :: backsolve => backsolve_cholmod
       procedure :: name => name_cholmod
@@ -113,6 +114,17 @@ contains
       self%column = matrix%column(1:n_stored)
       self%row_start = matrix%row_start
    end subroutine analyze_cholmod
+
+   !> Operations and fill of the symbolic factorisation.
+   subroutine count_work_cholmod(self, matrix, operations, fill, error)
+      class(cholmod_solver_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(out) :: operations, fill
+      type(error_type), allocatable, intent(out) :: error
+      call self%analyze(matrix, error)
+      operations = self%operations
+      fill = self%fill
+   end subroutine count_work_cholmod
 
    !> Factorise K, with the analysis at hand when the pattern is the same.
    subroutine factorize_cholmod(self, matrix, error)

@@ -92,7 +92,10 @@ int rockdda_cholmod_analyze(void *handle, int64_t nb, const int64_t *bp, const i
    int64_t k, r;
 
    cholmod_l_free_factor(&s->factor, c);
-   c->nmethods = 0;
+   /* minimum degree; for large models nested dissection too, and the better of both */
+   c->nmethods = nb < 5000 ? 1 : 2;
+   c->method[0].ordering = CHOLMOD_AMD;
+   c->method[1].ordering = CHOLMOD_METIS;
    c->supernodal = CHOLMOD_SIMPLICIAL;
    order = cholmod_l_analyze(&blocks, c);
    if (!order) return c->status;

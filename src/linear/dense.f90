@@ -17,6 +17,7 @@ module rockdda_linear_dense
    type, extends(direct_solver_type) :: dense_solver_type
       real(wp), allocatable :: a(:, :)   !! (6n, 6n) the matrix, then its factor in the upper triangle
    contains
+      procedure :: count_work => count_work_dense
       procedure :: factorize => factorize_dense
       procedure :: backsolve => backsolve_dense
       procedure :: name => name_dense
@@ -45,6 +46,27 @@ module rockdda_linear_dense
 
 contains
 
+   !> n^3/3 operations, n (n + 1)/2 entries.
+   subroutine count_work_dense(self, matrix, operations, fill, error)
+      class(dense_solver_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(out) :: operations, fill
+      type(error_type), allocatable, intent(out) :: error
+      associate (unused => self%tolerance)
+      end associate
+      operations = (6.0_wp*matrix%n)**3/3
+      fill = 3.0_wp*matrix%n*(6.0_wp*matrix%n + 1)
+      if (matrix%n > max_dense_blocks) call refuse(matrix%n, error)
+   end subroutine count_work_dense
+
+   !> Too large for a dense factorisation.
+   pure subroutine refuse(n, error)
+      integer, intent(in) :: n   !! blocks
+      type(error_type), allocatable, intent(out) :: error
+      call make_error(error, error_code%input, 'the dense solver takes at most '//to_string(max_dense_blocks)// &
+                      ' blocks, this model has '//to_string(n)//'; choose cholmod')
+   end subroutine refuse
+
    !> Spread K out and factorise it.
    subroutine factorize_dense(self, matrix, error)
       class(dense_solver_type), intent(inout) :: self
@@ -52,8 +74,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i, j, k, info
       if (matrix%n > max_dense_blocks) then
-         call make_error(error, error_code%input, 'the dense solver takes at most '//to_string(max_dense_blocks)// &
-                         ' blocks, this model has '//to_string(matrix%n)//'; choose cholmod')
+         call refuse(matrix%n, error)
          return
       end if
       if (allocated(self%a)) then

@@ -16,11 +16,22 @@ module rockdda_linear_direct
       real(wp), allocatable :: correction(:, :) !! (6, n) of the refinement step
    contains
       procedure :: solve => solve_direct
+      procedure(count_work_interface), deferred :: count_work
       procedure(factorize_interface), deferred :: factorize
       procedure(backsolve_interface), deferred :: backsolve
    end type direct_solver_type
 
    abstract interface
+      !> Work of a factorisation of K, counted from its pattern.
+      subroutine count_work_interface(self, matrix, operations, fill, error)
+         import :: direct_solver_type, block_matrix_type, error_type, wp
+         class(direct_solver_type), intent(inout) :: self
+         type(block_matrix_type), intent(in) :: matrix
+         real(wp), intent(out) :: operations   !! floating point operations
+         real(wp), intent(out) :: fill         !! entries of the factor
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine count_work_interface
+
       !> Factorise K; an error names the block of the failed pivot.
       subroutine factorize_interface(self, matrix, error)
          import :: direct_solver_type, block_matrix_type, error_type
@@ -52,7 +63,7 @@ contains
       real(wp) :: relative, refined
       logical :: done
 
-      call self%residual%start(matrix, f, x, report, done, error)
+      call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%factorize(matrix, error)
       if (allocated(error)) return

@@ -5,9 +5,10 @@ module rockdda_linear_factory
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_solver, only : linear_solver_type
-   use rockdda_linear_dense, only : dense_solver_type
+   use rockdda_linear_dense, only : dense_solver_type, max_dense_blocks
    use rockdda_linear_sor, only : sor_solver_type
    use rockdda_linear_pcg, only : pcg_solver_type
+   use rockdda_linear_auto, only : auto_solver_type
 #ifdef ROCKDDA_WITH_CHOLMOD
    use rockdda_linear_cholmod, only : cholmod_solver_type
 #endif
@@ -16,7 +17,7 @@ module rockdda_linear_factory
    public :: new_solver, solver_names, has_cholmod
 
    !> What `new_solver` takes.
-   character(len=*), parameter :: solver_names = 'cholmod, pcg, sor, dense'
+   character(len=*), parameter :: solver_names = 'auto, cholmod, pcg, sor, dense'
 
 contains
 
@@ -45,13 +46,15 @@ contains
          call make_error(error, error_code%input, 'SOR factor must be between 0 and 2, not '//to_string(omega))
          return
       end if
-      if (len_trim(preconditioner) > 0 .and. name /= 'pcg') then
+      if (len_trim(preconditioner) > 0 .and. name /= 'pcg' .and. name /= 'auto') then
          call make_error(error, error_code%input, "solver '"//trim(name)//"' takes no preconditioner")
          return
       end if
       select case (trim(name))
       case ('cholmod')
          call new_cholmod(tolerance, solver, error)
+      case ('auto')
+         call new_auto(tolerance, preconditioner, solver, error)
       case ('pcg')
          call new_pcg(tolerance, preconditioner, solver, error)
       case ('dense')
@@ -70,18 +73,44 @@ contains
       class(linear_solver_type), allocatable, intent(out) :: solver
       type(error_type), allocatable, intent(out) :: error
       type(pcg_solver_type), allocatable :: pcg
-      logical :: known
       allocate (pcg)
       pcg%tolerance = tolerance
-      known = .true.
-      if (len_trim(preconditioner) > 0) call pcg%splitting%choose(trim(preconditioner), known)
-      if (known) then
-         call move_alloc(pcg, solver)
-      else
-         call make_error(error, error_code%input, "unknown preconditioner '"//trim(preconditioner)// &
-                         "', expected one of jacobi, ssor, ic0")
-      end if
+      call set_preconditioner(pcg, preconditioner, error)
+      if (.not. allocated(error)) call move_alloc(pcg, solver)
    end subroutine new_pcg
+
+   !> Choose the preconditioner of PCG by its name.
+   subroutine set_preconditioner(pcg, preconditioner, error)
+      type(pcg_solver_type), intent(inout) :: pcg
+      character(len=*), intent(in) :: preconditioner   !! blank: its default
+      type(error_type), allocatable, intent(out) :: error
+      logical :: known
+      if (len_trim(preconditioner) == 0) return
+      call pcg%splitting%choose(trim(preconditioner), known)
+      if (.not. known) call make_error(error, error_code%input, "unknown preconditioner '"//trim(preconditioner)// &
+                                       "', expected one of jacobi, ssor, ic0")
+   end subroutine set_preconditioner
+
+   !> The choice between PCG and a direct solver: CHOLMOD if it is built in.
+   subroutine new_auto(tolerance, preconditioner, solver, error)
+      real(wp), intent(in) :: tolerance
+      character(len=*), intent(in) :: preconditioner   !! of PCG, blank: its default
+      class(linear_solver_type), allocatable, intent(out) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(auto_solver_type), allocatable :: auto
+      allocate (auto)
+      auto%pcg%tolerance = tolerance
+      call set_preconditioner(auto%pcg, preconditioner, error)
+      if (allocated(error)) return
+#ifdef ROCKDDA_WITH_CHOLMOD
+      allocate (cholmod_solver_type :: auto%direct)
+#else
+      allocate (dense_solver_type :: auto%direct)
+      auto%direct_limit = max_dense_blocks
+#endif
+      auto%direct%tolerance = tolerance
+      call move_alloc(auto, solver)
+   end subroutine new_auto
 
    !> CHOLMOD, or an error that names the option to build with.
    subroutine new_cholmod(tolerance, solver, error)
@@ -94,7 +123,7 @@ contains
       cholmod%tolerance = tolerance
       call move_alloc(cholmod, solver)
 #else
-      associate (unused => tolerance, absent => solver)
+      associate (unused => tolerance)
       end associate
       call make_error(error, error_code%input, "solver 'cholmod' is not built in: configure with "// &
                       '-DROCKDDA_WITH_CHOLMOD=ON, or choose another solver ('//solver_names//')')

@@ -55,10 +55,10 @@ contains
       real(wp) :: relative, before
       logical :: done, changed
 
-      call self%residual%start(matrix, f, x, report, done, error)
+      call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%residual%evaluate(matrix, f, x, relative)
-      if (.not. relative <= 1) then
+      if (.not. relative <= self%residual%from_zero) then
          ! a guess worse than none
          x = 0
          call self%residual%evaluate(matrix, f, x, relative)

@@ -4,7 +4,7 @@
 !> The unknowns of a block have mixed units, and so have the equations: forces, a moment, stress times area.
 !> They are made comparable by the block's own stiffness D_i = K_ii,
 !>
-!>     |r|^2 = sum_i r_i^T D_i^-1 r_i,        residual = |f - K x| / |f|,
+!>     |r|^2 = sum_i r_i^T D_i^-1 r_i,        residual = |f - K x| / max(|f|, |reference load|),
 !>
 !> that is twice the energy which the unbalanced forces would put into each block alone. The measure does
 !> not depend on units, on the point the unknowns refer to, or on the size of the blocks.
@@ -38,7 +38,8 @@ module rockdda_linear_residual
       real(wp), allocatable :: factor(:, :, :)   !! (6, 6, n) Cholesky factors of the diagonal blocks
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
       real(wp), allocatable :: work(:, :)        !! (6, n)
-      real(wp) :: load_norm = 0                  !! |f|
+      real(wp) :: load_norm = 0                  !! |f|, or that of the reference load if it is larger
+      real(wp) :: from_zero = 1                  !! relative residual of x = 0
    contains
       procedure :: start
       procedure :: norm
@@ -60,10 +61,11 @@ contains
    !>
    !> Without a usable load the report is final: `done` with x = 0 for a zero load, not converged for a
    !> load that is not finite.
-   subroutine start(self, matrix, f, x, report, done, error)
+   subroutine start(self, matrix, f, reference, x, report, done, error)
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)      !! (6, n)
+      real(wp), intent(in), allocatable :: reference(:, :) !! (6, n) reference load, may be unallocated
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n) set to zero when done
       type(solve_report_type), intent(inout) :: report
       logical, intent(out) :: done                     !! nothing is left to solve
@@ -91,7 +93,12 @@ contains
       end do
       self%load_norm = self%norm(f)
       done = .not. self%load_norm > 0
-      if (.not. done) return
+      if (.not. done) then
+         self%from_zero = self%load_norm
+         if (allocated(reference)) self%load_norm = max(self%load_norm, self%norm(reference))
+         self%from_zero = self%from_zero/self%load_norm
+         return
+      end if
       x = 0
       report%converged = .true.
    end subroutine start

@@ -15,11 +15,14 @@ module rockdda_linear_solver
    type :: solve_report_type
       logical :: converged = .false.
       integer :: iterations = 0             !! 0 for a direct solve
-      real(wp) :: residual = 0              !! |K x - f| / |f|, euclidean, with blocks scaled as the solver documents
+      real(wp) :: residual = 0              !! |K x - f| / |f|, see rockdda_linear_residual
       character(len=:), allocatable :: detail !! why it did not converge, or which block failed
    end type solve_report_type
 
    type, abstract :: linear_solver_type
+      !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
+      !> equilibrium the loads in f cancel; the sum of their magnitudes says what a small residual is.
+      real(wp), allocatable :: reference_load(:, :)
    contains
       procedure(solve_interface), deferred :: solve
       procedure(name_interface), deferred :: name

@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Block successive over-relaxation, the solver of the original DDA (Shi 1988).
 !>
-!> One sweep visits the blocks in order:
+!> One sweep visits the blocks one after the other:
 !>
 !>     x_i := x_i + omega (K_ii^-1 (f_i - sum_{j /= i} K_ij x_j) - x_i)
 !>
+!> The order is by colours: blocks of one colour do not touch, so that threads can share them and the result
+!> does not depend on how.
 !> It converges for 0 < omega < 2, but slowly where contact springs are much stiffer than inertia. Sweeps
 !> exhausted means not converged, and is reported.
 module rockdda_linear_sor
@@ -14,10 +16,14 @@ module rockdda_linear_sor
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
+   use rockdda_linear_graph, only : graph_type, colour_blocks
    use rockdda_linear_small_blocks, only : solve_block
    implicit none
    private
    public :: sor_solver_type
+
+   !> Up to this number of blocks threads cost more than they save.
+   integer, parameter :: few_blocks = 500
 
    type, extends(linear_solver_type) :: sor_solver_type
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
@@ -25,7 +31,9 @@ module rockdda_linear_sor
       integer :: max_sweeps = 2000
       integer :: check_every = 8           !! sweeps between two looks at the residual
       type(residual_type) :: residual
-      real(wp), allocatable :: lower(:, :) !! (6, n) f_i - sum_{j < i} K_ij x_j of the running sweep
+      type(graph_type) :: graph
+      integer, allocatable :: first(:)     !! (colours + 1) order(first(c) : first(c+1)-1) has colour c
+      integer, allocatable :: order(:)     !! (n) blocks by colour
    contains
       procedure :: solve => solve_sor
       procedure :: name => name_sor
@@ -42,26 +50,22 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: relative
-      logical :: done
-      integer :: sweeps, s
+      logical :: done, changed
+      integer :: sweeps
 
-      call self%residual%start(matrix, f, x, report, done, error)
+      call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
-      if (allocated(self%lower)) then
-         if (size(self%lower, 2) /= matrix%n) deallocate (self%lower)
-      end if
-      if (.not. allocated(self%lower)) allocate (self%lower(6, matrix%n))
+      call self%graph%update(matrix, changed)
+      if (changed) call colour_blocks(self%graph, self%first, self%order)
       call self%residual%evaluate(matrix, f, x, relative)
       if (.not. relative < huge(1.0_wp)) then
          x = 0
-         relative = 1
+         relative = self%residual%from_zero
       end if
       sweeps = 0
       do while (relative > self%tolerance .and. relative < huge(1.0_wp) .and. sweeps < self%max_sweeps)
-         do s = 1, min(self%check_every, self%max_sweeps - sweeps)
-            call sweep(matrix, self%residual%factor, f, self%omega, self%lower, x)
-            sweeps = sweeps + 1
-         end do
+         call sweep(self, matrix, f, min(self%check_every, self%max_sweeps - sweeps), x)
+         sweeps = min(sweeps + self%check_every, self%max_sweeps)
          call self%residual%evaluate(matrix, f, x, relative)
       end do
       report%iterations = sweeps
@@ -70,30 +74,54 @@ contains
          'SOR: '//to_string(sweeps)//' sweeps exhausted, '//report%detail
    end subroutine solve_sor
 
-   !> One sweep over all blocks. Each stored block serves its own row and, transposed, the row of its column.
-   pure subroutine sweep(matrix, factor, f, omega, lower, x)
+   !> Sweeps over all blocks, colour by colour.
+   subroutine sweep(self, matrix, f, sweeps, x)
+      type(sor_solver_type), intent(in) :: self
       type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in), contiguous :: factor(:, :, :)   !! (6, 6, n) of the diagonal blocks
       real(wp), intent(in), contiguous :: f(:, :)           !! (6, n)
-      real(wp), intent(in) :: omega
-      real(wp), intent(inout), contiguous :: lower(:, :)    !! (6, n) work
+      integer, intent(in) :: sweeps                         !! number of sweeps
       real(wp), intent(inout), contiguous :: x(:, :)        !! (6, n)
-      real(wp) :: b(6)
-      integer :: i, j, k
-      lower = f
-      do i = 1, matrix%n
-         b = lower(:, i)
-         do k = matrix%row_start(i) + 1, matrix%row_start(i + 1) - 1
-            b = b - matmul(matrix%values(:, :, k), x(:, matrix%column(k)))
-         end do
-         call solve_block(factor(:, :, i), b)
-         x(:, i) = x(:, i) + omega*(b - x(:, i))
-         do k = matrix%row_start(i) + 1, matrix%row_start(i + 1) - 1
-            j = matrix%column(k)
-            lower(:, j) = lower(:, j) - matmul(x(:, i), matrix%values(:, :, k))
+      integer :: s, c, place
+      !$omp parallel if(matrix%n > few_blocks) default(none) shared(self, matrix, f, sweeps, x) private(s, c, place)
+      do s = 1, sweeps
+         do c = 1, size(self%first) - 1
+            !$omp do schedule(static)
+            do place = self%first(c), self%first(c + 1) - 1
+               call relax(self, matrix, f, self%order(place), x)
+            end do
+            !$omp end do
          end do
       end do
+      !$omp end parallel
    end subroutine sweep
+
+   !> Bring one block closer to equilibrium with its neighbours.
+   pure subroutine relax(self, matrix, f, i, x)
+      type(sor_solver_type), intent(in) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: f(:, :)           !! (6, n)
+      integer, intent(in) :: i                              !! block
+      real(wp), intent(inout), contiguous :: x(:, :)        !! (6, n)
+      real(wp) :: b(6), y(6)
+      integer :: j, k, c
+      b = f(:, i)
+      do k = self%graph%start(i), self%graph%start(i + 1) - 1
+         j = self%graph%neighbour(k)
+         y = x(:, j)
+         associate (a => matrix%values(:, :, self%graph%place(k)))
+            if (j > i) then
+               b = b - ((a(:, 1)*y(1) + a(:, 2)*y(2)) + (a(:, 3)*y(3) + a(:, 4)*y(4)) + (a(:, 5)*y(5) + a(:, 6)*y(6)))
+            else
+               do c = 1, 6
+                  b(c) = b(c) - ((a(1, c)*y(1) + a(2, c)*y(2)) + (a(3, c)*y(3) + a(4, c)*y(4)) &
+                                 + (a(5, c)*y(5) + a(6, c)*y(6)))
+               end do
+            end if
+         end associate
+      end do
+      call solve_block(self%residual%factor(:, :, i), b)
+      x(:, i) = x(:, i) + self%omega*(b - x(:, i))
+   end subroutine relax
 
    !> Name as in the options.
    pure function name_sor(self) result(name)
