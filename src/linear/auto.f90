@@ -8,8 +8,8 @@
 !>     rho_i = e^T sum_j K_ij e / e^T K_ii e,    e = (1, 1, 0, 0, 0, 0),
 !>
 !> is the share of inertia in the block's stiffness. With rho their geometric mean the condition is about
-!> 1/rho, and PCG needs about 0.39 ln(1/reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
-!> walls the factor is 0.34 to 0.40 for stiffness ratios from 1 to 100).
+!> 1/rho, and PCG needs about 0.36 ln(1/reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
+!> walls the factor is 0.32 to 0.41 for stiffness ratios from 1 to 100).
 !>
 !> Nothing but the matrix, the load and the guess enters: the same solve makes the same choice, on any machine
 !> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over.
@@ -46,7 +46,7 @@ module rockdda_linear_auto
    !> cost more than this for each block and sqrt(block).
    real(wp), parameter :: worth_analysis = 300
    !> Iterations for a condition of one and a reduction by e.
-   real(wp), parameter :: iterations_per_digit = 0.39_wp
+   real(wp), parameter :: iterations_per_digit = 0.36_wp
    !> Iterations granted, in multiples of those expected.
    real(wp), parameter :: patience = 3
 

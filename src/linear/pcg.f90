@@ -39,8 +39,8 @@ module rockdda_linear_pcg
       procedure :: name => name_pcg
    end type pcg_solver_type
 
-   !> Single precision gains about this much in one pass.
-   real(wp), parameter :: smallest_reduction = 1.0e-5_wp
+   !> What one pass gains at most: with more, the rounding of single precision costs more iterations than a restart.
+   real(wp), parameter :: smallest_reduction = 1.0e-4_wp
 
 contains
 

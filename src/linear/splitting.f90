@@ -163,15 +163,14 @@ contains
       integer, allocatable :: order(:), part(:), phase(:)
       integer :: n_parts, i, k, p, f, at, block
 
-      n_parts = 1
-      if (self%has_sweeps) n_parts = max(1, min(max_parts, graph%n/part_size))
+      n_parts = max(1, min(max_parts, graph%n/part_size))
       allocate (order(graph%n), part(graph%n), phase(graph%n))
       call reverse_cuthill_mckee(graph, order)
       do i = 1, graph%n
          part(order(i)) = 1 + int(int(i - 1, i8)*n_parts/graph%n)
       end do
       phase = 1
-      do i = 1, graph%n
+      do i = 1, merge(graph%n, 0, self%has_sweeps)
          do k = graph%start(i), graph%start(i + 1) - 1
             if (part(graph%neighbour(k)) < part(i)) phase(i) = 2
          end do
