@@ -115,7 +115,7 @@ contains
    !> CHOLMOD, or an error that names the option to build with.
    subroutine new_cholmod(tolerance, solver, error)
       real(wp), intent(in) :: tolerance
-      class(linear_solver_type), allocatable, intent(out) :: solver
+      class(linear_solver_type), allocatable, intent(inout) :: solver  !! left alone when not built in
       type(error_type), allocatable, intent(out) :: error
 #ifdef ROCKDDA_WITH_CHOLMOD
       type(cholmod_solver_type), allocatable :: cholmod
