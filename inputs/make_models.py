@@ -1,0 +1,530 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Write the files of the models in this folder: coordinates, materials, loads.
+
+    python3 inputs/make_models.py             write all models
+    python3 inputs/make_models.py NAME ...    write some
+    python3 inputs/make_models.py --check     compare with the files that are there, write nothing
+
+Units: m, kg, s, N, per metre of thickness. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+from legacy_text import Model, Rock, along_slope, clip, length, part, rectangle
+
+FOLDER = Path(__file__).resolve().parent
+DENSITY = 2500.0
+G = 9.81
+
+# many blocks that all begin to bear at once need more than six rounds to agree on who touches whom
+MORE_ROUNDS = "&time\n   max_open_close = 40\n/\n"
+
+
+def centre(points):
+    """Mean of the corners."""
+    return (sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points))
+
+
+def incline() -> Model:
+    """Two blocks on a slope of 30 degrees: one slides, one stays."""
+    at = along_slope(30.0)
+    model = Model(
+        "incline",
+        "two blocks on an incline of 30 degrees: friction 20 degrees slides, 35 degrees holds (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=200,
+        dt=0.005,
+        displacement_ratio=0.02,
+        rocks=[Rock(youngs_modulus=1e9)],
+        joints=[(20, 0, 0), (35, 0, 0)],
+    )
+    foot, change, top = at(0, 0), at(5, 0), at(10, 0)
+    model.add_boundary([top, (top[0], 0), foot], closed=False)
+    model.add_lines([foot, change], joint=1)
+    model.add_lines([change, top], joint=2)
+    for start, joint in ((2.0, 1), (6.5, 2)):
+        block = [at(start, 0), at(start + 2, 0), at(start + 2, 1), at(start, 1)]
+        model.add_lines([block[1], block[2], block[3], block[0]], joint=joint)
+        model.measured.append(centre(block))
+    model.fixed = [foot, (top[0], 0), top]
+    return model
+
+
+def stack() -> Model:
+    """A column of five blocks on a base, static."""
+    model = Model(
+        "stack",
+        "column of five blocks under its own weight, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=60,
+        dt=0.01,
+        displacement_ratio=0.01,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(35, 0, 0)],
+        stiffness=1e10,
+    )
+    model.add_boundary(rectangle(-1.5, -1, 2.5, 0))
+    for i in range(5):
+        model.add_lines([(1, i), (1, i + 1), (0, i + 1), (0, i)])
+        model.measured.append((0.5, i + 0.5))
+    model.fixed = [(-1.5, -1), (2.5, -1), (-1.5, 0), (2.5, 0)]
+    return model
+
+
+def free_fall() -> Model:
+    """A block thrown over fixed ground."""
+    model = Model(
+        "free_fall",
+        "a block thrown up and sideways, without contact (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=60,
+        dt=0.02,
+        displacement_ratio=0.1,
+        rocks=[Rock(), Rock(velocity=(4, 6, 0))],
+        joints=[(30, 0, 0)],
+    )
+    model.add_boundary(rectangle(-1, -1, 8, 0))
+    model.add_lines(rectangle(0, 1, 1, 2), closed=True)
+    model.material_lines = [((0.2, 1.5, 0.8, 1.5), 2)]
+    model.fixed = [(-1, -1), (8, -1), (-1, 0), (8, 0)]
+    model.measured = [(0.5, 1.5)]
+    return model
+
+
+def toppling_column() -> Model:
+    """A slender and a squat block on a slope of 20 degrees."""
+    at = along_slope(20.0)
+    model = Model(
+        "toppling_column",
+        "on a slope of 20 degrees a slender block (1 x 4) topples, a squat one (2 x 2) stays (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=1000,
+        dt=0.001,
+        displacement_ratio=0.02,
+        rocks=[Rock()],
+        joints=[(40, 0, 0)],
+        stiffness=5e10,
+    )
+    foot, top = at(0, 0), at(12, 0)
+    model.add_boundary([top, (top[0], 0), foot], closed=False)
+    model.add_lines([foot, top])
+    for start, width, height in ((5.0, 1.0, 4.0), (8.0, 2.0, 2.0)):
+        block = [at(start, 0), at(start + width, 0), at(start + width, height), at(start, height)]
+        model.add_lines([block[1], block[2], block[3], block[0]])
+        model.measured.append(centre(block))
+    model.fixed = [foot, (top[0], 0), top]
+    return model
+
+
+def flat_arch() -> Model:
+    """Seven voussoirs between two abutments."""
+    model = Model(
+        "flat_arch",
+        "flat arch of seven voussoirs between abutments, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=100,
+        dt=0.01,
+        displacement_ratio=0.01,
+        rocks=[Rock()],
+        joints=[(35, 0, 0)],
+        stiffness=1e10,
+    )
+    below = [-2.1 + 0.6 * k for k in range(8)]
+    above = [x * 4.6 / 3.6 for x in below]  # joints meet 3.6 m under the arch
+    model.add_boundary([(below[0], 0), (below[0], -1.5), (-5, -1.5), (-5, 1), (above[0], 1)], closed=False)
+    model.add_boundary([(above[7], 1), (5, 1), (5, -1.5), (below[7], -1.5), (below[7], 0)], closed=False)
+    model.add_boundary([(below[0], 0), (below[7], 0)], closed=False)
+    model.add_boundary([(above[0], 1), (above[7], 1)], closed=False)
+    for low, high in zip(below, above, strict=True):
+        model.add_lines([(low, 0), (high, 1)])
+    model.fixed = [(-5, -1.5), (below[0], -1.5), (-5, 1), (5, -1.5), (below[7], -1.5), (5, 1)]
+    model.measured = [(0, 0.5)]
+    return model
+
+
+def six_block_beam() -> Model:
+    """Six blocks that carry themselves as a three-hinged arch between abutments."""
+    model = Model(
+        "six_block_beam",
+        "beam of six blocks between abutments: it stands as a three-hinged arch, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=100,
+        dt=0.02,
+        displacement_ratio=0.01,
+        rocks=[Rock()],
+        joints=[(40, 0, 0)],
+        stiffness=1e10,
+    )
+    model.add_boundary([(-3, 0), (-3, -1), (-5, -1), (-5, 2), (-3, 2), (-3, 1)], closed=False)
+    model.add_boundary([(3, 1), (3, 2), (5, 2), (5, -1), (3, -1), (3, 0)], closed=False)
+    model.add_boundary([(-3, 0), (3, 0)], closed=False)
+    model.add_boundary([(-3, 1), (3, 1)], closed=False)
+    for x in range(-3, 4):
+        model.add_lines([(x, 0), (x, 1)])
+    model.fixed = [(-5, -1), (-3, -1), (-3, 2), (-5, 2), (5, -1), (3, -1), (3, 2), (5, 2)]
+    model.measured = [(-0.5, 0.5), (0.5, 0.5)]
+    return model
+
+
+def layered_roof() -> Model:
+    """Eight layers of half-metre blocks over an opening of 10 m."""
+    model = Model(
+        "layered_roof",
+        "roof of eight layers in bond, 10 m span, under horizontal stress, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=60,
+        dt=0.02,
+        displacement_ratio=0.01,
+        rocks=[Rock(stress=(-4e5, 0, 0)), Rock()],
+        joints=[(40, 0, 0), (30, 0, 0)],
+        stiffness=1e10,
+        options=MORE_ROUNDS,
+    )
+    for side in (-1, 1):
+        model.add_boundary(
+            [(5 * side, 0), (5 * side, -1), (7 * side, -1), (7 * side, 4.5), (5 * side, 4.5), (5 * side, 4)],
+            closed=False,
+        )
+        model.add_lines([(5 * side, 0), (5 * side, 4)])
+        model.material_lines.append(((5.5 * side, 1, 6.5 * side, 1), 2))
+        model.fixed += [(5 * side, -1), (7 * side, -1), (7 * side, 4.5), (5 * side, 4.5)]
+    model.add_boundary([(-5, 0), (5, 0)], closed=False)
+    model.add_boundary([(-5, 4), (5, 4)], closed=False)
+    for layer in range(8):
+        low, high = 0.5 * layer, 0.5 * layer + 0.5
+        if layer:
+            model.add_lines([(-5, low), (5, low)], joint=2)
+        shift = 0.25 * (layer % 2)
+        for k in range(0 if layer % 2 else 1, 20):
+            model.add_lines([(-5 + 0.5 * k + shift, low), (-5 + 0.5 * k + shift, high)])
+    model.measured = [(0.1, 0.1), (0.1, 3.9)]
+    return model
+
+
+def jointed_slope() -> Model:
+    """A jointed rock mass on a weak plane that daylights in the slope face."""
+    dip, face, height = 30.0, 60.0, 12.0
+    toe = (0.0, 0.0)
+    crest = (height / math.tan(math.radians(face)), height)
+    back = (height / math.tan(math.radians(dip)), height)
+    at = along_slope(dip)
+    model = Model(
+        "jointed_slope",
+        "jointed slope that slides on a weak plane of 30 degrees with 20 degrees of friction (m, kg, s, N)",
+        edge_node_distance=0.01,
+        k01=1,
+        steps=200,
+        dt=0.005,
+        displacement_ratio=0.01,
+        rocks=[Rock()],
+        joints=[(40, 0, 0), (20, 0, 0)],
+        stiffness=1e9,
+        options="&run\n   t_end = 1\n/\n" + MORE_ROUNDS,
+    )
+    wall = (-3 / math.tan(math.radians(face)), -3.0)
+    model.add_boundary([toe, wall, (-7, -3), (-7, -5), (26, -5), (26, height), back, crest, toe], closed=False)
+    model.add_lines([toe, back], joint=2)
+    mass = [toe, back, crest]
+    thickness = (crest[1] * math.cos(math.radians(dip))) - crest[0] * math.sin(math.radians(dip))
+    rows, spacing = 10, 1.0
+    row_height = thickness / rows
+    for j in range(rows):
+        low, high = j * row_height, (j + 1) * row_height
+        if j:
+            bedding = (*at(-5, low), *at(40, low))
+            model.add_lines(points_of(part(bedding, *clip(bedding, mass))))
+        for i in range(60):
+            s = (i + 0.5 * (j % 2)) * spacing
+            cross = (*at(s, low), *at(s, high))
+            inside = clip(cross, mass)
+            # a joint that leaves through face or ground would cut off a sliver: only whole ones
+            if inside and length(part(cross, *inside)) > 0.999 * row_height and clear_of_ends(s, low, high, mass, at):
+                model.add_lines(points_of(cross))
+    model.fixed = [(-7, -5), (26, -5), (26, height), (9, -5), (-7, -3)]
+    model.measured = [at(6.3, 0.4), at(10.0, 3.5), at(14.0, 0.4)]
+    return model
+
+
+def points_of(segment):
+    """The two ends of a segment."""
+    return [segment[0:2], segment[2:4]]
+
+
+def clear_of_ends(s, low, high, mass, at) -> bool:
+    """Is a cross joint at least 0.35 m away from where its row leaves the mass?"""
+    for n in (low + 1e-6, high - 1e-6):
+        line = (*at(s - 0.35, n), *at(s + 0.35, n))
+        inside = clip(line, mass)
+        if inside is None or inside[1] - inside[0] < 0.999:
+            return False
+    return True
+
+
+def bolted_beam() -> Model:
+    """Six blocks held together by one tendon, on two knife edges."""
+    model = Model(
+        "bolted_beam",
+        "beam of six blocks with a prestressed bolt through it, on two knife edges, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=100,
+        dt=0.01,
+        displacement_ratio=0.01,
+        rocks=[Rock()],
+        joints=[(40, 0, 0), (0, 0, 0)],
+        stiffness=1e10,
+    )
+    model.add_boundary([(-3, 0), (2, 0)], joint=1, closed=False)
+    model.add_boundary([(2, 0), (3, 0)], joint=2, closed=False)
+    model.add_boundary([(-3, 1), (3, 1)], closed=False)
+    for x in range(-3, 4):
+        model.add_lines([(x, 0), (x, 1)])
+    for x, joint in ((-2.8, 1), (2.8, 2)):
+        model.add_lines([(x - 0.4, -1), (x + 0.4, -1), (x, 0)], joint=joint, closed=True)
+        model.fixed += [(x - 0.4, -1), (x + 0.4, -1), (x, -0.05)]
+    model.bolts = [(-2.5, 0.3, 2.5, 0.3, 1e7, 2e5, 0)]
+    model.measured = [(-2.5, 0.3), (2.5, 0.3), (-0.5, 0.5), (0.5, 0.5)]
+    return model
+
+
+def pushed_block() -> Model:
+    """A block on level ground, pushed by a force that grows and then stays."""
+    model = Model(
+        "pushed_block",
+        "block on level ground pushed by a force that grows to 40 kN in 1 s and stays (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=1500,
+        dt=0.001,
+        displacement_ratio=0.01,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(30, 0, 0)],
+        stiffness=1e10,
+        sor_factor=1.5,
+    )
+    model.add_boundary(rectangle(-1, -1, 6, 0))
+    model.add_lines([(2, 0), (2, 1), (0, 1), (0, 0)])
+    model.fixed = [(-1, -1), (6, -1), (6, 0), (-1, 0)]
+    model.loading = [(0, 0.5)]
+    model.loading_tables = {0: [(0, 0, 0), (1, 40e3, 0), (10, 40e3, 0)]}
+    model.measured = [(1, 0.5)]
+    return model
+
+
+def shaking_block() -> Model:
+    """A block on a base that is shaken by one rectangular pulse."""
+    model = Model(
+        "shaking_block",
+        "block on level ground, base accelerated by one pulse of 6 m/s2 for 0.4 s (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=500,
+        dt=0.002,
+        displacement_ratio=0.01,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(20, 0, 0)],
+        stiffness=1e10,
+        options="&load\n   base_acceleration = 'pulse.csv'\n/\n",
+        tables={"pulse.csv": "t,ax,ay\n0,0,0\n0.1,0,0\n0.1001,6,0\n0.5,6,0\n0.5001,0,0\n2,0,0\n"},
+    )
+    model.add_boundary(rectangle(-3, -1, 4, 0))
+    model.add_lines([(2, 0), (2, 1), (0, 1), (0, 0)])
+    model.fixed = [(-3, -1), (4, -1), (4, 0), (-3, 0)]
+    model.measured = [(1, 0.5)]
+    return model
+
+
+def gravity_dam() -> Model:
+    """A dam of three lifts under water pressure."""
+    depth, water = 6.0, 9810.0
+    model = Model(
+        "gravity_dam",
+        "gravity dam of three lifts on rock, 6 m of water on its upright face, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=100,
+        dt=0.01,
+        displacement_ratio=0.01,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(45, 0, 0)],
+        stiffness=1e10,
+    )
+    slope = (5.0 - 1.5) / depth  # from 5 m at the base to 1.5 m at the crest
+    back = [5.0 - slope * y for y in (0, 2, 4, 6)]
+    model.add_boundary(rectangle(-4, -2, 9, 0))
+    model.add_boundary([(back[0], 0), (back[3], 6), (0, 6), (0, 0)], closed=False)
+    for i in (1, 2):
+        model.add_lines([(0, 2.0 * i), (back[i], 2.0 * i)])
+    model.fixed = [(-4, -2), (9, -2), (9, 0), (-4, 0)]
+    model.measured = [(0.75, 5.9)]
+    options = []
+    for i in range(3):
+        low, high = 2.0 * i, 2.0 * i + 2
+        options += [
+            "&line_load",
+            f"   ends = 0, {low:g}, 0, {high:g}",
+            f"   force_start = {water * (depth - low):g}, 0",
+            f"   force_end = {water * (depth - high):g}, 0",
+            "/",
+        ]
+    model.options = "\n".join(options) + "\n"
+    return model
+
+
+def released_block() -> Model:
+    """A block held on an incline by a prop that is taken away."""
+    at = along_slope(35.0)
+    model = Model(
+        "released_block",
+        "block on a smooth incline of 35 degrees, held until 0.2 s by a fixed point, then released (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=1,
+        steps=400,
+        dt=0.0025,
+        displacement_ratio=0.02,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(10, 0, 0)],
+        stiffness=1e10,
+        options="&run\n   t_end = 1.0\n/\n&stage\n   until_time = 0.2\n   k01 = 0\n   release = 4\n/\n",
+    )
+    foot, top = at(0, 0), at(10, 0)
+    model.add_boundary([top, (top[0], 0), foot], closed=False)
+    model.add_lines([foot, top])
+    block = [at(6, 0), at(8, 0), at(8, 1), at(6, 1)]
+    model.add_lines([block[1], block[2], block[3], block[0]])
+    model.fixed = [foot, (top[0], 0), top, centre(block)]
+    model.measured = [centre(block)]
+    return model
+
+
+def tunnel() -> Model:
+    """A horseshoe tunnel in bedded rock with cross joints, held by a fixed frame."""
+    top, weight = 12.0, DENSITY * G
+    model = Model(
+        "tunnel",
+        "horseshoe tunnel, 5 m wide, in bedded rock with cross joints, static (m, kg, s, N)",
+        edge_node_distance=0.005,
+        k01=0,
+        steps=40,
+        dt=0.02,
+        displacement_ratio=0.01,
+        rocks=[
+            Rock(stress=(-0.5 * weight * top, -weight * top, 0), stress_gradient=(0.5 * weight, weight, 0)),
+            Rock(),
+        ],
+        joints=[(40, 0, 0)],
+        stiffness=1e10,
+        options=MORE_ROUNDS,
+    )
+    box = rectangle(-10, -6, 10, top)
+    model.add_boundary([(-10, top), (-11, top), (-11, -7), (11, -7), (11, top), (10, top), (10, -6), (-10, -6)])
+    model.add_boundary([(-10, top), (10, top)], closed=False)
+    model.material_lines = [((-9, -6.5, 9, -6.5), 2)]
+    opening = [(2.5, 2.0)] + [
+        (2.5 * math.cos(math.radians(a)), 2.0 + 2.5 * math.sin(math.radians(a))) for a in range(20, 180, 20)
+    ]
+    opening += [(-2.5, 2.0), (-2.5, 0.0), (2.5, 0.0)]
+    model.add_boundary(opening)
+    at = along_slope(10.0, origin=(0.0, 3.0))
+    layer, spacing = 1.7, 2.3
+    for j in range(-9, 9):
+        low, high = (j + 0.4) * layer, (j + 1.4) * layer
+        segments = [(*at(-40, low), *at(40, low))]
+        for i in range(-9, 10):
+            s = (i + 0.5 * (j % 2)) * spacing
+            segments.append((*at(s, low), *at(s, high)))
+        for segment in segments:
+            inside = clip(segment, box)
+            if inside is None:
+                continue
+            line = part(segment, *inside)
+            cut = clip(line, opening)
+            pieces = [line] if cut is None else [part(line, 0, cut[0]), part(line, cut[1], 1)]
+            for piece in pieces:
+                if length(piece) > 0.5:
+                    model.add_lines(points_of(piece))
+    model.holes = [(0.0, 1.0)]
+    model.fixed = [(x, -7) for x in (-11, 0, 11)] + [(x, y) for x in (-11, 11) for y in (2.5, top)]
+    model.measured = [(0.0, 4.6)]
+    return model
+
+
+def island() -> Model:
+    """A block inside a block."""
+    model = Model(
+        "island",
+        "a square block inside a block: cut as an island, resting in its hole, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=60,
+        dt=0.01,
+        displacement_ratio=0.01,
+        rocks=[Rock(), Rock(density=3000)],
+        joints=[(35, 0, 0)],
+        stiffness=1e10,
+    )
+    model.add_boundary(rectangle(-3, -3, 3, 3))
+    model.add_lines(rectangle(-1, -1, 1, 1), closed=True)
+    model.material_lines = [((-0.5, 0, 0.5, 0), 2)]
+    model.fixed = [(-3, -3), (3, -3)]
+    model.measured = [(0, 0)]
+    return model
+
+
+MODELS = [
+    incline,
+    stack,
+    free_fall,
+    toppling_column,
+    flat_arch,
+    six_block_beam,
+    layered_roof,
+    jointed_slope,
+    bolted_beam,
+    pushed_block,
+    shaking_block,
+    gravity_dam,
+    released_block,
+    tunnel,
+    island,
+]
+
+
+def main(arguments: list[str]) -> int:
+    """Write or compare."""
+    check = "--check" in arguments
+    names = [a for a in arguments if not a.startswith("-")]
+    known = {make.__name__: make for make in MODELS}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        print(f"unknown model: {', '.join(unknown)}; known: {', '.join(known)}", file=sys.stderr)
+        return 2
+    differs = []
+    for name in names or known:
+        model = known[name]()
+        if not check:
+            model.write(FOLDER)
+            continue
+        for file, text in model.files().items():
+            path = FOLDER / name / file
+            if not path.is_file() or path.read_text(encoding="utf-8") != text:
+                differs.append(f"{name}/{file}")
+    for file in differs:
+        print(f"{file} is not what make_models.py writes", file=sys.stderr)
+    return 1 if differs else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""Run the models of inputs/ through the program, each once."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from model_runs import INPUTS, Run, find_program, run_program
+
+
+@pytest.fixture(scope="session")
+def program() -> Path:
+    path = find_program()
+    if path is None:
+        pytest.skip("the program is not built (build/bin/rockdda, or the path in ROCKDDA_PROGRAM)")
+    return path
+
+
+@pytest.fixture(scope="session")
+def run_model(program, tmp_path_factory):
+    """run_model(name) -> Run, computed once per session."""
+    folder = tmp_path_factory.mktemp("models")
+    done: dict[str, Run] = {}
+
+    def run(name: str) -> Run:
+        if name not in done:
+            results = folder / f"{name}.h5"
+            outcome = run_program(program, ["run", str(INPUTS / name), "-o", str(results), "--quiet"], folder)
+            assert outcome.returncode == 0, f"{name}\n{outcome.stdout}{outcome.stderr}"
+            done[name] = Run(results)
+            assert done[name].complete == 1
+        return done[name]
+
+    return run
+
+
+@pytest.fixture
+def near():
+    """near(case, computed, expected, limit): compare, relative to the expected value, and say so."""
+
+    def compare(case: str, computed: float, expected: float, limit: float, absolute: bool = False) -> None:
+        error = abs(computed - expected) if absolute else abs(computed / expected - 1)
+        print(f"VALIDATION | model {case} | {computed:.8g} | {expected:.8g} | {error:.2e} | {limit:.0e}")
+        assert error <= limit, f"{case}: {computed:.10g} instead of {expected:.10g}, error {error:.2e} > {limit:.0e}"
+
+    return compare
+
+
+@pytest.fixture(scope="session")
+def models() -> list[str]:
+    sys.path.insert(0, str(INPUTS))
+    import make_models
+
+    return [make.__name__ for make in make_models.MODELS]

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""Models that move: against closed forms of rigid blocks."""
+
+import math
+
+import numpy as np
+from model_runs import G
+
+
+def downhill(displacement, degrees):
+    """Part of a displacement down a slope that rises to the right."""
+    return -displacement @ [math.cos(math.radians(degrees)), math.sin(math.radians(degrees))]
+
+
+def slide(degrees, friction):
+    """Acceleration of a block that slides down a slope."""
+    a, phi = math.radians(degrees), math.radians(friction)
+    return G * (math.sin(a) - math.cos(a) * math.tan(phi))
+
+
+def test_incline_one_slides_one_stays(run_model, near):
+    run = run_model("incline")
+    expected = 0.5 * slide(30, 20) * run.time[-1] ** 2
+    # the contact force, and with it friction, is found within the first step: (dt/t)^2 = 2.5e-5
+    near("incline, slide down the slope [m]", downhill(run.displacement(0), 30)[-1], expected, 5e-5)
+    # the block on friction 35 deg only shears elastically: tau/G * height/2 with tau = W sin(a)/(A/h) is 1.5e-5 m
+    held = np.hypot(*run.displacement(1).T)
+    assert held.max() < 3e-5
+    assert abs(held[-1] - held[len(held) // 2]) < 1e-6
+
+
+def test_free_fall_is_exact(run_model):
+    run = run_model("free_fall")
+    t, moved = run.time, run.displacement(0)
+    # beta = 1/2 integrates a constant acceleration without error: round-off of 60 steps
+    assert np.abs(moved[:, 0] - 4 * t).max() < 1e-12
+    assert np.abs(moved[:, 1] - (6 * t - 0.5 * G * t**2)).max() < 1e-12
+    assert np.abs(run["history/measured_rotation"]).max() == 0
+
+
+def test_toppling_column_rotates_like_an_inverted_pendulum(run_model, near):
+    run = run_model("toppling_column")
+    radius = 0.5 * math.hypot(1, 4)
+    p2 = 3 * G / (4 * radius)  # m g R / (4/3 m R^2)
+    start = math.radians(20) - math.atan2(1, 4)  # its diagonal leans beyond the vertical by this
+    angle, rate, step = start, 0.0, 1e-4
+    for _ in range(round(run.time[-1] / step)):  # classic Runge-Kutta: error below 1e-12
+        k1, l1 = rate, p2 * math.sin(angle)
+        k2, l2 = rate + 0.5 * step * l1, p2 * math.sin(angle + 0.5 * step * k1)
+        k3, l3 = rate + 0.5 * step * l2, p2 * math.sin(angle + 0.5 * step * k2)
+        k4, l4 = rate + step * l3, p2 * math.sin(angle + step * k3)
+        angle, rate = angle + step * (k1 + 2 * k2 + 2 * k3 + k4) / 6, rate + step * (l1 + 2 * l2 + 2 * l3 + l4) / 6
+    # it does not start from rest: the foot sinks in under the weight put on at once, W/k = 2e-6 m within sqrt(m/k) =
+    # 5e-4 s, a turn of 4e-3 rad/s that grows with cosh(p t); and the time integration is of first order, p dt = 0.2 %
+    turned = run["history/measured_rotation"][-1, 0]
+    near("toppling_column, rotation after 1 s [deg]", math.degrees(turned), math.degrees(angle - start), 1e-2)
+    # energy: w^2 = 2 p^2 (cos(start) - cos(now)), at the angle that the model has
+    now = start + turned
+    omega = run["frames/velocity"][-1, run.block_at(*_slender_centre()), 2]
+    near(
+        "toppling_column, angular velocity [rad/s]", omega, math.sqrt(2 * p2 * (math.cos(start) - math.cos(now))), 1e-2
+    )
+    # the squat block stays: its diagonal leans back
+    assert abs(run["history/measured_rotation"][-1, 1]) < 1e-4
+    assert np.hypot(*run.displacement(1)[-1]) < 1e-4
+
+
+def _slender_centre():
+    c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+    return 5.5 * c - 2 * s, 5.5 * s + 2 * c
+
+
+def test_pushed_block_starts_when_the_force_exceeds_friction(run_model, near):
+    run = run_model("pushed_block")
+    mass, friction = 5000.0, math.tan(math.radians(30)) * 5000 * G
+    start = friction / 40e3  # the force is 40 kN/s * t until t = 1 s
+    grown = 1 - start
+    at_one = 40e3 / mass * grown**3 / 6
+    speed = 40e3 / mass * grown**2 / 2
+    after = run.time[-1] - 1
+    acceleration = (40e3 - friction) / mass
+    expected = at_one + speed * after + 0.5 * acceleration * after**2
+    final_speed = speed + acceleration * after
+    # loads are taken at the end of a step: everything happens up to dt earlier
+    limit = final_speed * 0.001 / expected
+    near("pushed_block, slide after 1.5 s [m]", run.displacement(0)[-1, 0], expected, limit)
+    before = run.displacement(0)[run.time < start - 0.01, 0]
+    assert np.abs(before).max() < 1e-5  # elastic: 28 kN over two shear springs of 4e9 N/m and the block itself
+
+
+def test_shaking_block_is_newmarks_sliding_block(run_model, near):
+    run = run_model("shaking_block")
+    resistance = math.tan(math.radians(20)) * G
+    speed = (6 - resistance) * 0.4
+    expected = -0.5 * speed * 0.4 * 6 / resistance
+    # the ramps of the pulse are 1e-4 s of 0.4 s long
+    near("shaking_block, slide after one pulse [m]", run.displacement(0)[-1, 0], expected, 1e-3)
+    assert abs(run["frames/velocity"][-1, :, 0]).max() < 1e-5  # it has come to rest, but for elastic vibration
+
+
+def test_released_block_waits_then_slides(run_model, near):
+    run = run_model("released_block")
+    moved = downhill(run.displacement(0), 35)
+    held = np.argmin(np.abs(run.time - 0.2))
+    assert abs(run.time[held] - 0.2) < 1e-12  # a step lands on the end of the stage
+    assert abs(moved[held]) < 1e-6  # held by a spring of 1e12 N/m
+    assert abs(run.time[-1] - 1.0) < 1e-12
+    expected = 0.5 * slide(35, 10) * (run.time[-1] - 0.2) ** 2
+    # the prop's force has to go over to the contact in the first step: (dt/t)^2 = 1e-5
+    near("released_block, slide after release [m]", moved[-1] - moved[held], expected, 2e-5)
+
+
+def test_jointed_slope_slides_as_one_mass(run_model, near):
+    run = run_model("jointed_slope")
+    areas = run["model/block_area"]
+    moving = areas < 50
+    assert moving.sum() >= 100
+    travelled = run["frames/centroid"][-1] - run["frames/centroid"][0]
+    mean = (areas[moving] @ downhill(travelled[moving], 30)) / areas[moving].sum()
+    acceleration = slide(30, 20)
+    # the mass first settles on its joints (1e-4 m of 0.9 m) and so starts with a small speed of some mm/s
+    near("jointed_slope, mean slide after 1 s [m]", mean, 0.5 * acceleration * run.time[-1] ** 2, 5e-3)
+    # it keeps together: all three measured points go the same way
+    assert np.ptp([downhill(run.displacement(k), 30)[-1] for k in range(3)]) < 2e-3
+    # supports carry the weight less what the moving mass does not press: W - m a, as vectors
+    mass = 2500 * areas[moving].sum()
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    total = run.support_forces().sum(axis=0)
+    near("jointed_slope, support force x [N]", total[0], -mass * acceleration * c, 1e-3)
+    near("jointed_slope, support force y [N]", total[1], run.weight() - mass * acceleration * s, 1e-3)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""Models at rest: support forces, stresses and thrusts against statics."""
+
+import math
+
+import numpy as np
+from model_runs import INPUTS, G, Run, run_program
+
+GAMMA = 2500 * G
+
+
+def test_stack_stresses_and_reactions(run_model, near):
+    run = run_model("stack")
+    stress = run["history/measured_stress"][-1, :, 1]
+    for block in range(5):
+        # mean stress = weight above the middle; the area changes by the strain, 1e-5
+        near(f"stack, mean stress of block {block + 1} [Pa]", stress[block], -GAMMA * (4.5 - block), 1e-4)
+    near("stack, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-9)
+
+
+def test_flat_arch_thrust(run_model, near):
+    run = run_model("flat_arch")
+    left, right = run.support_forces()[:3].sum(axis=0), run.support_forces()[3:].sum(axis=0)
+    near("flat_arch, vertical reaction [N]", left[1], run.weight() / 2, 1e-6)
+    near("flat_arch, sum of thrusts over thrust", (left + right)[0] / left[0], 0.0, 1e-5, absolute=True)
+    # the joints open until the left three voussoirs hang between two corners: the springing's lower one, A, and the
+    # keystone's upper one, B. Moments about A give the thrust.
+    skew = 4.6 / 3.6
+
+    def first_moment(x):  # of the part of the arch from its axis to the joint at x, about the axis
+        return x**2 / 2 * (1 + skew + skew**2) / 3
+
+    def area(x):
+        return x * (1 + skew) / 2
+
+    key = GAMMA * area(0.3)
+    arm = 2.1 * (area(2.1) - area(0.3)) - (first_moment(2.1) - first_moment(0.3))
+    thrust = GAMMA * arm + key * (2.1 - 0.3 * skew)
+    # corners move by 1e-4 m in an arch 1 m high, and the elastic keystone takes part
+    near("flat_arch, thrust [N]", left[0], thrust, 1e-3)
+    assert left[0] / (left[1] - GAMMA * _abutment_area()) > 1 / math.tan(math.radians(60 - 35 + 30))
+
+
+def _abutment_area():
+    return 2.9 * 2.5 - 0.5 * (2.1 * 4.6 / 3.6 - 2.1)
+
+
+def test_six_block_beam_is_a_three_hinged_arch(run_model, near):
+    run = run_model("six_block_beam")
+    left, right = run.support_forces()[:4].sum(axis=0), run.support_forces()[4:].sum(axis=0)
+    near("six_block_beam, vertical reaction [N]", left[1], run.weight() / 2, 1e-6)
+    near("six_block_beam, sum of thrusts over thrust", (left + right)[0] / left[0], 0.0, 1e-6, absolute=True)
+    # hinges: the lower corner at the abutment and the upper one at mid-span, where they are now
+    offset, corners = run["model/vertex_offset"], run["frames/vertices"][-1]
+
+    def corners_of(x):
+        block = run.block_at(x, 0.5)
+        return corners[offset[block] : offset[block + 1]]
+
+    outer, inner = corners_of(-2.5), corners_of(-0.5)
+    foot = outer[np.argmin(outer @ [1, 1])]
+    crown = inner[np.argmax(inner @ [1, 1])]
+    thrust = GAMMA * 6**2 / 8 / (crown[1] - foot[1])
+    # the arms of the weights change by the shortening, 1e-5 m of 1.5 m
+    near("six_block_beam, thrust w L^2 / 8 z [N]", left[0], thrust, 1e-4)
+    assert run["history/max_displacement"][-1] < 1e-12  # at rest
+    assert 1e-3 < -run.displacement(0)[-1, 1] < 5e-3
+
+
+def test_layered_roof_carries_its_weight(run_model, near):
+    run = run_model("layered_roof")
+    assert len(run["model/block_area"]) == 166
+    left, right = run.support_forces()[:4].sum(axis=0), run.support_forces()[4:].sum(axis=0)
+    # at rest to 1e-7 m per step
+    assert run["history/max_displacement"][-1] < 1e-7
+    near("layered_roof, support force [N]", (left + right)[1], run.weight(), 1e-4)
+    near("layered_roof, sum of thrusts over thrust", (left + right)[0] / left[0], 0.0, 1e-4, absolute=True)
+    # friction at the abutments: V <= H tan(phi)
+    weight_of_roof = GAMMA * 40
+    assert weight_of_roof / 2 <= left[0] * math.tan(math.radians(40))
+    assert 0 < -run.displacement(0)[-1, 1] < 0.02
+
+
+def test_bolted_beam_moments(run_model, near):
+    run = run_model("bolted_beam")
+    ends = run["history/measured_displacement"][-1, :2]
+    bolt = 2e5 + 1e7 * (ends[1, 0] - ends[0, 0])
+    # the bolt's force is the only axial one, and the mean stress of a block 1 m high
+    near("bolted_beam, axial stress of the middle blocks [Pa]", run["history/measured_stress"][-1, 2, 0], -bolt, 1e-4)
+    near("bolted_beam, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-9)
+    # moment at mid-span: W/2 at the knife edge (2.8 m), the half beam's weight at 1.5 m; its couple is bolt - joint
+    left, right = run.block_at(-0.5, 0.5), run.block_at(0.5, 0.5)
+    pressed = [(place[1], force[0]) for blocks, place, force in run.contacts() if set(blocks) == {left, right}]
+    total = sum(abs(f) for _, f in pressed)
+    height = sum(y * abs(f) for y, f in pressed) / total
+    moment = GAMMA * 3 * (2.8 - 1.5)
+    near("bolted_beam, force through the middle joint [N]", total, bolt, 1e-4)
+    # the bolt ends sink with the beam by 1e-4 m
+    near("bolted_beam, height of that force [m]", height, 0.3 + moment / bolt, 1e-3)
+    assert 0 < height < 1
+
+
+def test_bolted_beam_falls_without_its_bolt(program, tmp_path):
+    text = (INPUTS / "bolted_beam" / "bolted_beam.dc").read_text(encoding="utf-8")
+    lines = text.replace("1   # bolts", "0   # bolts").splitlines()
+    del lines[lines.index("# bolts: x1 y1 x2 y2 stiffness pretension strength") + 1]
+    (tmp_path / "beam.dc").write_text("\n".join(lines), encoding="utf-8")
+    arguments = ["run", "beam.dc", str(INPUTS / "bolted_beam" / "bolted_beam.df"), "-o", "beam.h5", "--quiet"]
+    outcome = run_program(program, arguments, tmp_path)
+    assert outcome.returncode == 0, outcome.stderr
+    # the blocks between the knife edges fall freely: n g dt^2 / 2 in static steps
+    run = Run(tmp_path / "beam.h5")
+    middle = -run.displacement(2)[:, 1]
+    assert middle[-1] > 0.5 * 0.5 * G * np.sum(run["history/dt"] ** 2)
+
+
+def test_gravity_dam_reaction(run_model, near):
+    run = run_model("gravity_dam")
+    thrust = 0.5 * 9810 * 6**2
+    total = run.support_forces().sum(axis=0)
+    near("gravity_dam, horizontal support force [N]", total[0], -thrust, 1e-4)
+    near("gravity_dam, vertical support force [N]", total[1], run.weight(), 1e-6)
+    # where the base presses: moments of weight and water about the heel
+    dam_area = (5 + 1.5) / 2 * 6
+    arm = (1.5 * 6 * 0.75 + 0.5 * 3.5 * 6 * (1.5 + 3.5 / 3)) / dam_area
+    expected = arm + thrust * 2 / (GAMMA * dam_area)
+    rock, base = run.block_at(2.5, -1), run.block_at(2.2, 1)
+    joint = [(place[0], force[1]) for blocks, place, force in run.contacts() if set(blocks) == {rock, base}]
+    pressed = sum(abs(f) for _, f in joint)
+    near("gravity_dam, force on the base [N]", pressed, GAMMA * dam_area, 1e-6)
+    # places move by 1e-4 m of 5 m
+    near("gravity_dam, its distance from the heel [m]", sum(x * abs(f) for x, f in joint) / pressed, expected, 1e-3)
+    assert expected < 2 * 5 / 3  # in the middle third
+
+
+def test_tunnel_stands(run_model, near):
+    run = run_model("tunnel")
+    horseshoe = 5 * 2 + sum(0.5 * 2.5**2 * math.sin(math.radians(20)) for _ in range(9))
+    near("tunnel, area left by the opening [m2]", run["model/block_area"].sum(), 22 * 19 - horseshoe, 1e-9)
+    near("tunnel, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-6)
+    assert run["history/max_displacement"][-1] < 1e-9
+    # the roof comes down by less than a millimetre; the walls carry more than the overburden at their height
+    assert 0 < -run.displacement(0)[-1, 1] < 1e-3
+    wall = run["frames/stress"][-1, run.block_at(-2.9, 2.5), 1]
+    assert wall < -GAMMA * (12 - 2.5)
+    assert np.abs(run["frames/rotation"][-1]).max() < 1e-3
+
+
+def test_island_rests_in_its_hole(run_model, near):
+    run = run_model("island")
+    areas = np.sort(run["model/block_area"])
+    assert np.allclose(areas, [4, 32], rtol=1e-12)
+    near("island, support force [N]", run.support_forces()[:, 1].sum(), G * (2500 * 32 + 3000 * 4), 1e-9)
+    # the floor of the hole pushes with the island's weight, the rest of the hole does not
+    inside = int(np.argmin(run["model/block_area"]))
+    lifted = sum(force[1] * (1 if blocks[0] == inside else -1) for blocks, _, force in run.contacts())
+    near("island, force between island and block [N]", lifted, G * 3000 * 4, 1e-6)
