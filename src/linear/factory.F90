@@ -115,7 +115,7 @@ contains
    !> CHOLMOD, or an error that names the option to build with.
    subroutine new_cholmod(tolerance, solver, error)
       real(wp), intent(in) :: tolerance
-      class(linear_solver_type), allocatable, intent(inout) :: solver  !! left alone when not built in
+      class(linear_solver_type), allocatable, intent(inout) :: solver  !! unallocated when not built in
       type(error_type), allocatable, intent(out) :: error
 #ifdef ROCKDDA_WITH_CHOLMOD
       type(cholmod_solver_type), allocatable :: cholmod
@@ -125,6 +125,7 @@ contains
 #else
       associate (unused => tolerance)
       end associate
+      if (allocated(solver)) deallocate (solver)
       call make_error(error, error_code%input, "solver 'cholmod' is not built in: configure with "// &
                       '-DROCKDDA_WITH_CHOLMOD=ON, or choose another solver ('//solver_names//')')
 #endif
