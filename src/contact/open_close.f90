@@ -174,11 +174,17 @@ contains
       if (self%gap(c) >= -settings%close_tolerance) return
       p = table%partner(c)
       if (p > 0) then
-         ! inside only when behind both lines; the line with the larger gap closes
+         ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
          if (self%state(p) /= contact_state%open) return
          if (self%gap(p) >= -settings%close_tolerance) return
-         if (self%gap(c) < self%gap(p)) return
-         if (self%gap(c) <= self%gap(p) .and. p < c) return
+         if (min(table%gap(c), table%gap(p)) < -settings%close_tolerance) then
+            ! behind one of them from the start: the corner comes through the other
+            if (table%gap(c) < table%gap(p)) return
+            if (table%gap(c) <= table%gap(p) .and. p < c) return
+         else
+            if (self%gap(c) < self%gap(p)) return
+            if (self%gap(c) <= self%gap(p) .and. p < c) return
+         end if
       end if
       new = contact_state%locked
       limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
