@@ -69,17 +69,17 @@ contains
    !> Choose the preconditioner; `known` is false for a name that does not exist.
    subroutine choose(self, preconditioner, known)
       class(splitting_type), intent(inout) :: self
-      character(len=*), intent(in) :: preconditioner   !! 'jacobi', 'ssor' or 'ic0'
+      character(len=*), intent(in) :: preconditioner   !! '[block_]jacobi', 'ssor' or '[block_]ic0'
       logical, intent(out) :: known
       known = .true.
       select case (preconditioner)
-      case ('jacobi')
+      case ('jacobi', 'block_jacobi')
          self%has_sweeps = .false.
          self%modify_pivots = .false.
       case ('ssor')
          self%has_sweeps = .true.
          self%modify_pivots = .false.
-      case ('ic0')
+      case ('ic0', 'block_ic0')
          self%has_sweeps = .true.
          self%modify_pivots = .true.
       case default

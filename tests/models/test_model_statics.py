@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+import pytest
 from model_runs import INPUTS, G, Run, run_program
 
 GAMMA = 2500 * G
@@ -155,3 +156,22 @@ def test_island_rests_in_its_hole(run_model, near):
     inside = int(np.argmin(run["model/block_area"]))
     lifted = sum(force[1] * (1 if blocks[0] == inside else -1) for blocks, _, force in run.contacts())
     near("island, force between island and block [N]", lifted, G * 3000 * 4, 1e-6)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        "method = 'sor'",
+        "method = 'dense'",
+        "method = 'auto'",
+        *(f"method = 'pcg', preconditioner = '{name}'" for name in ("block_jacobi", "ssor", "block_ic0")),
+    ],
+)
+def test_solvers_of_the_options_file_carry_the_stack(program, tmp_path, near, options):
+    (tmp_path / "solver.nml").write_text(f"&solver {options} /\n", encoding="utf-8")
+    files = [str(INPUTS / "stack" / f"stack.{ending}") for ending in ("dc", "df")]
+    outcome = run_program(program, ["run", *files, "--config", "solver.nml", "-o", "stack.h5", "--quiet"], tmp_path)
+    assert outcome.returncode == 0, outcome.stderr
+    run = Run(tmp_path / "stack.h5")
+    # the default tolerance of the iterative solvers is 1e-10 of the loads, in each of 60 steps
+    near(f"stack with {options}, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-6)
