@@ -281,7 +281,8 @@ contains
       end if
       if (gap < -1.0e-4_wp*length) then
          ! behind the edge, and deep: beyond a thin block, or in it?
-         if (.not. is_inside(vertices(:, v) + 1.0e-6_wp*((0.5_wp*length - s)*t - length*n), e, vertices, topology)) return
+         if (.not. is_inside(vertices(:, v) + 1.0e-6_wp*((0.5_wp*length - s)*t - length*n), e, vertices, &
+                             topology)) return
       end if
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides

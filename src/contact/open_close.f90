@@ -47,6 +47,9 @@ module rockdda_contact_open_close
       real(wp), allocatable :: friction_before(:) !! friction force of the solve before the last
       real(wp), allocatable :: limit_before(:)    !! and the limit that came out of it
       integer, allocatable :: sliding_solves(:)   !! solves in a row in which the contact was sliding
+      integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from state)
+      integer, allocatable :: sign_used(:)    !! slip direction in the last solve
+      real(wp), allocatable :: drag(:)        !! shear dashpot coefficient over dt, while locked [force/length]
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
@@ -73,6 +76,7 @@ contains
          self%normal_force(c) = table%normal_force(c)
          self%gap(c) = table%gap(c)
          self%slip(c) = 0
+         self%drag(c) = 0
          self%changes(c) = 0
          self%friction(c) = 0
          self%sliding_solves(c) = 0
@@ -95,6 +99,8 @@ contains
       worst_friction = 0
       do c = 1, table%n
          old = self%state(c)
+         self%state_used(c) = old
+         self%sign_used(c) = self%slip_sign(c)
          self%friction_used(c) = self%friction(c)
          if (old == contact_state%open) then
             self%normal_force(c) = 0
@@ -151,13 +157,15 @@ contains
       if (allocated(self%state)) then
          if (size(self%state) >= n) return
          deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, self%friction, self%friction_used, &
-                     self%friction_before, self%limit_before, self%sliding_solves, self%gap, self%slip, self%changes)
+                     self%friction_before, self%limit_before, self%sliding_solves, self%gap, self%slip, self%changes, &
+                     self%state_used, self%sign_used, self%drag)
       end if
       m = n + n/4 + 16
-      allocate (self%state(m), self%slip_sign(m), self%sliding_solves(m), self%changes(m), source=0)
+      allocate (self%state(m), self%slip_sign(m), self%sliding_solves(m), self%changes(m), self%state_used(m), &
+                self%sign_used(m), source=0)
       allocate (self%bonded(m), source=.false.)
       allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%friction_before(m), &
-                self%limit_before(m), self%gap(m), self%slip(m), source=0.0_wp)
+                self%limit_before(m), self%gap(m), self%slip(m), self%drag(m), source=0.0_wp)
    end subroutine make_room
 
    !> New state of an open contact.
@@ -189,7 +197,7 @@ contains
       new = contact_state%locked
       limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
                        self%slip(c), settings)
-      trial = settings%k_s*(table%shear(c) + self%slip(c))
+      trial = shear_trial(self, table, settings, c)
       if (abs(trial) > limit + settings%slip_tolerance .or. is_frictionless(laws(table%joint(c)), limit)) then
          new = contact_state%sliding
          self%slip_sign(c) = merge(1, -1, trial >= 0)
@@ -222,7 +230,7 @@ contains
          return
       end if
       if (new == contact_state%locked) then
-         shear = settings%k_s*(table%shear(c) + self%slip(c))
+         shear = shear_trial(self, table, settings, c)
          limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), self%bonded(c), self%slip(c), settings)
          if (abs(shear) > limit + settings%slip_tolerance .or. is_frictionless(laws(table%joint(c)), limit)) then
             new = contact_state%sliding
@@ -231,7 +239,7 @@ contains
          end if
       else
          limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
-         shear = settings%k_s*(table%shear(c) + self%slip(c))
+         shear = shear_trial(self, table, settings, c)
          if (shear*self%slip_sign(c) < limit - settings%slip_tolerance .and. &
              .not. is_frictionless(laws(table%joint(c)), limit)) then
             ! the spring would not reach the limit in this direction: it has turned, or was not needed
@@ -247,6 +255,15 @@ contains
       real(wp), intent(in) :: limit     !! its present strength
       is_frictionless = limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0
    end function is_frictionless
+
+   !> Shear force that a locked contact has, or would have with the slip of a sliding one: spring and dashpot.
+   pure real(wp) function shear_trial(self, table, settings, c)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                       !! row
+      shear_trial = settings%k_s*(table%shear(c) + self%slip(c)) + self%drag(c)*self%slip(c)
+   end function shear_trial
 
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, table, c, normal_force, bonded, slip, settings)

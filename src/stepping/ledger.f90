@@ -107,7 +107,7 @@ contains
          if (was_closed) before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
          carried = carried + table%energy(c)
          geometry = geometry + (before - table%energy(c))
-         if (trial%state(c) == contact_state%open) then
+         if (trial%state_used(c) == contact_state%open) then
             discarded = discarded + before
             table%state(c) = contact_state%open
             table%energy(c) = 0
@@ -130,19 +130,18 @@ contains
          damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
                                     state%mass(table%block_b(c)))
          dissipated = dissipated + dashpot_dissipation(damping(1), dt, x1 - x0)
-         if (trial%state(c) == contact_state%locked) then
+         if (trial%state_used(c) == contact_state%locked) then
             dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2 + dashpot_dissipation(damping(2), dt, s1 - s0)
             table%shear_force(c) = -ks*s1
-            table%slip_sign(c) = 0
          else
             limit = trial%friction_used(c)/ks
             s1 = max(-limit, min(limit, s1))
-            friction = friction + trial%slip_sign(c)*trial%friction_used(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
-            table%shear_force(c) = -trial%slip_sign(c)*trial%friction_used(c)
-            table%slip_sign(c) = trial%slip_sign(c)
+            friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+            table%shear_force(c) = -trial%sign_used(c)*trial%friction_used(c)
             table%total_slip(c) = table%total_slip(c) + abs(trial%slip(c))
          end if
          table%state(c) = trial%state(c)
+         table%slip_sign(c) = trial%slip_sign(c)
          table%shear(c) = s1
          table%normal_force(c) = -kn*x1
          table%bonded(c) = trial%bonded(c)

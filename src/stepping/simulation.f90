@@ -23,7 +23,8 @@ module rockdda_stepping_simulation
    use rockdda_linear_factory, only : new_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
    use rockdda_stepping_ledger, only : ledger_type, stored_energies
-   use rockdda_stepping_links, only : bolt_round_type, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
+   use rockdda_stepping_links, only : bolt_round_type, set_shear_drag, set_link_vectors, set_link_forces, &
+      predict_contacts, judge_bolts
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
    use rockdda_stepping_motion, only : start_state, move_blocks, largest_displacement
    implicit none
@@ -268,6 +269,7 @@ contains
                            self%line_blocks, self%line_ends, self%control%gravity(self%parameters), dt, self%loads, &
                            self%equations%block_matrix, self%equations%block_load)
       call self%trial%begin(self%table, self%laws, settings)
+      call set_shear_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
       self%bolts%yields = .false.
       self%bolts%stretch = 0
       outcome = attempt%not_converged
