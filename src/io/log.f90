@@ -73,7 +73,8 @@ contains
       if (.not. self%is_open) return
       reason = ''
       write (self%unit, '(a)', iostat=status, iomsg=reason) text
-      if (status /= 0) call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      if (status == 0) return
+      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
    end subroutine put
 
    !> Notes and warnings met while reading and cutting.
@@ -213,7 +214,8 @@ contains
       if (.not. self%is_open) return
       reason = ''
       flush (self%unit, iostat=status, iomsg=reason)
-      if (status /= 0) call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      if (status == 0) return
+      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
    end subroutine flush_log
 
    !> Finish the log. Nothing happens when none is open.
@@ -226,7 +228,8 @@ contains
       self%is_open = .false.
       reason = ''
       close (self%unit, iostat=status, iomsg=reason)
-      if (status /= 0) call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      if (status == 0) return
+      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
    end subroutine close_log
 
    !> A real with enough digits to tell values apart.

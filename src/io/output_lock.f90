@@ -96,7 +96,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       if (self%handle < 0) return
       if (c_is_there(self%path//c_null_char, self%handle) == 0) then
-         call make_error(error, error_code%output, self%path//': the file was removed or replaced while it was being written')
+         call make_error(error, error_code%output, &
+                         self%path//': the file was removed or replaced while it was being written')
          return
       end if
       call explain(c_reserve(self%handle, int(bytes, c_long_long)), self%path, error)

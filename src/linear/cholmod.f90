@@ -136,7 +136,8 @@ contains
       call self%analyze(matrix, error)
       if (allocated(error)) return
       call fill_entries(matrix, self%entries)
-      status = rockdda_cholmod_factorize(self%handle, 6_c_int64_t*matrix%n, self%column_start, self%row, self%entries, failed)
+      status = rockdda_cholmod_factorize(self%handle, 6_c_int64_t*matrix%n, self%column_start, self%row, &
+                                         self%entries, failed)
       if (status == cholmod_not_positive_definite) then
          call not_positive_definite(int(failed/6) + 1, error)
       else if (status /= cholmod_ok) then
@@ -163,7 +164,8 @@ contains
       integer(c_int64_t), allocatable, intent(out) :: row(:)           !! 0-based
       integer(c_int64_t) :: place
       integer :: i, k, c, r
-      allocate (column_start(6*matrix%n + 1), row(21_c_int64_t*matrix%n + 36_c_int64_t*(n_stored_blocks(matrix) - matrix%n)))
+      allocate (column_start(6*matrix%n + 1))
+      allocate (row(21_c_int64_t*matrix%n + 36_c_int64_t*(n_stored_blocks(matrix) - matrix%n)))
       place = 0
       do i = 1, matrix%n
          do c = 1, 6

@@ -19,7 +19,7 @@ contains
    !> held before, nothing changes, neither values nor pattern_id; otherwise values are undefined.
    subroutine build_pattern(n, pairs, matrix, slots)
       integer, intent(in) :: n                         !! number of blocks
-      integer, intent(in) :: pairs(:, :)               !! (2, m) block numbers of each contact, any order, repeats allowed
+      integer, intent(in) :: pairs(:, :)               !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
       integer, intent(out) :: slots(:)                 !! (m) place k in values of block (min, max) of each pair
       integer, allocatable :: start(:), by_large(:), by_small(:), row_start(:), column(:)

@@ -30,6 +30,8 @@ module rockdda_linear_residual
    real(wp), parameter :: rounding_limit = 1.0e-6_wp
    !> Multiples of epsilon by which a backward stable solution may exceed the rounding of K x.
    real(wp), parameter :: rounding_factor = 16.0_wp
+   !> An iteration whose unknowns are larger has diverged; beyond it squares of forces would overflow.
+   real(wp), parameter :: diverged = 1.0e60_wp
    !> Blocks whose terms are added up together, see rockdda_linear_products.
    integer, parameter :: chunk = 256
 
@@ -53,8 +55,8 @@ contains
    pure subroutine not_positive_definite(block, error)
       integer, intent(in) :: block    !! block number of the failed pivot
       type(error_type), allocatable, intent(out) :: error
-      call make_error(error, error_code%computation, 'the stiffness matrix is not positive definite: pivot of block '// &
-                      to_string(block)//' failed')
+      call make_error(error, error_code%computation, &
+                      'the stiffness matrix is not positive definite: pivot of block '//to_string(block)//' failed')
    end subroutine not_positive_definite
 
    !> Take a new system: factorise the diagonal blocks and measure the load.
@@ -122,7 +124,8 @@ contains
       norm = sqrt(total)
    end function norm
 
-   !> Relative residual of x; leaves f - K x in `r`. huge() when x is not finite.
+   !> Relative residual of x; leaves f - K x in `r`. huge() when x is not finite or so large (diverged) that
+   !> its square could not be trusted to be.
    subroutine evaluate(self, matrix, f, x, relative)
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -130,6 +133,7 @@ contains
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
       relative = huge(1.0_wp)
       if (.not. all(ieee_is_finite(x))) return
+      if (maxval(abs(x)) > diverged) return
       call residual_vector(matrix, x, f, self%r)
       relative = self%norm(self%r)/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)

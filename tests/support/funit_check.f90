@@ -369,8 +369,8 @@ contains
          if (expected(n + 1:n + 1) /= found(n + 1:n + 1)) exit
          n = n + 1
       end do
-      text = 'String assertion failed:'//nl//'    expected: <"'//expected//'">'//nl//'   but found: <"'//found//'">'//nl &
-             //'  first diff:   '//repeat('-', n)//'^'
+      text = 'String assertion failed:'//nl//'    expected: <"'//expected//'">'//nl &
+             //'   but found: <"'//found//'">'//nl//'  first diff:   '//repeat('-', n)//'^'
    end function string_details
 
    !> Are two strings the same, blanks treated as asked?

@@ -16,8 +16,8 @@ from pathlib import Path
 ASSERTIONS = """
     True False All Any None NotAll Equal NotEqual LessThan LessThanOrEqual GreaterThan GreaterThanOrEqual
     RelativelyEqual IsNaN IsFinite SameShape Fail ExceptionRaised Equivalent Associated NotAssociated Unassociated
-""".split()
-CANONICAL = {name.lower(): name for name in ASSERTIONS}
+"""
+CANONICAL = {name.lower(): name for name in ASSERTIONS.split()}
 
 SUBROUTINE = re.compile(r"\s*subroutine\s+(\w+)\s*(\(([\w\s,]*)\))?\s*(!.*)?$", re.IGNORECASE)
 MODULE = re.compile(r"\s*module\s+(\w+)\s*(!.*)?$", re.IGNORECASE)
@@ -62,7 +62,7 @@ def code_mask(text):
 def split_arguments(text):
     """Arguments of a call, split at the commas of the outermost level."""
     parts, start, depth = [], 0, 0
-    for i, (char, is_code) in enumerate(zip(text, code_mask(text))):
+    for i, (char, is_code) in enumerate(zip(text, code_mask(text), strict=True)):
         if not is_code:
             continue
         if char in "([":
@@ -77,7 +77,7 @@ def split_arguments(text):
     if depth != 0:
         raise ValueError("unbalanced parentheses")
     last = text[start:].strip()
-    return parts + [last] if parts or last else []
+    return [*parts, last] if parts or last else []
 
 
 def expand_assertion(name, arguments):
@@ -224,7 +224,8 @@ class Converter:
 
 def driver(modules):
     """Main program that runs the suites of the given test modules."""
-    out = ["program run_tests", "   use funit", "   use funit_core, only : run_suites", "   implicit none", "   interface"]
+    out = ["program run_tests", "   use funit", "   use funit_core, only : run_suites"]
+    out += ["   implicit none", "   interface"]
     for module in modules:
         out += [
             f"      function {module}_suite() result(suite)",

@@ -136,7 +136,7 @@ class StandIn(unittest.TestCase):
         lines.append("end module sample")
         result = self.run_file("\n".join(lines) + "\n")
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-        for i, (assertion, line) in enumerate(zip(FAILING_ASSERTIONS, places)):
+        for i, (assertion, line) in enumerate(zip(FAILING_ASSERTIONS, places, strict=True)):
             block = f" in: \nsample_suite.test_{i}\n  Location: \n[sample.pf:{line}]\n"
             self.assertIn(block, result.stdout, assertion)
         self.assertNotIn("the test went on", result.stdout)
@@ -151,7 +151,8 @@ class StandIn(unittest.TestCase):
         )
         result = self.run_file(text)
         self.assertIn(
-            "mine\nArrayAssertEqual failure:\n      Expected: <2>\n        Actual: <3>\n      at index: [2]\n", result.stdout
+            "mine\nArrayAssertEqual failure:\n      Expected: <2>\n        Actual: <3>\n      at index: [2]\n",
+            result.stdout,
         )
 
     def test_disabled_tests_are_counted_and_do_not_run(self):
