@@ -1,0 +1,188 @@
+! SPDX-License-Identifier: MIT
+!> All places where input lines meet: crossings, T junctions, corners, the ends of overlaps.
+!>
+!> Two lines meet where they cross, or would cross if each were no more than e0 longer at its ends. Lines that run
+!> side by side closer than e0 (duplicates, collinear overlaps) do not cross: they meet at their ends, projected
+!> on the other line. An end closer than e0 to a line meets it in any case.
+!>
+!> Each meeting is a candidate for a node, with the number of its two lines that go on beyond it on both sides:
+!> when candidates are merged into one node, the place on most through-going lines wins, so that long straight
+!> lines stay straight and short ends give way. Free ends of lines are candidates of the lowest rank.
+module rockdda_cutting_intersections
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_sorting, only : sorted_order
+   use rockdda_geometry_grid, only : grid_type, grid_query_type
+   use rockdda_geometry_segments, only : line_intersection, nearest_parameter, segment_point, distance_to_segment
+   implicit none
+   private
+   public :: meeting_list_type, find_meetings
+
+   type :: meeting_list_type
+      integer :: n = 0
+      real(wp), allocatable :: position(:, :)   !! (2, capacity)
+      integer, allocatable :: lines(:, :)       !! (2, capacity) lines i < j that meet; (i, 0): a free end of i
+      real(wp), allocatable :: parameter(:, :)  !! (2, capacity) where along them: 0 at the start, 1 at the end
+      integer, allocatable :: rank(:)           !! (capacity) 0 free end; 1 + number of lines that pass through
+   contains
+      procedure, private :: add
+   end type meeting_list_type
+
+contains
+
+   !> Meetings of all lines, in the order of the pairs (1,2), (1,3), ..., (2,3), ...; then the free ends.
+   subroutine find_meetings(lines, skip, e0, meetings)
+      real(wp), intent(in) :: lines(:, :)   !! (4, n) x1, y1, x2, y2
+      logical, intent(in) :: skip(:)        !! (n) lines that take no part
+      real(wp), intent(in) :: e0            !! merging distance [L], > 0
+      type(meeting_list_type), intent(out) :: meetings
+      type(grid_type) :: grid
+      type(grid_query_type) :: query
+      integer, allocatable :: others(:)
+      integer :: i, k, n, n_others
+      n = size(lines, 2)
+      call grid%build_segments(lines, e0)
+      allocate (others(n))
+      do i = 1, n
+         if (skip(i)) cycle
+         call grid%query_segment(lines(1:2, i), lines(3:4, i), e0, query)
+         n_others = 0
+         do k = 1, query%n
+            if (query%ids(k) <= i) cycle
+            if (skip(query%ids(k))) cycle
+            n_others = n_others + 1
+            others(n_others) = query%ids(k)
+         end do
+         others(1:n_others) = others(sorted_order(others(1:n_others)))
+         do k = 1, n_others
+            call meet(lines, i, others(k), e0, meetings)
+         end do
+      end do
+      do i = 1, n
+         if (skip(i)) cycle
+         call meetings%add(lines(1:2, i), [i, 0], [0.0_wp, 0.0_wp], 0)
+         call meetings%add(lines(3:4, i), [i, 0], [1.0_wp, 0.0_wp], 0)
+      end do
+   end subroutine find_meetings
+
+   !> Meetings of two lines.
+   pure subroutine meet(lines, i, j, e0, meetings)
+      real(wp), intent(in) :: lines(:, :)
+      integer, intent(in) :: i, j
+      real(wp), intent(in) :: e0
+      type(meeting_list_type), intent(inout) :: meetings
+      real(wp) :: p(2, 2), q(2, 2), length(2), t(2), x(2), foot(2, 4), foot_t(2, 4), end(2), d
+      integer :: n_feet, a, b, k
+      logical :: parallel, crossing, beside
+      p = reshape([lines(1:2, i), lines(1:2, j)], [2, 2])
+      q = reshape([lines(3:4, i), lines(3:4, j)], [2, 2])
+      if (maxval([p(1, 1), q(1, 1)]) + e0 < minval([p(1, 2), q(1, 2)])) return
+      if (maxval([p(1, 2), q(1, 2)]) + e0 < minval([p(1, 1), q(1, 1)])) return
+      if (maxval([p(2, 1), q(2, 1)]) + e0 < minval([p(2, 2), q(2, 2)])) return
+      if (maxval([p(2, 2), q(2, 2)]) + e0 < minval([p(2, 1), q(2, 1)])) return
+      length = [hypot(q(1, 1) - p(1, 1), q(2, 1) - p(2, 1)), hypot(q(1, 2) - p(1, 2), q(2, 2) - p(2, 2))]
+
+      call line_intersection(p(:, 1), q(:, 1), p(:, 2), q(:, 2), t(1), t(2), parallel)
+      crossing = .not. parallel
+      if (crossing) crossing = all(t*length >= -e0) .and. all((1 - t)*length >= -e0)
+      x = 0
+      if (crossing) x = meeting_point(p, q, length, t, e0)
+
+      ! ends of one line closer than e0 to the other one
+      n_feet = 0
+      do a = 1, 2
+         b = 3 - a
+         do k = 0, 1
+            end = merge(p(:, a), q(:, a), k == 0)
+            if (.not. distance_to_segment(end, p(:, b), q(:, b)) < e0) cycle
+            n_feet = n_feet + 1
+            foot_t(a, n_feet) = k
+            foot_t(b, n_feet) = nearest_parameter(end, p(:, b), q(:, b))
+            foot(:, n_feet) = segment_point(p(:, b), q(:, b), foot_t(b, n_feet))
+         end do
+      end do
+      ! two of them apart: the lines run side by side between them
+      beside = .false.
+      do a = 1, n_feet
+         do b = a + 1, n_feet
+            beside = beside .or. hypot(foot(1, a) - foot(1, b), foot(2, a) - foot(2, b)) > e0
+         end do
+      end do
+      if (crossing .and. .not. beside) call meetings%add(x, [i, j], t, 1 + count(passes(t, length, e0)))
+      do k = 1, n_feet
+         if (crossing .and. .not. beside) then
+            d = hypot(foot(1, k) - x(1), foot(2, k) - x(2))
+            if (d < e0) cycle
+         end if
+         call meetings%add(foot(:, k), [i, j], foot_t(:, k), 1 + count(passes(foot_t(:, k), length, e0)))
+      end do
+   end subroutine meet
+
+   !> Position of a crossing: exactly an end of a line where it is one up to rounding, else on the line that goes on.
+   pure function meeting_point(p, q, length, t, e0) result(x)
+      real(wp), intent(in) :: p(2, 2), q(2, 2)   !! starts and ends of both lines
+      real(wp), intent(in) :: length(2), t(2), e0
+      real(wp) :: x(2)
+      real(wp) :: tiny_distance, end(2)
+      logical :: through(2)
+      integer :: a, k
+      through = passes(t, length, e0)
+      a = 1
+      if (through(2) .and. .not. through(1)) a = 2
+      x = p(:, a) + t(a)*(q(:, a) - p(:, a))
+      if (t(a) > 0.5_wp) x = q(:, a) - (1 - t(a))*(q(:, a) - p(:, a))
+      ! a coordinate that a line keeps along all its length is known exactly
+      do a = 1, 2
+         do k = 1, 2
+            if (.not. abs(q(k, a) - p(k, a)) > 0) x(k) = p(k, a)
+         end do
+      end do
+      tiny_distance = 64*epsilon(1.0_wp)*max(maxval(abs(p)), maxval(abs(q)))
+      do a = 1, 2
+         do k = 0, 1
+            end = merge(p(:, a), q(:, a), k == 0)
+            if (all(abs(x - end) <= tiny_distance)) then
+               x = end
+               return
+            end if
+         end do
+      end do
+   end function meeting_point
+
+   !> Does a line go on for more than e0 on both sides of the place t?
+   pure elemental logical function passes(t, length, e0)
+      real(wp), intent(in) :: t, length, e0
+      passes = t*length > e0 .and. (1 - t)*length > e0
+   end function passes
+
+   !> Append a candidate.
+   pure subroutine add(self, position, lines, parameter, rank)
+      class(meeting_list_type), intent(inout) :: self
+      real(wp), intent(in) :: position(2), parameter(2)
+      integer, intent(in) :: lines(2), rank
+      real(wp), allocatable :: positions(:, :), parameters(:, :)
+      integer, allocatable :: pairs(:, :), ranks(:)
+      integer :: n
+      if (.not. allocated(self%rank)) then
+         allocate (self%position(2, 64), self%lines(2, 64), self%parameter(2, 64), self%rank(64))
+      end if
+      n = self%n
+      if (n == size(self%rank)) then
+         allocate (positions(2, 2*n), parameters(2, 2*n), pairs(2, 2*n), ranks(2*n))
+         positions(:, 1:n) = self%position
+         parameters(:, 1:n) = self%parameter
+         pairs(:, 1:n) = self%lines
+         ranks(1:n) = self%rank
+         call move_alloc(positions, self%position)
+         call move_alloc(parameters, self%parameter)
+         call move_alloc(pairs, self%lines)
+         call move_alloc(ranks, self%rank)
+      end if
+      n = n + 1
+      self%n = n
+      self%position(:, n) = position
+      self%parameter(:, n) = parameter
+      self%lines(:, n) = lines
+      self%rank(n) = rank
+   end subroutine add
+
+end module rockdda_cutting_intersections
