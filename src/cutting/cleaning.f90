@@ -22,6 +22,14 @@ module rockdda_cutting_cleaning
    !> Far more rounds than sensible input needs (random line sets: up to about 10).
    integer, parameter :: max_rounds = 60
 
+   !> What happens to a piece in one round.
+   type :: piece_state_enum
+      integer :: whole = 0     !! nothing
+      integer :: split = 1     !! new nodes on it: more of them may come
+      integer :: bent = 2      !! led through nodes beside it: nothing more in this round
+   end type piece_state_enum
+   type(piece_state_enum), parameter :: piece_state = piece_state_enum()
+
    !> Nodes to be inserted into pieces.
    type :: insertion_list_type
       integer :: n = 0
@@ -41,15 +49,15 @@ contains
       integer, intent(out) :: rounds               !! rounds that changed something
       type(error_type), allocatable, intent(out) :: error
       type(insertion_list_type) :: insertions
-      logical, allocatable :: bent(:)
+      integer, allocatable :: state(:)
       integer :: round
       rounds = 0
       do round = 1, max_rounds
          insertions%n = 0
-         if (allocated(bent)) deallocate (bent)
-         allocate (bent(pieces%n), source=.false.)
-         call lead_through_near_nodes(e0, nodes, pieces, insertions, bent)
-         call cut_crossings(e0, nodes, pieces, insertions, bent)
+         if (allocated(state)) deallocate (state)
+         allocate (state(pieces%n), source=piece_state%whole)
+         call lead_through_near_nodes(e0, nodes, pieces, insertions, state)
+         call cut_crossings(e0, nodes, pieces, insertions, state)
          if (insertions%n == 0) return
          rounds = round
          call insert_nodes(insertions, pieces)
@@ -60,40 +68,55 @@ contains
    end subroutine clean_pieces
 
    !> Rule 1.
-   subroutine lead_through_near_nodes(e0, nodes, pieces, insertions, bent)
+   subroutine lead_through_near_nodes(e0, nodes, pieces, insertions, state)
       real(wp), intent(in) :: e0
       type(node_set_type), intent(in) :: nodes
       type(pieces_type), intent(in) :: pieces
       type(insertion_list_type), intent(inout) :: insertions
-      logical, intent(inout) :: bent(:)            !! (pieces) gets a node in this round
-      integer, allocatable :: near(:)
-      integer :: i, k, n_near, v, a, b
-      real(wp) :: p(2), q(2), x(2)
+      integer, intent(inout) :: state(:)           !! (pieces) what happens to it in this round
+      integer, allocatable :: near(:), order(:)
+      real(wp), allocatable :: t(:)
+      integer :: i, k, n_near, v, a, b, n
+      real(wp) :: p(2), q(2), x(2), last(2), length
       do i = 1, pieces%n
          a = pieces%ends(1, i)
          b = pieces%ends(2, i)
          p = nodes%bins%position(:, a)
          q = nodes%bins%position(:, b)
          call nodes%bins%along(p, q, e0, near, n_near)
+         n = 0
          do k = 1, n_near
             v = near(k)
             if (v == a .or. v == b) cycle
             x = nodes%bins%position(:, v)
             if (.not. distance_to_segment(x, p, q) < e0) cycle
             if (.not. shortens(x, p, q)) cycle
-            call insertions%add(i, v, nearest_parameter(x, p, q))
-            bent(i) = .true.
+            n = n + 1
+            near(n) = v
+         end do
+         if (n == 0) cycle
+         state(i) = piece_state%bent
+         t = [(nearest_parameter(nodes%bins%position(:, near(k)), p, q), k=1, n)]
+         order = sorted_order(t)
+         length = hypot(q(1) - p(1), q(2) - p(2))
+         last = p
+         do k = 1, n
+            x = nodes%bins%position(:, near(order(k)))
+            ! the part between two new nodes must be shorter as well
+            if (.not. hypot(x(1) - last(1), x(2) - last(2)) < length) cycle
+            call insertions%add(i, near(order(k)), t(order(k)))
+            last = x
          end do
       end do
    end subroutine lead_through_near_nodes
 
-   !> Rule 2, among pieces that rule 1 left alone in this round.
-   subroutine cut_crossings(e0, nodes, pieces, insertions, bent)
+   !> Rule 2, among pieces that are not bent in this round.
+   subroutine cut_crossings(e0, nodes, pieces, insertions, state)
       real(wp), intent(in) :: e0
       type(node_set_type), intent(inout) :: nodes
       type(pieces_type), intent(in) :: pieces
       type(insertion_list_type), intent(inout) :: insertions
-      logical, intent(inout) :: bent(:)            !! (pieces)
+      integer, intent(inout) :: state(:)           !! (pieces)
       type(grid_type) :: grid
       type(grid_query_type) :: query
       real(wp), allocatable :: segments(:, :)
@@ -106,13 +129,12 @@ contains
       end do
       call grid%build_segments(segments, 0.0_wp)
       do i = 1, pieces%n
-         if (bent(i)) cycle
+         if (state(i) == piece_state%bent) cycle
          call grid%query_segment(segments(1:2, i), segments(3:4, i), 0.0_wp, query)
          n = 0
          do k = 1, query%n
             j = query%ids(k)
             if (j <= i) cycle
-            if (bent(j)) cycle
             if (any(pieces%ends(1, i) == pieces%ends(:, j)) .or. any(pieces%ends(2, i) == pieces%ends(:, j))) cycle
             if (.not. crosses(segments(:, i), segments(:, j))) cycle
             n = n + 1
@@ -126,31 +148,38 @@ contains
 
    contains
 
-      !> Put a common node at the crossing of two pieces.
+      !> Put a common node at the crossing of two pieces. What a bent piece crosses has to wait for the next round.
       subroutine join(i, j)
          integer, intent(in) :: i, j
          real(wp) :: s, t, x(2), v(2)
-         integer :: node
+         integer :: node, k, piece
          logical :: parallel
+         if (state(i) == piece_state%bent .or. state(j) == piece_state%bent) return
          call line_intersection(segments(1:2, i), segments(3:4, i), segments(1:2, j), segments(3:4, j), s, t, parallel)
          if (parallel) return
          x = segments(1:2, i) + s*(segments(3:4, i) - segments(1:2, i))
          node = nodes%bins%nearest(x, e0)
          if (node > 0) then
             v = nodes%bins%position(:, node)
-            if (.not. (fits(node, v, i) .and. fits(node, v, j))) node = 0
+            if (.not. (fits(node, v, i) .and. fits(node, v, j))) then
+               node = 0
+            else if ((state(i) == piece_state%split .and. all(pieces%ends(:, i) /= node)) .or. &
+                     (state(j) == piece_state%split .and. all(pieces%ends(:, j) /= node))) then
+               return
+            end if
          end if
-         if (node == 0) then
+         if (node > 0) then
+            do k = 1, 2
+               piece = merge(i, j, k == 1)
+               if (any(pieces%ends(:, piece) == node)) cycle
+               call insertions%add(piece, node, nearest_parameter(v, segments(1:2, piece), segments(3:4, piece)))
+               state(piece) = piece_state%bent
+            end do
+         else
             call nodes%add(x, [min(pieces%line(i), pieces%line(j)), max(pieces%line(i), pieces%line(j))], node)
-            v = x
-         end if
-         if (all(pieces%ends(:, i) /= node)) then
-            call insertions%add(i, node, nearest_parameter(v, segments(1:2, i), segments(3:4, i)))
-            bent(i) = .true.
-         end if
-         if (all(pieces%ends(:, j) /= node)) then
-            call insertions%add(j, node, nearest_parameter(v, segments(1:2, j), segments(3:4, j)))
-            bent(j) = .true.
+            call insertions%add(i, node, s)
+            call insertions%add(j, node, t)
+            state([i, j]) = piece_state%split
          end if
       end subroutine join
 
