@@ -50,8 +50,8 @@ module validation_model
    type :: watch_type
       real(wp) :: turned_over = 0   !! largest of all columns of the ledger but the residual, any step [energy]
       real(wp) :: residual = 0      !! largest residual of the ledger, any step [energy]
-      real(wp) :: growth = 0        !! largest rise of stored energy less geometry column in one step [energy]
-      real(wp) :: above_start = -huge(1.0_wp) !! largest stored energy after a step less the one at the first call [energy]
+      real(wp) :: growth = 0        !! largest rise of stored energy less geometry in one step [energy]
+      real(wp) :: above_start = -huge(1.0_wp) !! largest stored energy less the first [energy]
       real(wp), private :: at_start = huge(1.0_wp)
       integer :: attempts = 0       !! attempts in all
    contains
@@ -380,8 +380,8 @@ contains
       real(wp), intent(in) :: computed, expected
       real(wp), intent(in) :: error            !! as defined by the case, >= 0
       real(wp), intent(in) :: limit
-      write (output_unit, '(3a,2(es17.9,a),2(es10.2,a))') 'VALIDATION | ', trim(name), ' | ', computed, ' | ', expected, &
-         ' | ', error, ' | ', limit
+      write (output_unit, '(3a,2(es17.9,a),2(es10.2,a))') 'VALIDATION | ', trim(name), ' | ', computed, ' | ', &
+         expected, ' | ', error, ' | ', limit
       flush (output_unit)
       holds = error <= limit
    end function holds
