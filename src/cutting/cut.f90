@@ -20,7 +20,7 @@
 !>     e0/1000 (input with 6 to 9 digits is straight no better). A corner that other blocks touch is dropped from
 !>     the straight side only when it is straight up to rounding (rockdda_cutting_outlines), so that areas add up.
 !>   * Before it returns, the cutter checks itself: Euler's relation, and the sum of all areas against the area within
-!>     the outer contours, to 1e-9. A contradiction is an error, not a result.
+!>     the outer contours, to 1e-9 and rounding. A contradiction is an error, not a result.
 module rockdda_cutting_cut
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use rockdda_base_kinds, only : wp
@@ -108,7 +108,7 @@ contains
       call trace_faces(graph, faces)
       call find_nesting(graph, faces, nesting)
       call make_outlines(graph, faces, nesting, geometry%line_joint, e0, outlines)
-      call check_result(faces, nesting, outlines, report, error)
+      call check_result(graph, faces, nesting, outlines, report, error)
       if (allocated(error)) return
 
       call make_blocks(geometry, graph, faces, nesting, outlines, e0, blocks, report, messages, found)
@@ -204,13 +204,15 @@ contains
    end subroutine report_lines
 
    !> Euler's relation and the sum of areas; fills the numbers of the report that belong to the net.
-   subroutine check_result(faces, nesting, outlines, report, error)
+   subroutine check_result(graph, faces, nesting, outlines, report, error)
+      type(graph_type), intent(in) :: graph
       type(face_set_type), intent(in) :: faces
       type(nesting_type), intent(in) :: nesting
       type(outline_set_type), intent(in) :: outlines
       type(cut_report_type), intent(inout) :: report
       type(error_type), allocatable, intent(out) :: error
-      integer :: g
+      real(wp) :: length, rounding, d(2)
+      integer :: g, e
       report%n_nodes = faces%n_used_nodes
       report%n_edges = faces%n_used_edges
       report%n_groups = faces%n_groups
@@ -227,8 +229,16 @@ contains
       do g = 1, faces%n_groups
          if (nesting%face(g) == 0) report%enclosed_area = report%enclosed_area - faces%area(faces%contour(g))
       end do
-      if (any(.not. outlines%area > 0) .or. &
-          .not. abs(sum(outlines%area) - report%enclosed_area) <= 1.0e-9_wp*report%enclosed_area) then
+      length = 0
+      do e = 1, graph%n_edges
+         if (.not. graph%alive(e)) cycle
+         d = graph%position(:, graph%ends(2, e)) - graph%position(:, graph%ends(1, e))
+         length = length + hypot(d(1), d(2))
+      end do
+      ! coordinates are rounded to epsilon of their size, which moves edges sideways
+      rounding = 16*epsilon(1.0_wp)*maxval(abs(graph%position))*length
+      if (any(.not. outlines%area > 0) .or. .not. abs(sum(outlines%area) - report%enclosed_area) <= &
+          1.0e-9_wp*report%enclosed_area + rounding) then
          call make_error(error, error_code%internal, 'cutting lost area: blocks have '// &
                          to_string(sum(outlines%area), 17)//', the outer contours enclose '// &
                          to_string(report%enclosed_area, 17))

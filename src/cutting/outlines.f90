@@ -6,7 +6,8 @@
 !> that a ray from the island to the left leads to, or a nearer one in between, so that bridges cross nothing.
 !>
 !> A corner between two edges of one joint material is dropped when it lies on the line between its neighbours up to
-!> rounding (1e-10 of that line's length, and far below e0): T junctions leave no trace on the straight side.
+!> rounding (1e-10 of that line's length, and far below e0): T junctions leave no trace on the straight side, unless
+!> the polygon comes by that corner again.
 !>
 !> Order: nodes are numbered by the first pair of lines that meets there, (1,2), (1,3), ..., (2,3), ...; a polygon
 !> starts at its first node, and blocks are numbered by their first nodes (as the original programs do); blocks that
@@ -53,7 +54,7 @@ contains
       type(outline_set_type), intent(out) :: outlines
       type(outline_set_type) :: raw
       type(chain_type) :: chain
-      integer, allocatable :: first_group(:), next_group(:), order(:), seen(:)
+      integer, allocatable :: first_group(:), next_group(:), order(:), seen(:), visits(:)
       real(wp), allocatable :: direction(:)
       real(wp) :: d(2)
       integer :: c, g, k, i, n, total, first
@@ -69,8 +70,8 @@ contains
       n = count(faces%area > 0)
       total = count(faces%cycle > 0) + 2*faces%n_groups
       allocate (raw%offset(n + 1), raw%node(total), raw%joint(total), raw%n_islands(n), raw%face(n), source=0)
-      allocate (seen(graph%n_nodes), direction(n))
-      seen = 0
+      allocate (seen(graph%n_nodes), visits(graph%n_nodes), source=0)
+      allocate (direction(n))
       do c = 1, faces%n_cycles
          if (.not. faces%area(c) > 0) cycle
          raw%n = raw%n + 1
@@ -84,7 +85,7 @@ contains
             raw%n_islands(i) = raw%n_islands(i) + 1
             g = next_group(g)
          end do
-         call drop_straight_corners(graph, e0, chain)
+         call drop_straight_corners(graph, e0, visits, chain)
          call store_chain(chain, raw)
          d = graph%position(:, raw%node(raw%offset(i) + 2)) - graph%position(:, raw%node(raw%offset(i) + 1))
          direction(i) = modulo(atan2(d(2), d(1)), 2*pi)
@@ -269,14 +270,19 @@ contains
    end function opens_towards
 
    !> Unlink corners that lie on the straight line between their neighbours.
-   pure subroutine drop_straight_corners(graph, e0, chain)
+   pure subroutine drop_straight_corners(graph, e0, visits, chain)
       type(graph_type), intent(in) :: graph
       real(wp), intent(in) :: e0
+      integer, intent(inout) :: visits(:)      !! (nodes) all 0, before and after
       type(chain_type), intent(inout) :: chain
       real(wp) :: p(2), x(2), q(2), u(2), v(2), length, tolerance
       integer :: k
       do k = 1, chain%n
+         visits(chain%node(k)) = visits(chain%node(k)) + 1
+      end do
+      do k = 1, chain%n
          if (chain%joint(k) /= chain%joint(chain%previous(k)) .or. chain%joint(k) == 0) cycle
+         if (visits(chain%node(k)) > 1) cycle
          p = graph%position(:, chain%node(chain%previous(k)))
          x = graph%position(:, chain%node(k))
          q = graph%position(:, chain%node(chain%next(k)))
@@ -288,7 +294,11 @@ contains
          if (abs(u(1)*v(2) - u(2)*v(1)) > tolerance*length) cycle
          chain%next(chain%previous(k)) = chain%next(k)
          chain%previous(chain%next(k)) = chain%previous(k)
+         visits(chain%node(k)) = 0
          chain%node(k) = 0
+      end do
+      do k = 1, chain%n
+         if (chain%node(k) > 0) visits(chain%node(k)) = 0
       end do
    end subroutine drop_straight_corners
 
