@@ -14,6 +14,8 @@ from concurrent.futures import ThreadPoolExecutor
 from os import cpu_count
 from pathlib import Path
 
+INDENT = 3
+
 
 def continued(line):
     """Does the statement go on in the next line?"""
@@ -29,6 +31,10 @@ def continued(line):
             break
         code += char
     return code.rstrip().endswith("&")
+
+
+def indentation(line):
+    return len(line) - len(line.lstrip(" "))
 
 
 def keep_continuations(old, new):
@@ -50,9 +56,9 @@ def format_file(path):
     before, after = old.split("\n"), run.stdout.split("\n")
     if len(before) != len(after):
         raise ValueError(f"{path}: fprettify changes the number of lines")
-    lines = [
-        line if len(line) <= 120 else same for line, same in zip(keep_continuations(before, after), before, strict=True)
-    ]
+    kept = keep_continuations(before, after)
+    # fprettify moves a line that is too long, or nearly, to the left until it fits: leave it where it is
+    lines = [line if indentation(line) % INDENT == 0 else same for same, line in zip(before, kept, strict=True)]
     return path, old, "\n".join(line.rstrip() for line in lines)
 
 

@@ -101,7 +101,8 @@ contains
       go_on = .true.
       rho = 0
       beta = 0
-      !$omp parallel if(self%splitting%phase(2) > 2) default(none) shared(self, weight, norm, x, reduction, iterations) &
+      !$omp parallel if(self%splitting%phase(2) > 2) default(none) &
+      !$omp shared(self, weight, norm, x, reduction, iterations) &
       !$omp private(i, m, phase, rho_start, rho_new, pq, alpha) firstprivate(rho, beta, go_on)
       !$omp do schedule(static)
       do m = 1, self%splitting%n_groups
