@@ -4,20 +4,19 @@
 !> It lies beside the results: OUT.log for OUT.h5.
 module rockdda_io_log
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : step_record_type, n_energies, energy_names
+   use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
    public :: log_type, log_path
 
    type :: log_type
-      character(len=:), allocatable :: path
-      integer, private :: unit = -1
-      logical, private :: is_open = .false.
+      type(file_sink_type), private :: sink
    contains
       procedure :: open => open_log
       procedure :: put
@@ -53,33 +52,20 @@ contains
       class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      character(len=200) :: reason
-      integer :: status
-      self%path = path
-      reason = ''
-      open (newunit=self%unit, file=path, status='replace', action='write', form='formatted', iostat=status, &
-            iomsg=reason)
-      self%is_open = status == 0
-      if (status /= 0) call make_error(error, error_code%output, path//': cannot write the log ('//trim(reason)//')')
+      call self%sink%open(path, error)
    end subroutine open_log
 
    !> Write one line (or several, separated by line ends).
    subroutine put(self, text, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: text
       type(error_type), allocatable, intent(out) :: error
-      character(len=200) :: reason
-      integer :: status
-      if (.not. self%is_open) return
-      reason = ''
-      write (self%unit, '(a)', iostat=status, iomsg=reason) text
-      if (status == 0) return
-      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      call self%sink%put(text//new_line('a'), error)
    end subroutine put
 
    !> Notes and warnings met while reading and cutting.
    subroutine put_messages(self, messages, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
       integer :: i
@@ -91,7 +77,7 @@ contains
 
    !> Size of the model.
    subroutine put_model(self, blocks, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(error_type), allocatable, intent(out) :: error
       call self%put('model: '//to_string(blocks%n_blocks)//' blocks, '//to_string(blocks%n_vertices())// &
@@ -102,7 +88,7 @@ contains
 
    !> Every number that the run uses.
    subroutine put_parameters(self, parameters, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
       integer :: i
@@ -177,7 +163,7 @@ contains
 
    !> The head of the table of steps.
    subroutine put_columns(self, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: head
       integer :: i
@@ -191,7 +177,7 @@ contains
 
    !> One line of the table: an accepted step.
    subroutine put_step(self, record, parameters, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
@@ -207,29 +193,16 @@ contains
 
    !> Hand the lines to the system.
    subroutine flush_log(self, error)
-      class(log_type), intent(in) :: self
+      class(log_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      character(len=200) :: reason
-      integer :: status
-      if (.not. self%is_open) return
-      reason = ''
-      flush (self%unit, iostat=status, iomsg=reason)
-      if (status == 0) return
-      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      call self%sink%flush(error)
    end subroutine flush_log
 
    !> Finish the log. Nothing happens when none is open.
    subroutine close_log(self, error)
       class(log_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      character(len=200) :: reason
-      integer :: status
-      if (.not. self%is_open) return
-      self%is_open = .false.
-      reason = ''
-      close (self%unit, iostat=status, iomsg=reason)
-      if (status == 0) return
-      call make_error(error, error_code%output, self%path//': cannot write the log ('//trim(reason)//')')
+      call self%sink%close(error)
    end subroutine close_log
 
    !> A real with enough digits to tell values apart.

@@ -9,7 +9,7 @@ module rockdda_io_output_lock
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: output_lock_type
+   public :: output_lock_type, is_same_file, errno_text
 
    type :: output_lock_type
       private
@@ -44,6 +44,11 @@ module rockdda_io_output_lock
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int), value :: handle
       end function c_is_there
+
+      integer(c_int) function c_is_same(one, other) bind(C, name='rockdda_output_is_same')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: one(*), other(*)
+      end function c_is_same
 
       integer(c_int) function c_reserve(handle, bytes) bind(C, name='rockdda_output_reserve')
          import :: c_int, c_long_long
@@ -115,6 +120,12 @@ contains
       class(output_lock_type), intent(in) :: self
       is_held = self%handle >= 0
    end function is_held
+
+   !> Do two paths name one existing file?
+   logical function is_same_file(one, other)
+      character(len=*), intent(in) :: one, other
+      is_same_file = c_is_same(one//c_null_char, other//c_null_char) /= 0
+   end function is_same_file
 
    !> Turn a status of the shim into an error.
    subroutine explain(status, path, error)

@@ -35,6 +35,14 @@ int rockdda_output_is_there(const char *path, int fd)
    return by_name.st_ino == by_handle.st_ino && by_name.st_dev == by_handle.st_dev;
 }
 
+/* Do two paths name one file? */
+int rockdda_output_is_same(const char *one, const char *other)
+{
+   struct stat a, b;
+   if (stat(one, &a) != 0 || stat(other, &b) != 0) return 0;
+   return a.st_ino == b.st_ino && a.st_dev == b.st_dev;
+}
+
 /* Lock an existing file. 0, OUTPUT_BUSY or an errno value. */
 static int lock_existing(const char *path, int *fd)
 {

@@ -2,13 +2,13 @@
 !> What Fortran cannot ask the system: kinds of paths, permissions, directory listings, renaming.
 !> The C side is posix_shim.c.
 module rockdda_io_posix
-   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_null_ptr, c_ptr, &
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_ptr, &
                                            c_associated
    use rockdda_base_kinds, only : i8, wp
    implicit none
    private
    public :: path_kind, get_path_kind, get_file_size, is_readable, is_writable, list_directory
-   public :: rename_file, remove_file, file_name_type, output_type, format_real
+   public :: rename_file, remove_file, file_name_type, format_real
 
    type :: path_kind_enum
       integer :: missing = 0
@@ -23,17 +23,6 @@ module rockdda_io_posix
    type :: file_name_type
       character(len=:), allocatable :: name
    end type file_name_type
-
-   !> A file being written from the beginning. Unlike gfortran's formatted output it notices a full disk.
-   type :: output_type
-      private
-      type(c_ptr) :: file = c_null_ptr
-      logical :: failed = .false.
-   contains
-      procedure :: open => open_output
-      procedure :: write => write_output
-      procedure :: close => close_output
-   end type output_type
 
    interface
       integer(c_int) function c_path_kind(path) bind(C, name='rockdda_posix_path_kind')
@@ -73,23 +62,6 @@ module rockdda_io_posix
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: from(*), to(*)
       end function c_rename
-
-      type(c_ptr) function c_open_output(path) bind(C, name='rockdda_posix_open_output')
-         import :: c_char, c_ptr
-         character(kind=c_char), intent(in) :: path(*)
-      end function c_open_output
-
-      integer(c_int) function c_write(file, text, length) bind(C, name='rockdda_posix_write')
-         import :: c_char, c_int, c_int64_t, c_ptr
-         type(c_ptr), value :: file
-         character(kind=c_char), intent(in) :: text(*)
-         integer(c_int64_t), value :: length
-      end function c_write
-
-      integer(c_int) function c_close_output(file) bind(C, name='rockdda_posix_close_output')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: file
-      end function c_close_output
 
       pure subroutine c_format_real(value, digits, text, size, length) bind(C, name='rockdda_posix_format_real')
          import :: c_char, c_double, c_int
@@ -209,33 +181,5 @@ contains
       call c_format_real(real(value, c_double), int(digits, c_int), buffer, len(buffer, c_int), length)
       text = buffer(1:length)
    end function format_real
-
-   !> Begin a file, or begin it again; ok is false when the system refuses.
-   subroutine open_output(self, path, ok)
-      class(output_type), intent(inout) :: self
-      character(len=*), intent(in) :: path
-      logical, intent(out) :: ok
-      self%file = c_open_output(trim(path)//c_null_char)
-      self%failed = .false.
-      ok = c_associated(self%file)
-   end subroutine open_output
-
-   !> Append bytes; a failure is reported by `close`.
-   subroutine write_output(self, text)
-      class(output_type), intent(inout) :: self
-      character(len=*), intent(in) :: text
-      if (self%failed .or. .not. c_associated(self%file)) return
-      self%failed = c_write(self%file, text, len(text, c_int64_t)) /= 0
-   end subroutine write_output
-
-   !> Finish; ok is false when not everything has reached the disk.
-   subroutine close_output(self, ok)
-      class(output_type), intent(inout) :: self
-      logical, intent(out) :: ok
-      ok = .false.
-      if (.not. c_associated(self%file)) return
-      ok = c_close_output(self%file) == 0 .and. .not. self%failed
-      self%file = c_null_ptr
-   end subroutine close_output
 
 end module rockdda_io_posix

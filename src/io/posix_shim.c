@@ -59,30 +59,6 @@ void rockdda_posix_close_directory(void *directory)
    closedir((DIR *)directory);
 }
 
-/* Write a file from the beginning. gfortran's formatted output does not report a full disk when its buffer is
-   written at the end; these do. open: NULL on failure; write, close: 0 or the error number. */
-void *rockdda_posix_open_output(const char *path)
-{
-   return fopen(path, "wb");
-}
-
-int rockdda_posix_write(void *file, const char *text, int64_t length)
-{
-   return fwrite(text, 1, (size_t)length, (FILE *)file) == (size_t)length ? 0 : (errno != 0 ? errno : EIO);
-}
-
-int rockdda_posix_close_output(void *file)
-{
-   int problem = 0;
-   if (fflush((FILE *)file) != 0)
-      problem = errno;
-   if (problem == 0 && fsync(fileno((FILE *)file)) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP)
-      problem = errno;
-   if (fclose((FILE *)file) != 0 && problem == 0)
-      problem = errno;
-   return problem;
-}
-
 /* A number with so many significant digits ("%.*g"), always with a decimal point; its length. Ten
    times faster than a formatted internal write, which counts for block files of millions of numbers. */
 void rockdda_posix_format_real(double value, int digits, char *text, int size, int *length)

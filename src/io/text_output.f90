@@ -3,8 +3,9 @@
 module rockdda_io_text_output
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_io_file_sink, only : file_sink_type
    use rockdda_io_numbers, only : parse_number, number_status
-   use rockdda_io_posix, only : format_real, output_type, path_kind, get_path_kind, rename_file, remove_file
+   use rockdda_io_posix, only : format_real, path_kind, get_path_kind, rename_file, remove_file
    implicit none
    private
    public :: text_writer_type, exact_text
@@ -12,7 +13,7 @@ module rockdda_io_text_output
    type :: text_writer_type
       character(len=:), allocatable, private :: path       !! the final name
       character(len=:), allocatable, private :: temporary  !! where the lines go
-      type(output_type), private :: output
+      type(file_sink_type), private :: sink
    contains
       procedure :: open => open_writer
       procedure :: line
@@ -26,7 +27,6 @@ contains
       class(text_writer_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      logical :: ok
       self%path = trim(path)
       select case (get_path_kind(path))
       case (path_kind%directory)
@@ -37,15 +37,16 @@ contains
       case default
          self%temporary = self%path  ! a device or a pipe cannot be replaced
       end select
-      call self%output%open(self%temporary, ok)
-      if (.not. ok) call make_error(error, error_code%output, self%path//': cannot be written')
+      call self%sink%open(self%temporary, error, name=self%path)
+      if (allocated(error)) self%temporary = self%path  ! nothing to remove
    end subroutine open_writer
 
    !> Write one line; a failure is reported by `close`.
    subroutine line(self, text)
       class(text_writer_type), intent(inout) :: self
       character(len=*), intent(in) :: text
-      call self%output%write(text//new_line('a'))
+      type(error_type), allocatable :: error
+      call self%sink%put(text//new_line('a'), error)
    end subroutine line
 
    !> Finish: everything is on disk under its final name, or there is an error and the old file is untouched.
@@ -53,13 +54,13 @@ contains
       class(text_writer_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       logical :: ok
-      call self%output%close(ok)
-      if (self%temporary /= self%path) then
-         if (ok) call rename_file(self%temporary, self%path, ok)
-         if (.not. ok) call remove_file(self%temporary)
-      end if
-      if (.not. ok) call make_error(error, error_code%output, self%path//': could not be written (disk full or no '// &
-                                    'permission?)')
+      call self%sink%close(error, sync=.true.)
+      if (self%temporary == self%path) return
+      ok = .not. allocated(error)
+      if (ok) call rename_file(self%temporary, self%path, ok)
+      if (ok) return
+      call remove_file(self%temporary)
+      if (.not. allocated(error)) call make_error(error, error_code%output, self%path//': could not be written')
    end subroutine close_writer
 
    !> The shorter of 15 or 17 significant digits that reads back as the same real, bit for bit.

@@ -1,0 +1,239 @@
+! SPDX-License-Identifier: MIT
+!> rockdda check: every problem of every file, computes nothing.
+module rockdda_app_command_check
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_analysis_input, only : analysis_input_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_model_options, only : run_options_type
+   use rockdda_cutting_cut, only : cut_blocks, cut_report_type
+   use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_io_analysis_file, only : read_analysis_file
+   use rockdda_io_block_file, only : read_block_file
+   use rockdda_io_geometry_file, only : read_geometry_file
+   use rockdda_io_model_folder, only : find_model_files
+   use rockdda_io_namelist_file, only : read_options_file
+   use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_io_results_info, only : results_info_type, read_results_info
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_json, only : json_type
+   use rockdda_app_model_input, only : model_input_type, read_model, recognise_file
+   use rockdda_app_process, only : argument_type, say
+   use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
+   implicit none
+   private
+   public :: run_check
+
+contains
+
+   !> Do the command; returns the exit code.
+   subroutine run_check(line, exit_code)
+      type(command_line_type), intent(in) :: line
+      integer, intent(out) :: exit_code
+      type(argument_type), allocatable :: files(:)
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: error
+      integer, allocatable :: kinds(:)
+      integer :: i
+      logical :: ok
+      logical, allocatable :: readable(:)
+
+      call list_files(line, files, messages, error)
+      allocate (kinds(size(files)), readable(size(files)))
+      do i = 1, size(files)
+         call recognise_file(files(i)%text, kinds(i), messages, readable(i))
+      end do
+      if (is_model_run(kinds)) then
+         call check_together(line, files, kinds, messages, error)
+         readable = readable .and. .not. is_input(kinds)
+      end if
+      do i = 1, size(files)
+         if (readable(i)) call check_alone(line, files(i)%text, kinds(i), messages)
+      end do
+      exit_code = 0
+      if (messages%has_errors() .or. allocated(error)) exit_code = error_code%input
+      if (.not. line%json) call show_messages(messages, merge(severity%error, severity%note, line%quiet))
+      if (line%json) call show_messages(messages, severity%error)
+      if (allocated(error)) call show_error(error)
+      call summarise(line, files, kinds, messages, error, exit_code, ok)
+      if (.not. ok) exit_code = error_code%output
+   end subroutine run_check
+
+   !> The files to check: those named, folders replaced by the model files in them.
+   subroutine list_files(line, files, messages, error)
+      type(command_line_type), intent(in) :: line
+      type(argument_type), allocatable, intent(out) :: files(:)
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: problem
+      character(len=:), allocatable :: model, analysis, config
+      integer :: i
+      allocate (files(0))
+      if (size(line%files) == 0) then
+         call make_error(error, error_code%input, "'rockdda check' needs at least one file; see 'rockdda check --help'")
+         return
+      end if
+      do i = 1, size(line%files)
+         if (get_path_kind(line%files(i)%text) /= path_kind%directory) then
+            call add(line%files(i)%text)
+            cycle
+         end if
+         call find_model_files(line%files(i)%text, model, analysis, config, problem)
+         if (allocated(problem)) then
+            call add_error(problem, messages)
+         else
+            call add(model)
+            call add(analysis)
+            if (allocated(config)) call add(config)
+         end if
+      end do
+
+   contains
+
+      !> One more file.
+      subroutine add(path)
+         character(len=*), intent(in) :: path
+         type(argument_type), allocatable :: more(:)
+         allocate (more(size(files) + 1))
+         more(1:size(files)) = files
+         more(size(more))%text = path
+         call move_alloc(more, files)
+      end subroutine add
+
+   end subroutine list_files
+
+   !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file?
+   pure logical function is_model_run(kinds)
+      integer, intent(in) :: kinds(:)
+      is_model_run = count(kinds == file_kind%geometry .or. kinds == file_kind%blocks) == 1 .and. &
+                     count(kinds == file_kind%analysis) == 1 .and. count(kinds == file_kind%options) <= 1
+   end function is_model_run
+
+   !> Is this kind of file input of a run?
+   elemental logical function is_input(kind)
+      integer, intent(in) :: kind
+      is_input = kind == file_kind%geometry .or. kind == file_kind%blocks .or. kind == file_kind%analysis .or. &
+                 kind == file_kind%options
+   end function is_input
+
+   !> The files of one run, also against each other.
+   subroutine check_together(line, files, kinds, messages, error)
+      type(command_line_type), intent(in) :: line
+      type(argument_type), intent(in) :: files(:)
+      integer, intent(in) :: kinds(:)
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(model_input_type) :: input
+      type(simulation_type) :: sim
+      integer :: i
+      input%config_file = ''
+      do i = 1, size(files)
+         if (kinds(i) == file_kind%analysis) then
+            input%analysis_file = files(i)%text
+         else if (kinds(i) == file_kind%options) then
+            input%config_file = files(i)%text
+         else if (is_input(kinds(i))) then
+            input%model_file = files(i)%text
+            input%model_kind = kinds(i)
+         end if
+      end do
+      call read_model(line, input, messages, error)
+      ! what a run would refuse before its first step
+      if (.not. allocated(error) .and. .not. messages%has_errors()) call sim%init(input%blocks, input%parameters, error)
+   end subroutine check_together
+
+   !> One file on its own.
+   subroutine check_alone(line, path, kind, messages)
+      type(command_line_type), intent(in) :: line
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: kind                  !! one of file_kind%...
+      type(diagnostics_type), intent(inout) :: messages
+      type(geometry_input_type) :: geometry
+      type(block_system_type) :: blocks
+      type(analysis_input_type) :: analysis
+      type(run_options_type) :: options
+      type(cut_report_type) :: report
+      type(results_info_type) :: results
+      type(error_type), allocatable :: error
+      type(origin_type) :: origin
+      integer :: before
+      before = messages%n_errors
+      select case (kind)
+      case (1)
+         call read_geometry_file(path, geometry, messages)
+         if (messages%n_errors == before) call cut_blocks(geometry, blocks, report, messages, error)
+      case (2)
+         call read_analysis_file(path, -1, -1, line%dialect, analysis, messages)
+      case (3)
+         call read_block_file(path, blocks, messages)
+      case (4)
+         call read_options_file(path, options, messages)
+      case (7)
+         call read_results_info(path, results, error)
+      case default
+         origin%file = path
+         call messages%add(severity%error, 'this version cannot check this file, it is of the kind: '// &
+                           kind_name(kind), origin)
+      end select
+      if (allocated(error)) call add_error(error, messages)
+   end subroutine check_alone
+
+   !> Turn an error into messages, one for each that it lists.
+   subroutine add_error(error, messages)
+      type(error_type), intent(in) :: error
+      type(diagnostics_type), intent(inout) :: messages
+      type(origin_type) :: origin
+      integer :: first
+      first = index(error%message, ': error: ')
+      if (first > 0 .and. index(error%message, new_line('a')) == 0) then
+         origin%file = error%message(1:first - 1)
+         call messages%add(severity%error, error%message(first + 9:), origin)
+      else
+         call messages%add(severity%error, error%message)
+      end if
+   end subroutine add_error
+
+   !> Print what was found.
+   subroutine summarise(line, files, kinds, messages, error, exit_code, ok)
+      type(command_line_type), intent(in) :: line
+      type(argument_type), intent(in) :: files(:)
+      integer, intent(in) :: kinds(:)
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
+      integer, intent(in) :: exit_code
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      integer :: i, n_errors
+      if (line%json) then
+         call begin_json(json, line, trim(merge('done ', 'error', exit_code == 0)), exit_code)
+         call json%open('[', 'files')
+         do i = 1, size(files)
+            call json%open('{', '')
+            call json%put('file', files(i)%text)
+            call json%put('kind', kind_name(kinds(i)))
+            call json%close('}')
+         end do
+         call json%close(']')
+         call end_json(json, messages, error, ok)
+         return
+      end if
+      n_errors = messages%n_errors + merge(1, 0, allocated(error))
+      ok = .true.
+      if (size(files) == 0 .and. allocated(error)) return
+      call say(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
+               counted(messages%n_warnings, 'warning'), ok)
+   end subroutine summarise
+
+   !> "1 file", "2 files"
+   pure function counted(n, noun) result(text)
+      integer, intent(in) :: n
+      character(len=*), intent(in) :: noun
+      character(len=:), allocatable :: text
+      text = to_string(n)//' '//noun
+      if (n /= 1) text = text//'s'
+   end function counted
+
+end module rockdda_app_command_check

@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: MIT
+!> rockdda cut: lines to blocks.
+module rockdda_app_command_cut
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_cutting_cut, only : cut_blocks, cut_report_type
+   use rockdda_io_block_writer, only : write_block_file
+   use rockdda_io_geometry_file, only : read_geometry_file
+   use rockdda_io_output_lock, only : is_same_file
+   use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_json, only : json_type
+   use rockdda_app_model_input, only : recognise_file, stem_of
+   use rockdda_app_process, only : say
+   use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
+   implicit none
+   private
+   public :: run_cut
+
+contains
+
+   !> Do the command; returns the exit code.
+   subroutine run_cut(line, exit_code)
+      type(command_line_type), intent(in) :: line
+      integer, intent(out) :: exit_code
+      type(geometry_input_type) :: geometry
+      type(block_system_type) :: blocks
+      type(cut_report_type) :: report
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: output
+      logical :: ok
+
+      call prepare(line, output, messages, error)
+      if (.not. allocated(error) .and. .not. messages%has_errors()) &
+         call read_geometry_file(line%files(1)%text, geometry, messages)
+      if (.not. allocated(error) .and. .not. messages%has_errors()) &
+         call cut_blocks(geometry, blocks, report, messages, error)
+      if (.not. allocated(error) .and. .not. messages%has_errors()) call write_block_file(output, blocks, error)
+      if (allocated(error) .or. messages%has_errors()) then
+         call report_failure(line, messages, error, exit_code)
+         return
+      end if
+      exit_code = 0
+      if (.not. line%quiet) call show_messages(messages, severity%warning)
+      call summarise(line, blocks, report, output, messages, ok)
+      if (.not. ok) exit_code = error_code%output
+   end subroutine run_cut
+
+   !> Look at the arguments: one geometry file, and an output that may be written.
+   subroutine prepare(line, output, messages, error)
+      type(command_line_type), intent(in) :: line
+      character(len=:), allocatable, intent(out) :: output
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(origin_type) :: origin
+      integer :: kind
+      logical :: ok
+      output = line%output
+      if (size(line%files) /= 1) then
+         call make_error(error, error_code%input, "'rockdda cut' needs one geometry file, found "// &
+                         to_string(size(line%files))//"; see 'rockdda cut --help'")
+         return
+      end if
+      call recognise_file(line%files(1)%text, kind, messages, ok)
+      if (.not. ok) return
+      if (kind /= file_kind%geometry) then
+         origin%file = line%files(1)%text
+         call messages%add(severity%error, 'expected a geometry file, this is of the kind: '//kind_name(kind), origin)
+         return
+      end if
+      if (len(output) == 0) output = stem_of(line%files(1)%text)//'.blk'
+      if (get_path_kind(output) /= path_kind%file) return
+      if (is_same_file(output, line%files(1)%text)) then
+         call make_error(error, error_code%input, output//': the output would overwrite the input')
+      else if (.not. line%force) then
+         call make_error(error, error_code%input, output//': the file exists; use --force to overwrite it')
+      end if
+   end subroutine prepare
+
+   !> Print what was done.
+   subroutine summarise(line, blocks, report, output, messages, ok)
+      type(command_line_type), intent(in) :: line
+      type(block_system_type), intent(in) :: blocks
+      type(cut_report_type), intent(in) :: report
+      character(len=*), intent(in) :: output
+      type(diagnostics_type), intent(in) :: messages
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      type(error_type), allocatable :: none
+      character(len=1), parameter :: nl = new_line('a')
+      real(wp) :: difference
+      difference = report%area_sum + report%hole_area - report%enclosed_area
+      if (line%json) then
+         call begin_json(json, line, 'done', 0)
+         call json%put('input', line%files(1)%text)
+         call json%put('output', output)
+         call json%put('blocks', blocks%n_blocks)
+         call json%put('vertices', blocks%n_vertices())
+         call json%put('lines', report%n_lines)
+         call json%put('dropped_lines', report%n_dropped_lines)
+         call json%put('shortened_lines', report%n_shortened_lines)
+         call json%put('islands', report%n_islands)
+         call json%put('holes', report%n_holes)
+         call json%put('area_of_blocks', report%area_sum)
+         call json%put('area_of_holes', report%hole_area)
+         call json%put('enclosed_area', report%enclosed_area)
+         call json%put('area_difference', difference)
+         call json%put('fixed_points', blocks%fixed%n)
+         call json%put('loading_points', blocks%loading%n)
+         call json%put('measured_points', blocks%measured%n)
+         call json%put('bolts', blocks%bolts%n)
+         call end_json(json, messages, none, ok)
+         return
+      end if
+      call say(output//': '//to_string(blocks%n_blocks)//' blocks, '//to_string(blocks%n_vertices())//' vertices'//nl// &
+               'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
+               ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &
+               'lines: '//to_string(report%n_lines)//', dropped '//to_string(report%n_dropped_lines)// &
+               ', shortened '//to_string(report%n_shortened_lines)//nl// &
+               'points: '//to_string(blocks%fixed%n)//' fixed, '//to_string(blocks%loading%n)//' loading, '// &
+               to_string(blocks%measured%n)//' measured; bolts: '//to_string(blocks%bolts%n)//', holes: '// &
+               to_string(report%n_holes)//', islands: '//to_string(report%n_islands), ok)
+   end subroutine summarise
+
+end module rockdda_app_command_cut

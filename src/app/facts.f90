@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: MIT
+!> Named facts about a file, to be printed as text or as JSON.
+module rockdda_app_facts
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_app_json, only : json_type
+   implicit none
+   private
+   public :: facts_type
+
+   integer, parameter :: is_text = 1, is_integer = 2, is_real = 3, is_logical = 4
+
+   type :: fact_type
+      character(len=:), allocatable :: name
+      integer :: type = 0
+      character(len=:), allocatable :: text
+      integer :: whole = 0
+      real(wp) :: number = 0
+      logical :: flag = .false.
+   end type fact_type
+
+   type :: facts_type
+      character(len=:), allocatable :: title       !! the file
+      integer :: n = 0
+      type(fact_type), allocatable, private :: items(:)
+   contains
+      generic :: add => add_text, add_integer, add_real, add_logical
+      procedure :: to_text => facts_to_text
+      procedure :: to_json => facts_to_json
+      procedure, private :: add_text, add_integer, add_real, add_logical, next
+   end type facts_type
+
+contains
+
+   !> Make room for one more and name it.
+   subroutine next(self, name, type)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: type
+      type(fact_type), allocatable :: larger(:)
+      if (.not. allocated(self%items)) allocate (self%items(32))
+      if (self%n == size(self%items)) then
+         allocate (larger(2*self%n))
+         larger(1:self%n) = self%items
+         call move_alloc(larger, self%items)
+      end if
+      self%n = self%n + 1
+      self%items(self%n)%name = name
+      self%items(self%n)%type = type
+   end subroutine next
+
+   !> A text.
+   subroutine add_text(self, name, value)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, value
+      call self%next(name, is_text)
+      self%items(self%n)%text = value
+   end subroutine add_text
+
+   !> A whole number.
+   subroutine add_integer(self, name, value)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value
+      call self%next(name, is_integer)
+      self%items(self%n)%whole = value
+   end subroutine add_integer
+
+   !> A real.
+   subroutine add_real(self, name, value)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      call self%next(name, is_real)
+      self%items(self%n)%number = value
+   end subroutine add_real
+
+   !> Yes or no.
+   subroutine add_logical(self, name, value)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: value
+      call self%next(name, is_logical)
+      self%items(self%n)%flag = value
+   end subroutine add_logical
+
+   !> The file, then one fact a line.
+   function facts_to_text(self) result(text)
+      class(facts_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      character(len=24) :: name
+      integer :: i
+      text = self%title
+      do i = 1, self%n
+         name = blanks_for_underscores(self%items(i)%name)
+         text = text//new_line('a')//'  '//name
+         select case (self%items(i)%type)
+         case (is_text); text = text//self%items(i)%text
+         case (is_integer); text = text//to_string(self%items(i)%whole)
+         case (is_real); text = text//to_string(self%items(i)%number, 10)
+         case default; text = text//trim(merge('yes', 'no ', self%items(i)%flag))
+         end select
+      end do
+   end function facts_to_text
+
+   !> An object with the member `file` and the facts.
+   subroutine facts_to_json(self, json)
+      class(facts_type), intent(in) :: self
+      type(json_type), intent(inout) :: json
+      integer :: i
+      call json%open('{', '')
+      call json%put('file', self%title)
+      do i = 1, self%n
+         associate (item => self%items(i))
+            select case (item%type)
+            case (is_text); call json%put(item%name, item%text)
+            case (is_integer); call json%put(item%name, item%whole)
+            case (is_real); call json%put(item%name, item%number)
+            case default; call json%put(item%name, item%flag)
+            end select
+         end associate
+      end do
+      call json%close('}')
+   end subroutine facts_to_json
+
+   !> Names as people read them.
+   pure function blanks_for_underscores(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=len(name)) :: text
+      integer :: i
+      text = name
+      do i = 1, len(name)
+         if (name(i:i) == '_') text(i:i) = ' '
+      end do
+   end function blanks_for_underscores
+
+end module rockdda_app_facts

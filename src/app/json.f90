@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: MIT
+!> A JSON text, built piece by piece. Text that is not UTF-8 and numbers that JSON lacks are replaced, so that
+!> the result is always valid.
+module rockdda_app_json
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_strings, only : to_string, to_exact_string
+   implicit none
+   private
+   public :: json_type
+
+   type :: json_type
+      character(len=:), allocatable :: text
+      logical, private :: first = .true.       !! no comma before the next member
+   contains
+      procedure :: open                        !! begin an object or array
+      procedure :: close                       !! end it
+      generic :: put => put_text, put_integer, put_long, put_real, put_logical
+      procedure :: put_null
+      procedure, private :: put_text, put_integer, put_long, put_real, put_logical
+      procedure, private :: begin_member
+   end type json_type
+
+contains
+
+   !> Begin '{' or '['; `name` is '' at the top and inside arrays.
+   subroutine open (self, bracket, name)
+      class(json_type), intent(inout) :: self
+      character(len=1), intent(in) :: bracket
+      character(len=*), intent(in) :: name
+      if (.not. allocated(self%text)) self%text = ''
+      call self%begin_member(name)
+      self%text = self%text//bracket
+      self%first = .true.
+   end subroutine open
+
+   !> End an object '}' or array ']'.
+   subroutine close (self, bracket)
+      class(json_type), intent(inout) :: self
+      character(len=1), intent(in) :: bracket
+      self%text = self%text//bracket
+      self%first = .false.
+   end subroutine close
+
+   !> Comma and name of a member.
+   subroutine begin_member(self, name)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      if (.not. self%first) self%text = self%text//', '
+      self%first = .false.
+      if (len(name) > 0) self%text = self%text//quoted(name)//': '
+   end subroutine begin_member
+
+   !> A text.
+   subroutine put_text(self, name, value)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, value
+      call self%begin_member(name)
+      self%text = self%text//quoted(value)
+   end subroutine put_text
+
+   !> A whole number.
+   subroutine put_integer(self, name, value)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value
+      call self%begin_member(name)
+      self%text = self%text//to_string(value)
+   end subroutine put_integer
+
+   !> A long whole number.
+   subroutine put_long(self, name, value)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(in) :: value
+      call self%begin_member(name)
+      self%text = self%text//to_string(value)
+   end subroutine put_long
+
+   !> A real with all its digits; null when it is not finite.
+   subroutine put_real(self, name, value)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      call self%begin_member(name)
+      if (abs(value) <= huge(value)) then
+         self%text = self%text//to_exact_string(value)
+      else
+         self%text = self%text//'null'
+      end if
+   end subroutine put_real
+
+   !> true or false.
+   subroutine put_logical(self, name, value)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: value
+      call self%begin_member(name)
+      self%text = self%text//trim(merge('true ', 'false', value))
+   end subroutine put_logical
+
+   !> Nothing.
+   subroutine put_null(self, name)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      call self%begin_member(name)
+      self%text = self%text//'null'
+   end subroutine put_null
+
+   !> Text between quotes with everything escaped that needs it.
+   pure function quoted(text) result(json)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: json
+      character(len=6*len(text) + 2) :: buffer
+      character(len=6) :: piece
+      integer :: i, n, length, used
+      buffer(1:1) = '"'
+      used = 1
+      i = 1
+      do while (i <= len(text))
+         n = 1
+         piece = text(i:i)
+         length = 1
+         select case (iachar(text(i:i)))
+         case (34, 92)
+            piece = achar(92)//text(i:i)
+            length = 2
+         case (10)
+            piece = achar(92)//'n'
+            length = 2
+         case (9)
+            piece = achar(92)//'t'
+            length = 2
+         case (13)
+            piece = achar(92)//'r'
+            length = 2
+         case (0:8, 11:12, 14:31, 127)
+            write (piece, '(2a,z4.4)') achar(92), 'u', iachar(text(i:i))
+            length = 6
+         case (128:)
+            n = utf8_length(text(i:))
+            if (n > 0) then
+               piece = text(i:i + n - 1)
+               length = n
+            else
+               piece = achar(92)//'ufffd'
+               length = 6
+               n = 1
+            end if
+         end select
+         buffer(used + 1:used + length) = piece(1:length)
+         used = used + length
+         i = i + n
+      end do
+      buffer(used + 1:used + 1) = '"'
+      json = buffer(1:used + 1)
+   end function quoted
+
+   !> Bytes of the well-formed UTF-8 character (beyond ASCII) at the beginning of a text; 0 when there is none.
+   pure integer function utf8_length(text)
+      character(len=*), intent(in) :: text
+      integer :: lead, next, i, n, smallest, largest
+      utf8_length = 0
+      lead = iachar(text(1:1))
+      smallest = 128
+      largest = 191
+      select case (lead)
+      case (194:223)
+         n = 2
+      case (224:239)
+         n = 3
+         if (lead == 224) smallest = 160
+         if (lead == 237) largest = 159
+      case (240:244)
+         n = 4
+         if (lead == 240) smallest = 144
+         if (lead == 244) largest = 143
+      case default
+         return
+      end select
+      if (len(text) < n) return
+      next = iachar(text(2:2))
+      if (next < smallest .or. next > largest) return
+      do i = 3, n
+         next = iachar(text(i:i))
+         if (next < 128 .or. next > 191) return
+      end do
+      utf8_length = n
+   end function utf8_length
+
+end module rockdda_app_json

@@ -1,0 +1,136 @@
+! SPDX-License-Identifier: MIT
+!> The process: arguments, standard streams, signals, exit. Only this module prints and stops.
+module rockdda_app_process
+   use, intrinsic :: iso_c_binding, only : c_int
+   use, intrinsic :: iso_fortran_env, only : int64
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_io_file_sink, only : file_sink_type
+   implicit none
+   private
+   public :: argument_type, get_arguments, start_process, end_process
+   public :: say, complain, show_status, is_terminal
+   public :: watch_signals, seen_signal, set_writing, wall_seconds
+
+   !> One word of the command line.
+   type :: argument_type
+      character(len=:), allocatable :: text
+   end type argument_type
+
+   interface
+      subroutine c_start() bind(C, name='rockdda_process_start')
+      end subroutine c_start
+      subroutine c_exit(code) bind(C, name='rockdda_process_exit')
+         import :: c_int
+         integer(c_int), value :: code
+      end subroutine c_exit
+      subroutine c_watch_signals() bind(C, name='rockdda_process_watch_signals')
+      end subroutine c_watch_signals
+      integer(c_int) function c_signal() bind(C, name='rockdda_process_signal')
+         import :: c_int
+      end function c_signal
+      subroutine c_set_writing(yes) bind(C, name='rockdda_process_set_writing')
+         import :: c_int
+         integer(c_int), value :: yes
+      end subroutine c_set_writing
+      integer(c_int) function c_is_terminal(descriptor) bind(C, name='rockdda_process_is_terminal')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_is_terminal
+   end interface
+
+contains
+
+   !> The command line, without the program's name.
+   subroutine get_arguments(arguments)
+      type(argument_type), allocatable, intent(out) :: arguments(:)
+      integer :: i, n
+      allocate (arguments(command_argument_count()))
+      do i = 1, size(arguments)
+         call get_command_argument(i, length=n)
+         arguments(i)%text = repeat(' ', n)
+         if (n > 0) call get_command_argument(i, arguments(i)%text)
+      end do
+   end subroutine get_arguments
+
+   !> Install the trap for bugs. To be called first.
+   subroutine start_process()
+      call c_start()
+   end subroutine start_process
+
+   !> End the program with an exit code.
+   subroutine end_process(code)
+      integer, intent(in) :: code
+      call c_exit(int(code, c_int))
+   end subroutine end_process
+
+   !> Print to standard output; ok is false when that fails.
+   subroutine say(text, ok)
+      character(len=*), intent(in) :: text
+      logical, intent(out) :: ok
+      call write_stream(1, text//new_line('a'), ok)
+   end subroutine say
+
+   !> Print to standard error.
+   subroutine complain(text)
+      character(len=*), intent(in) :: text
+      logical :: ok
+      call write_stream(2, text//new_line('a'), ok)
+   end subroutine complain
+
+   !> Print to standard error without a line end.
+   subroutine show_status(text)
+      character(len=*), intent(in) :: text
+      logical :: ok
+      call write_stream(2, text, ok)
+   end subroutine show_status
+
+   !> Write to a standard stream at once.
+   subroutine write_stream(stream, text, ok)
+      integer, intent(in) :: stream
+      character(len=*), intent(in) :: text
+      logical, intent(out) :: ok
+      type(file_sink_type) :: sink
+      type(error_type), allocatable :: error
+      call sink%attach(stream, 'standard stream')
+      call sink%put(text, error)
+      if (.not. allocated(error)) call sink%flush(error)
+      ok = .not. allocated(error)
+   end subroutine write_stream
+
+   !> Is standard error a terminal?
+   logical function is_terminal()
+      is_terminal = c_is_terminal(2_c_int) /= 0
+   end function is_terminal
+
+   !> From now on SIGTERM, SIGINT and SIGUSR1 are remembered instead of ending the program. A second SIGINT ends
+   !> it at once, unless output is being written.
+   subroutine watch_signals()
+      call c_watch_signals()
+   end subroutine watch_signals
+
+   !> Name of the stop signal that came first; empty when none came.
+   function seen_signal() result(name)
+      character(len=:), allocatable :: name
+      select case (c_signal())
+      case (0); name = ''
+      case (1); name = 'SIGTERM'
+      case (2); name = 'SIGINT'
+      case default; name = 'SIGUSR1'
+      end select
+   end function seen_signal
+
+   !> Output is being written, or no more.
+   subroutine set_writing(yes)
+      logical, intent(in) :: yes
+      call c_set_writing(merge(1_c_int, 0_c_int, yes))
+   end subroutine set_writing
+
+   !> Seconds on the wall clock since some fixed moment.
+   real(wp) function wall_seconds()
+      integer(int64) :: count, rate
+      call system_clock(count, rate)
+      wall_seconds = real(count, wp)/real(max(1_int64, rate), wp)
+   end function wall_seconds
+
+end module rockdda_app_process

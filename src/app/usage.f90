@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: MIT
+!> The help texts.
+module rockdda_app_usage
+   use rockdda_linear_factory, only : solver_names
+   implicit none
+   private
+   public :: usage_text
+
+   character(len=1), parameter :: nl = new_line('a')
+
+contains
+
+   !> Help on a command, or on the program when the command is ''.
+   pure function usage_text(command) result(text)
+      character(len=*), intent(in) :: command
+      character(len=:), allocatable :: text
+      select case (command)
+      case ('cut'); text = cut_text()
+      case ('run'); text = run_text()
+      case ('check'); text = check_text()
+      case ('info'); text = info_text()
+      case default; text = program_text()
+      end select
+   end function usage_text
+
+   pure function program_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'RockDDA: discontinuous deformation analysis of block systems'//nl// &
+             nl// &
+             'usage: rockdda COMMAND [OPTION…] FILE…'//nl// &
+             nl// &
+             'commands:'//nl// &
+             '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
+             '  run     move the blocks in time and write the results'//nl// &
+             '  check   read input files and list every problem; computes nothing'//nl// &
+             '  info    say what a model, block or result file holds'//nl// &
+             nl// &
+             "'rockdda COMMAND --help' explains a command and gives examples."//nl// &
+             nl// &
+             common_text()// &
+             '  --version         version, compiler, build options, libraries'//nl// &
+             nl// &
+             exit_text()
+   end function program_text
+
+   pure function cut_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda cut MODEL.dc [-o MODEL.blk] [OPTION…]'//nl// &
+             nl// &
+             'Cuts the plane into blocks along the lines of a geometry file and writes a block file. Prints the'//nl// &
+             'number of blocks, a check of the areas, and the lines that were dropped.'//nl// &
+             nl// &
+             'options:'//nl// &
+             '  -o, --output FILE the block file; default: the stem of the geometry file + .blk in the current'//nl// &
+             '                    folder'//nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda cut slope.dc'//nl// &
+             '  rockdda cut slope.dc -o blocks/slope.blk --force'//nl// &
+             '  rockdda cut slope.dc --json | python3 -m json.tool'
+   end function cut_text
+
+   pure function run_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda run MODEL.blk MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
+             '       rockdda run MODEL.dc MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
+             '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
+             nl// &
+             'Moves the blocks in time and writes the results (HDF5) and a log (OUT.log beside OUT.h5). A geometry'//nl// &
+             'file is cut into blocks first. A folder holds one geometry or block file, one analysis file and at'//nl// &
+             'most one namelist file (.nml). Kinds of files are recognised by what is in them.'//nl// &
+             nl// &
+             'options (each but --config has a name in the namelist file; the command line wins):'//nl// &
+             '  -o, --output FILE the results; default: the stem of the analysis file + .h5 in the current folder'//nl// &
+             '  --config FILE     namelist file with run options'//nl// &
+             '  --steps N         number of steps'//nl// &
+             '  --t-end T         end time; the last step is shortened to land on it'//nl// &
+             '  --save-every K    a frame every K steps; default: about 100 frames in the run'//nl// &
+             '  --solver NAME     auto, '//solver_names//nl// &
+             '  --threads N       number of threads; results do not depend on it'//nl// &
+             '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
+             '  --checkpoint-every S'//nl// &
+             '                    seconds between flushes of the results at most (they happen every 2 s anyhow)'//nl// &
+             common_text()// &
+             nl// &
+             'SIGTERM, SIGINT and SIGUSR1 end the run after the current step with everything so far in OUT.h5'//nl// &
+             '(exit 4); a second SIGINT ends it at once.'//nl// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda run slope.dc slope.df'//nl// &
+             '  rockdda run slope.blk slope.df -o out/slope.h5 --steps 2000 --save-every 20'//nl// &
+             '  rockdda run inputs/incline --quiet --json'//nl// &
+             '  rockdda run slope.dc slope.df --config slope.nml --max-wall 3600'
+   end function run_text
+
+   pure function check_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda check FILE… [OPTION…]'//nl// &
+             nl// &
+             'Reads input files (or the model in a folder) and lists every problem with file, line and column.'//nl// &
+             'A geometry and an analysis file together are also checked against each other. Nothing is computed'//nl// &
+             'and nothing is written. The exit code is 0 when there is no error, else 2.'//nl// &
+             nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda check slope.dc'//nl// &
+             '  rockdda check slope.dc slope.df slope.nml'//nl// &
+             '  rockdda check slope.df --dialect peer --json'
+   end function check_text
+
+   pure function info_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda info FILE… [OPTION…]'//nl// &
+             nl// &
+             'Says what geometry, analysis, namelist, block and result files hold.'//nl// &
+             nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda info slope.dc slope.df'//nl// &
+             '  rockdda info slope.h5 --json'
+   end function info_text
+
+   pure function common_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'options of all commands:'//nl// &
+             '  --force           overwrite output that exists'//nl// &
+             '  --quiet           no progress, no warnings; errors and the summary only'//nl// &
+             '  --json            the summary on standard output as JSON'//nl// &
+             '  --dialect NAME    peer or g0: how to read the analysis file; default: by counting its numbers'//nl// &
+             '  --help            this text'//nl
+   end function common_text
+
+   pure function exit_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'exit codes:'//nl// &
+             '  0  done'//nl// &
+             '  1  internal error: a bug, please report it'//nl// &
+             '  2  bad usage or bad input: nothing was computed, nothing overwritten'//nl// &
+             '  3  the computation could not go on; results so far are kept'//nl// &
+             '  4  stopped by a signal or --max-wall; results so far are kept'//nl// &
+             '  5  output could not be written; what was written before is readable'
+   end function exit_text
+
+end module rockdda_app_usage

@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: MIT
+!> What a results file says about itself, without reading the results.
+module rockdda_io_results_info
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_results, only : results_format_version
+   implicit none
+   private
+   public :: results_info_type, read_results_info
+
+   type :: results_info_type
+      character(len=:), allocatable :: title, program_version, created, exit_reason
+      integer :: format_version = 0
+      logical :: complete = .false.
+      integer(i8) :: n_blocks = 0, n_vertices = 0, n_steps = 0, n_frames = 0, n_contact_rows = 0
+      integer(i8) :: n_fixed = 0, n_loading = 0, n_measured = 0
+      integer :: last_step = 0               !! of the history
+      real(wp) :: last_time = 0
+      real(wp) :: first_frame = 0, last_frame = 0   !! times
+   end type results_info_type
+
+contains
+
+   !> Read the summary. An error (code input) when the file is no results file of this format, or is damaged.
+   subroutine read_results_info(path, info, error)
+      character(len=*), intent(in) :: path
+      type(results_info_type), intent(out) :: info
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_file_type) :: file
+      type(error_type), allocatable :: ignored
+      call file%open(path, .false., error)
+      if (allocated(error)) then
+         error%message = path//': error: '//error%message(len(path) + 3:)
+         return
+      end if
+      call read_all(file, info, error)
+      call file%close(ignored)
+      if (allocated(error)) then
+         if (index(error%message, ': error: ') == 0) error%message = path//': error: '//error%message(len(path) + 3:)
+      end if
+   end subroutine read_results_info
+
+   !> Attributes and sizes.
+   subroutine read_all(file, info, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: format
+      integer(i8), allocatable :: shape(:)
+      integer :: complete
+      call file%get_attribute('/', 'format', format, error)
+      if (allocated(error)) then
+         call make_error(error, error_code%input, file%path//': error: this HDF5 file holds no results of RockDDA')
+         return
+      end if
+      if (format /= 'rockdda') then
+         call make_error(error, error_code%input, file%path//": error: this HDF5 file is of the format '"//format// &
+                         "', not results of RockDDA")
+         return
+      end if
+      call file%get_attribute('/', 'format_version', info%format_version, error)
+      if (allocated(error)) return
+      if (info%format_version /= results_format_version) then
+         call make_error(error, error_code%input, file%path//': error: format version '// &
+                         to_string(info%format_version)//' is not known to this program, only '// &
+                         to_string(results_format_version))
+         return
+      end if
+      call file%get_attribute('/', 'title', info%title, error)
+      if (.not. allocated(error)) call file%get_attribute('/', 'program_version', info%program_version, error)
+      if (.not. allocated(error)) call file%get_attribute('/', 'created', info%created, error)
+      if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
+      if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
+      if (allocated(error)) return
+      info%complete = complete /= 0
+      call rows_of('model/block_material', info%n_blocks)
+      call rows_of('model/edge_joint', info%n_vertices)
+      call rows_of('model/fixed_points', info%n_fixed)
+      call rows_of('model/loading_points', info%n_loading)
+      call rows_of('model/measured_points', info%n_measured)
+      call rows_of('history/step', info%n_steps)
+      call rows_of('frames/step', info%n_frames)
+      call rows_of('frames/contact_state', info%n_contact_rows)
+      if (allocated(error)) return
+      call read_ends()
+
+   contains
+
+      !> Length of the last dimension.
+      subroutine rows_of(name, n)
+         character(len=*), intent(in) :: name
+         integer(i8), intent(out) :: n
+         n = 0
+         if (allocated(error)) return
+         call file%get_shape(name, shape, error)
+         if (.not. allocated(error)) n = shape(size(shape))
+      end subroutine rows_of
+
+      !> First and last times.
+      subroutine read_ends()
+         integer, allocatable :: step(:)
+         real(wp), allocatable :: time(:)
+         if (info%n_steps > 0) then
+            call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
+            if (.not. allocated(error)) call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
+            if (allocated(error)) return
+            info%last_step = step(1)
+            info%last_time = time(1)
+         end if
+         if (info%n_frames > 0) then
+            call file%read('frames/time', time, error)
+            if (allocated(error)) return
+            info%first_frame = time(1)
+            info%last_frame = time(size(time))
+         end if
+      end subroutine read_ends
+
+   end subroutine read_all
+
+end module rockdda_io_results_info

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""Cutting, checking, describing; and what the program says to bad input."""
+
+import os
+import unittest
+
+from support import ANALYSIS, GEOMETRY, PEER_ANALYSIS, ProgramTest
+
+
+class Cut(ProgramTest):
+    def test_block_file_goes_to_the_current_folder(self):
+        work = self.path("elsewhere")
+        work.mkdir()
+        outcome = self.run_program("cut", "../block.dc", cwd=work)
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        self.assertTrue(outcome.out.startswith("block.blk: 2 blocks, 8 vertices\n"), outcome.out)
+        self.assertIn("area: blocks 6 + holes 0, enclosed 6, difference", outcome.out)
+        self.assertEqual(self.files(), ["block.dc", "block.df", "elsewhere/block.blk"])
+
+    def test_json(self):
+        data = self.run_program("cut", "block.dc", "-o", "x.blk", "--json").json
+        self.assertEqual(data["blocks"], 2)
+        self.assertEqual(data["output"], "x.blk")
+        # a sum of two areas: rounding only
+        self.assertAlmostEqual(data["area_of_blocks"], 6.0, delta=1e-14)
+        self.assertLess(abs(data["area_difference"]), 1e-14)
+
+    def test_existing_file_needs_force(self):
+        self.write("block.blk", "mine")
+        message = "rockdda: error: block.blk: the file exists; use --force to overwrite it"
+        self.assertFails(self.run_program("cut", "block.dc"), 2, message)
+        self.assertEqual(self.path("block.blk").read_text(), "mine")
+        self.assertEqual(self.run_program("cut", "block.dc", "--force").code, 0)
+        self.assertTrue(self.path("block.blk").read_text().startswith("rockdda-blocks"))
+
+    def test_input_is_never_the_output(self):
+        outcome = self.run_program("cut", "block.dc", "-o", "./block.dc", "--force")
+        self.assertFails(outcome, 2, "rockdda: error: ./block.dc: the output would overwrite the input")
+        self.assertEqual(self.path("block.dc").read_text(), GEOMETRY)
+
+    def test_dropped_lines_are_named(self):
+        text = GEOMETRY.replace("7 4 ", "8 4 ").replace("3 2 3 1 1\n", "3 2 3 1 1\n0.2 0.2 0.4 0.3 1\n")
+        self.write("block.dc", text)
+        outcome = self.run_program("cut", "block.dc")
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("block.dc:16:1: warning: ", outcome.err)
+        self.assertIn("dropped 1", outcome.out)
+        self.assertEqual(self.run_program("cut", "block.dc", "--force", "--quiet").err, "")
+
+    def test_unwritable_output(self):
+        outcome = self.run_program("cut", "block.dc", "-o", "none/x.blk")
+        self.assertFails(outcome, 5, "rockdda: error: none/x.blk: No such file or directory")
+
+    def test_full_disk(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        outcome = self.run_program("cut", "block.dc", "-o", "/dev/full")
+        self.assertFails(outcome, 5, "rockdda: error: /dev/full: No space left on device")
+
+
+class Check(ProgramTest):
+    def test_good_files(self):
+        outcome = self.run_program("check", "block.dc", "block.df")
+        self.assertEqual(outcome.code, 0)
+        self.assertEqual(outcome.out, "2 files checked: 0 errors, 0 warnings\n")
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
+
+    def test_folder(self):
+        outcome = self.run_program("check", ".", "--json")
+        self.assertEqual(outcome.code, 0)
+        kinds = {os.path.basename(f["file"]): f["kind"] for f in outcome.json["files"]}
+        self.assertEqual(kinds, {"block.dc": "geometry file", "block.df": "analysis file"})
+
+    def test_problems_of_all_files_come_together(self):
+        self.write("block.dc", GEOMETRY.replace("1 2 3 2 1\n", "1 2 abcd 2 1\n"))
+        self.write("block.df", ANALYSIS.replace("30 0 0\n", "30 0 -5\n"))
+        self.write("run.nml", "&run steps = 5, stpes = 6 /\n")
+        outcome = self.run_program("check", "block.dc", "block.df", "run.nml", "--quiet")
+        self.assertEqual(outcome.code, 2)
+        places = [line.split(" error: ")[0] for line in outcome.err.splitlines() if " error: " in line]
+        self.assertEqual(sorted(places), ["block.dc:14:5:", "block.df:14:6:", "run.nml:1:17:"])
+        self.assertIn("did you mean 'steps'?", outcome.err)
+        self.assertEqual(outcome.out, "3 files checked: 3 errors, 0 warnings\n")
+
+    def test_materials_are_checked_across_files(self):
+        self.write("block.dc", GEOMETRY.replace("1 2 3 2 1\n", "1 2 3 2 7\n"))
+        outcome = self.run_program("check", "block.dc", "block.df")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material", outcome.err)
+
+    def test_line_shows_the_place(self):
+        self.write("block.df", ANALYSIS.replace("30 0 0\n", "30.0  0.0  abcd\n"))
+        outcome = self.run_program("check", "block.dc", "block.df", "--quiet")
+        self.assertFails(
+            outcome,
+            2,
+            "block.df:14:12: error: tensile strength of joint material 1: expected a number, found 'abcd'",
+            "    30.0  0.0  abcd",
+            "               ^",
+        )
+
+
+class Info(ProgramTest):
+    def test_facts_of_input_files(self):
+        self.run_program("cut", "block.dc")
+        self.write("run.nml", "&run steps = 5 / &output frames = .false. /\n")
+        outcome = self.run_program("info", "block.dc", "block.df", "block.blk", "run.nml", "--json")
+        self.assertEqual(outcome.code, 0)
+        geometry, analysis, blocks, options = outcome.json["files"]
+        self.assertEqual((geometry["kind"], geometry["lines"], geometry["x_max"]), ("geometry file", 7, 4.0))
+        self.assertEqual((analysis["dialect"], analysis["contact_stiffness"]), ("g0", 1e8))
+        self.assertEqual((blocks["blocks"], blocks["area"], blocks["fixed_points"]), (2, 6.0, 2))
+        self.assertEqual((options["&run"], options["&output"]), ("steps", "frames"))
+        text = self.run_program("info", "block.dc").out
+        self.assertIn("\n  loading points          1\n", text)
+
+    def test_missing_file(self):
+        outcome = self.run_program("info", "absent.dc")
+        self.assertFails(outcome, 2, "absent.dc: error: no such file")
+
+
+class BadInput(ProgramTest):
+    """`run` with bad input: the message, exit code 2, and nothing written."""
+
+    def check(self, files, *lines):
+        for name, text in files.items():
+            self.write(name, text)
+        before = self.files()
+        outcome = self.run_program("run", "block.dc", "block.df")
+        errors = [line for line in outcome.err.splitlines() if " error: " in line]
+        self.assertEqual(errors, list(lines))
+        self.assertEqual(outcome.code, 2)
+        self.assertEqual(outcome.out, "")
+        self.assertEqual(self.files(), before)
+
+    def test_missing_files(self):
+        outcome = self.run_program("run", "a.dc", "b.df")
+        self.assertFails(outcome, 2, "a.dc: error: no such file", "b.df: error: no such file")
+
+    def test_directory_for_a_file(self):
+        self.path("folder.df").mkdir()
+        outcome = self.run_program("run", "block.dc", "folder.df")
+        self.assertFails(outcome, 2, "folder.df: error: is a directory, not a file")
+
+    def test_no_permission(self):
+        if os.geteuid() == 0:
+            self.skipTest("root may read everything")
+        self.path("block.df").chmod(0)
+        outcome = self.run_program("run", "block.dc", "block.df")
+        self.assertFails(outcome, 2, "block.df: error: permission denied")
+
+    def test_swapped_files(self):
+        outcome = self.run_program("run", "block.df", "block.dc")
+        self.assertFails(
+            outcome,
+            2,
+            "block.df: error: expected a geometry or block file; the two files are in the wrong order, "
+            "found an analysis file",
+        )
+
+    def test_two_geometries(self):
+        outcome = self.run_program("run", "block.dc", "block.dc")
+        self.assertFails(outcome, 2, "block.dc: error: expected an analysis file, found a geometry file")
+
+    def test_empty_files(self):
+        self.check(
+            {"block.dc": "", "block.df": ""},
+            "block.dc:1:1: error: the file is empty",
+            "block.df:1:1: error: the file is empty",
+        )
+
+    def test_binary_file(self):
+        self.check({"block.df": bytes(range(256))}, "block.df:1:1: error: this is a binary file, not text")
+
+    def test_ddaml(self):
+        self.write("block.dc", "<?xml version='1.0'?>\n<DDA></DDA>\n")
+        self.assertFails(
+            self.run_program("run", "block.dc", "block.df"),
+            2,
+            "block.dc: error: this is a DDAML (XML) file; convert it first with 'rockdda-post convert'",
+        )
+
+    def test_text_for_a_number(self):
+        self.check(
+            {"block.df": ANALYSIS.replace("30 0 0\n", "30 0 none\n")},
+            "block.df:14:6: error: tensile strength of joint material 1: expected a number, found 'none'",
+        )
+
+    def test_not_a_number(self):
+        self.check(
+            {"block.dc": GEOMETRY.replace("1 2 3 2 1\n", "1 2 NaN 2 1\n")},
+            "block.dc:14:5: error: x2 of line 6: expected a number, found 'NaN'",
+        )
+
+    def test_unknown_joint_material(self):
+        self.write("block.dc", GEOMETRY.replace("1 2 3 2 1\n", "1 2 3 2 7\n"))
+        outcome = self.run_program("run", "block.dc", "block.df")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material", outcome.err)
+
+    def test_point_in_no_block(self):
+        self.write("block.dc", GEOMETRY.replace("3.5 0.5 3.5 0.5\n", "9 9 9 9\n"))
+        outcome = self.run_program("run", "block.dc", "block.df")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("block.dc:17:1: error: ", outcome.err)
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
+
+    def test_unknown_option_in_the_namelist(self):
+        self.write("run.nml", "&run\n  stpes = 5\n/\n")
+        outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml")
+        self.assertEqual(outcome.code, 2)
+        self.assertTrue(outcome.err.startswith("run.nml:2:3: error: unknown name 'stpes' in &run"), outcome.err)
+
+    def test_wrong_number_of_values(self):
+        self.write("block.df", PEER_ANALYSIS.replace("30 0 0\n", "30 0\n"))
+        outcome = self.run_program("run", "block.dc", "block.df")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("block.df:", outcome.err)
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
+
+    def test_folder_without_a_model(self):
+        self.path("empty").mkdir()
+        outcome = self.run_program("run", "empty")
+        self.assertEqual(outcome.code, 2)
+        self.assertTrue(outcome.err.startswith("empty: error: "), outcome.err)
+
+    def test_many_errors_are_shown_up_to_fifty(self):
+        lines = "\n".join(f"{i} 0 x 1 1" for i in range(80))
+        text = GEOMETRY.replace("7 4 ", "87 4 ").replace("0 1 0 0 1\n", "0 1 0 0 1\n" + lines + "\n")
+        self.write("block.dc", text)
+        outcome = self.run_program("check", "block.dc")
+        self.assertEqual(outcome.code, 2)
+        self.assertEqual(outcome.err.count(" error: "), 50)
+        self.assertIn("more", outcome.err.splitlines()[-1])
+
+
+if __name__ == "__main__":
+    unittest.main()

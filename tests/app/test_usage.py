@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""Help, version, and mistakes on the command line."""
+
+import json
+import os
+import unittest
+
+from support import ProgramTest
+
+COMMANDS = ["cut", "run", "check", "info"]
+
+
+class Help(ProgramTest):
+    def test_program_help_names_commands_and_exit_codes(self):
+        for arguments in (["--help"], ["-h"], ["help"]):
+            outcome = self.run_program(*arguments)
+            self.assertEqual(outcome.code, 0)
+            self.assertEqual(outcome.err, "")
+            for command in COMMANDS:
+                self.assertIn(f"\n  {command} ", outcome.out)
+            self.assertIn("exit codes:", outcome.out)
+            self.assertLessEqual(max(map(len, outcome.out.splitlines())), 110)
+
+    def test_each_command_has_help_with_examples(self):
+        for command in COMMANDS:
+            outcome = self.run_program(command, "--help")
+            self.assertEqual(outcome.code, 0)
+            self.assertTrue(outcome.out.startswith(f"usage: rockdda {command}"))
+            self.assertIn(f"examples:\n  rockdda {command} ", outcome.out)
+
+    def test_version(self):
+        outcome = self.run_program("--version")
+        self.assertEqual(outcome.code, 0)
+        self.assertRegex(outcome.out, r"^rockdda \d+\.\d+\.\d+\n")
+        for word in ("compiler:", "options:", "HDF5"):
+            self.assertIn(word, outcome.out)
+        data = self.run_program("--version", "--json").json
+        self.assertRegex(data["version"], r"^\d+\.\d+\.\d+$")
+
+
+class Mistakes(ProgramTest):
+    def check(self, arguments, *messages):
+        outcome = self.run_program(*arguments)
+        self.assertFails(outcome, 2, *["rockdda: error: " + m for m in messages])
+        self.assertEqual(outcome.out, "")
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
+
+    def test_nothing(self):
+        outcome = self.run_program()
+        self.assertEqual(outcome.code, 2)
+        self.assertTrue(outcome.err.endswith("\nrockdda: error: no command given\n"))
+
+    def test_unknown_command(self):
+        self.check(["rnu", "x"], "unknown command 'rnu'; did you mean 'run'?")
+        self.check(["explode"], "unknown command 'explode'")
+
+    def test_unknown_option(self):
+        self.check(["run", "--stpes", "4", "a"], "unknown option --stpes; did you mean '--steps'?")
+        self.check(["run", "--zzzzzzzz=4", "a"], "unknown option --zzzzzzzz")
+
+    def test_several_mistakes_are_all_reported(self):
+        self.check(
+            ["run", "--steps", "4.5", "--t-end=soon", "--threads", "0", "--frce"],
+            "option --steps: expected a whole number, found '4.5'",
+            "option --t-end: expected a number, found 'soon'",
+            "option --threads: must be 1 or more, found 0",
+            "unknown option --frce; did you mean '--force'?",
+        )
+
+    def test_missing_and_superfluous_values(self):
+        self.check(["run", "a", "b", "--steps"], "option --steps needs a value")
+        self.check(["run", "a", "b", "--force=yes"], "option --force takes no value")
+        self.check(["run", "a", "b", "--output="], "option --output: expected a file name, found nothing")
+
+    def test_option_of_another_command(self):
+        self.check(["cut", "block.dc", "--steps", "3"], "option --steps does not belong to 'rockdda cut'")
+        self.check(["info", "block.dc", "-o", "x"], "option --output does not belong to 'rockdda info'")
+
+    def test_unknown_dialect(self):
+        self.check(["check", "block.df", "--dialect", "shi"], "option --dialect: 'shi' is neither peer nor g0")
+
+    def test_number_of_files(self):
+        self.check(["cut"], "'rockdda cut' needs one geometry file, found 0; see 'rockdda cut --help'")
+        self.check(
+            ["run", "block.dc"],
+            "'rockdda run' needs a geometry or block file and an analysis file, or one folder with them; "
+            "found 1 file, see 'rockdda run --help'",
+        )
+        self.check(["check"], "'rockdda check' needs at least one file; see 'rockdda check --help'")
+        self.check(["info"], "'rockdda info' needs at least one file; see 'rockdda info --help'")
+
+    def test_unknown_solver(self):
+        self.check(["run", "block.dc", "block.df", "--solver", "magic"], "unknown solver 'magic', expected one of auto, cholmod, pcg, sor, dense")
+
+    def test_json_tells_of_mistakes_too(self):
+        outcome = self.run_program("run", "--stpes", "--json")
+        self.assertEqual(outcome.code, 2)
+        self.assertEqual(outcome.json["exit_code"], 2)
+        self.assertEqual(outcome.json["status"], "error")
+        self.assertIn("--stpes", outcome.json["messages"][0]["message"])
+
+
+class Json(ProgramTest):
+    def test_odd_file_names_are_escaped(self):
+        for name in ['qu"ote\\.dc', "tab\there.dc", "grüße.dc", "newline\n.dc"]:
+            self.write(name, self.path("block.dc").read_bytes())
+            data = self.run_program("info", name, "--json").json
+            self.assertEqual(data["files"][0]["file"], name)
+
+    def test_bytes_that_are_not_utf8_still_give_valid_json(self):
+        name = os.fsdecode(b"latin\xe9.dc")
+        try:
+            self.write(name, "")
+        except OSError:
+            self.skipTest("this file system takes no such names")
+        outcome = self.run_program("info", name, "--json")
+        data = json.loads(outcome.out.encode("utf-8", "surrogateescape").decode("utf-8", "strict"))
+        self.assertEqual(data["files"][0]["file"], "latin\ufffd.dc")
+
+    def test_full_standard_output_is_an_output_error(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        with open("/dev/full", "wb") as full:
+            self.assertEqual(self.run_program("--help", stdout=full).code, 5)
+            self.assertEqual(self.run_program("info", "block.dc", stdout=full).code, 5)
+
+
+if __name__ == "__main__":
+    unittest.main()
