@@ -310,9 +310,10 @@ contains
          if (nesting%face(g) == 0) cycle
          if (of_face(nesting%face(g)) == 0) cycle
          line = graph%line((faces%first(faces%contour(g)) + 1)/2)
-         call messages%add(severity%warning, 'line '//to_string(line)//' belongs to an island: a closed loop inside '// &
-                           'block '//to_string(of_face(nesting%face(g)))//' that touches nothing around it; the block '// &
-                           'is joined to the island by a bridge edge without contacts', geometry%line_origin(line))
+         call messages%add(severity%warning, 'line '//to_string(line)//' belongs to an island: a closed loop '// &
+                           'inside block '//to_string(of_face(nesting%face(g)))// &
+                           ' that touches nothing around it; the block is joined to it by a bridge without contacts', &
+                           geometry%line_origin(line))
       end do
       do i = 1, outlines%n
          if (number(i) == 0 .or. outlines%n_touching(i) == 0) cycle

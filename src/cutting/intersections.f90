@@ -5,13 +5,14 @@
 !> side by side closer than e0 (duplicates, collinear overlaps) do not cross: they meet at their ends, projected
 !> on the other line. An end closer than e0 to a line meets it in any case.
 !>
-!> Each meeting is a candidate for a node, with the number of its two lines that go on beyond it on both sides:
-!> when candidates are merged into one node, the place on most through-going lines wins, so that long straight
-!> lines stay straight and short ends give way. Free ends of lines are candidates of the lowest rank.
+!> Each meeting is a candidate for a node, and so is each end of a line. When candidates are merged into one node, the
+!> place on most lines that go on beyond it on both sides wins, so that long straight lines stay straight and short
+!> ends give way; next the place on most lines; next a crossing or an end before a projected end.
 module rockdda_cutting_intersections
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_grid, only : grid_type, grid_query_type
+   use rockdda_geometry_point_bins, only : point_bins_type
    use rockdda_geometry_segments, only : line_intersection, nearest_parameter, segment_point, distance_to_segment
    implicit none
    private
@@ -22,7 +23,9 @@ module rockdda_cutting_intersections
       real(wp), allocatable :: position(:, :)   !! (2, capacity)
       integer, allocatable :: lines(:, :)       !! (2, capacity) lines i < j that meet; (i, 0): a free end of i
       real(wp), allocatable :: parameter(:, :)  !! (2, capacity) where along them: 0 at the start, 1 at the end
-      integer, allocatable :: rank(:)           !! (capacity) 0 free end; 1 + number of lines that pass through
+      logical, allocatable :: through(:, :)     !! (2, capacity) does the line go on for more than e0 on both sides?
+      logical, allocatable :: foot(:)           !! (capacity) a projected end
+      integer, allocatable :: rank(:)           !! (n) the highest wins
    contains
       procedure, private :: add
    end type meeting_list_type
@@ -59,9 +62,10 @@ contains
       end do
       do i = 1, n
          if (skip(i)) cycle
-         call meetings%add(lines(1:2, i), [i, 0], [0.0_wp, 0.0_wp], 0)
-         call meetings%add(lines(3:4, i), [i, 0], [1.0_wp, 0.0_wp], 0)
+         call meetings%add(lines(1:2, i), [i, 0], [0.0_wp, 0.0_wp], [.false., .false.], .false.)
+         call meetings%add(lines(3:4, i), [i, 0], [1.0_wp, 0.0_wp], [.false., .false.], .false.)
       end do
+      call rank_meetings(e0, meetings)
    end subroutine find_meetings
 
    !> Meetings of two lines.
@@ -107,13 +111,13 @@ contains
             beside = beside .or. hypot(foot(1, a) - foot(1, b), foot(2, a) - foot(2, b)) > e0
          end do
       end do
-      if (crossing .and. .not. beside) call meetings%add(x, [i, j], t, 1 + count(passes(t, length, e0)))
+      if (crossing .and. .not. beside) call meetings%add(x, [i, j], t, passes(t, length, e0), .false.)
       do k = 1, n_feet
          if (crossing .and. .not. beside) then
             d = hypot(foot(1, k) - x(1), foot(2, k) - x(2))
             if (d < e0) cycle
          end if
-         call meetings%add(foot(:, k), [i, j], foot_t(:, k), 1 + count(passes(foot_t(:, k), length, e0)))
+         call meetings%add(foot(:, k), [i, j], foot_t(:, k), passes(foot_t(:, k), length, e0), .true.)
       end do
    end subroutine meet
 
@@ -154,35 +158,92 @@ contains
       passes = t*length > e0 .and. (1 - t)*length > e0
    end function passes
 
+   !> Ranks from the lines that meet in the same place, up to a millionth of e0.
+   pure subroutine rank_meetings(e0, meetings)
+      real(wp), intent(in) :: e0
+      type(meeting_list_type), intent(inout) :: meetings
+      type(point_bins_type) :: places
+      integer, allocatable :: place(:), order(:), n_lines(:), n_through(:), line(:)
+      logical, allocatable :: through(:)
+      real(wp) :: box(4)
+      integer :: n, m, k, i, last
+      logical :: last_through
+      n = meetings%n
+      allocate (meetings%rank(n), place(2*n), line(2*n), through(2*n))
+      if (n == 0) return
+      box = [minval(meetings%position(1, 1:n)), minval(meetings%position(2, 1:n)), &
+             maxval(meetings%position(1, 1:n)), maxval(meetings%position(2, 1:n))]
+      call places%init(box, n, 1.0e-6_wp*e0)
+      do m = 1, n
+         k = places%nearest(meetings%position(:, m), 1.0e-6_wp*e0)
+         if (k == 0) call places%add(meetings%position(:, m), k)
+         place(2*m - 1:2*m) = k
+         line(2*m - 1:2*m) = meetings%lines(:, m)
+         through(2*m - 1:2*m) = meetings%through(:, m)
+      end do
+      ! the different lines of each place: equal ones become neighbours
+      allocate (order(2*n), n_lines(places%n), n_through(places%n))
+      order(:) = sorted_order(line)
+      order(:) = order(sorted_order(place(order)))
+      n_lines = 0
+      n_through = 0
+      last = 0
+      last_through = .false.
+      do i = 1, 2*n
+         k = order(i)
+         if (line(k) == 0) cycle
+         if (line(k) == last .and. i > 1) then
+            if (place(order(i - 1)) == place(k)) then
+               if (through(k) .and. .not. last_through) n_through(place(k)) = n_through(place(k)) + 1
+               last_through = last_through .or. through(k)
+               cycle
+            end if
+         end if
+         last = line(k)
+         last_through = through(k)
+         n_lines(place(k)) = n_lines(place(k)) + 1
+         if (through(k)) n_through(place(k)) = n_through(place(k)) + 1
+      end do
+      do m = 1, n
+         k = place(2*m)
+         meetings%rank(m) = 2000*min(n_through(k), 1000) + 2*min(n_lines(k), 999) + merge(0, 1, meetings%foot(m))
+      end do
+   end subroutine rank_meetings
+
    !> Append a candidate.
-   pure subroutine add(self, position, lines, parameter, rank)
+   pure subroutine add(self, position, lines, parameter, through, foot)
       class(meeting_list_type), intent(inout) :: self
       real(wp), intent(in) :: position(2), parameter(2)
-      integer, intent(in) :: lines(2), rank
+      integer, intent(in) :: lines(2)
+      logical, intent(in) :: through(2), foot
       real(wp), allocatable :: positions(:, :), parameters(:, :)
-      integer, allocatable :: pairs(:, :), ranks(:)
+      integer, allocatable :: pairs(:, :)
+      logical, allocatable :: throughs(:, :), feet(:)
       integer :: n
-      if (.not. allocated(self%rank)) then
-         allocate (self%position(2, 64), self%lines(2, 64), self%parameter(2, 64), self%rank(64))
+      if (.not. allocated(self%foot)) then
+         allocate (self%position(2, 64), self%lines(2, 64), self%parameter(2, 64), self%through(2, 64), self%foot(64))
       end if
       n = self%n
-      if (n == size(self%rank)) then
-         allocate (positions(2, 2*n), parameters(2, 2*n), pairs(2, 2*n), ranks(2*n))
+      if (n == size(self%foot)) then
+         allocate (positions(2, 2*n), parameters(2, 2*n), pairs(2, 2*n), throughs(2, 2*n), feet(2*n))
          positions(:, 1:n) = self%position
          parameters(:, 1:n) = self%parameter
          pairs(:, 1:n) = self%lines
-         ranks(1:n) = self%rank
+         throughs(:, 1:n) = self%through
+         feet(1:n) = self%foot
          call move_alloc(positions, self%position)
          call move_alloc(parameters, self%parameter)
          call move_alloc(pairs, self%lines)
-         call move_alloc(ranks, self%rank)
+         call move_alloc(throughs, self%through)
+         call move_alloc(feet, self%foot)
       end if
       n = n + 1
       self%n = n
       self%position(:, n) = position
       self%parameter(:, n) = parameter
       self%lines(:, n) = lines
-      self%rank(n) = rank
+      self%through(:, n) = through
+      self%foot(n) = foot
    end subroutine add
 
 end module rockdda_cutting_intersections

@@ -56,27 +56,26 @@ contains
       real(wp), intent(in) :: e0               !! merging distance [L]
       type(node_set_type), intent(inout) :: nodes
       type(pieces_type), intent(inout) :: pieces
-      integer, allocatable :: node_of(:), start(:), at(:), member(:), order(:)
+      integer, allocatable :: node_of(:), start(:), at(:), member(:), order(:), by_rank(:)
       real(wp), allocatable :: parameter(:)
       real(wp) :: box(4)
-      integer :: m, rank, node, i, k, n, previous
+      integer :: m, node, i, k, n, previous
       n = meetings%n
       allocate (node_of(n), nodes%key(2, max(16, n)))
       if (n == 0) return
       box = [minval(meetings%position(1, 1:n)), minval(meetings%position(2, 1:n)), &
              maxval(meetings%position(1, 1:n)), maxval(meetings%position(2, 1:n))]
       call nodes%bins%init(box, n, e0)
-      do rank = maxval(meetings%rank(1:n)), 0, -1
-         do m = 1, n
-            if (meetings%rank(m) /= rank) cycle
-            node = nodes%bins%nearest(meetings%position(:, m), e0)
-            if (node == 0) then
-               call nodes%add(meetings%position(:, m), pair_of(m), node)
-            else
-               call nodes%note_pair(node, pair_of(m))
-            end if
-            node_of(m) = node
-         end do
+      by_rank = sorted_order(-meetings%rank)
+      do k = 1, n
+         m = by_rank(k)
+         node = nodes%bins%nearest(meetings%position(:, m), e0)
+         if (node == 0) then
+            call nodes%add(meetings%position(:, m), pair_of(m), node)
+         else
+            call nodes%note_pair(node, pair_of(m))
+         end if
+         node_of(m) = node
       end do
 
       ! meetings by line, in the order along it

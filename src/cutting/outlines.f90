@@ -57,7 +57,7 @@ contains
       integer, allocatable :: first_group(:), next_group(:), order(:), seen(:), visits(:)
       real(wp), allocatable :: direction(:)
       real(wp) :: d(2)
-      integer :: c, g, k, i, n, total, first
+      integer :: c, g, k, i, n, total, first, from, to
       ! islands of each face from left to right, as lists
       allocate (first_group(faces%n_cycles), next_group(faces%n_groups), source=0)
       do k = faces%n_groups, 1, -1
@@ -102,27 +102,19 @@ contains
       outlines%face = raw%face(order)
       do k = 1, n
          i = order(k)
-         total = raw%offset(i + 1) - raw%offset(i)
-         outlines%offset(k + 1) = outlines%offset(k) + total
-         outlines%node(outlines%offset(k) + 1:outlines%offset(k + 1)) = raw%node(raw%offset(i) + 1:raw%offset(i + 1))
-         outlines%joint(outlines%offset(k) + 1:outlines%offset(k + 1)) = raw%joint(raw%offset(i) + 1:raw%offset(i + 1))
-         outlines%area(k) = polygon_area(graph%position(:, outlines%node(outlines%offset(k) + 1:outlines%offset(k + 1))))
-         do g = outlines%offset(k) + 1, outlines%offset(k + 1)
+         from = outlines%offset(k) + 1
+         to = outlines%offset(k) + raw%offset(i + 1) - raw%offset(i)
+         outlines%offset(k + 1) = to
+         outlines%node(from:to) = raw%node(raw%offset(i) + 1:raw%offset(i + 1))
+         outlines%joint(from:to) = raw%joint(raw%offset(i) + 1:raw%offset(i + 1))
+         outlines%area(k) = polygon_area(graph%position(:, outlines%node(from:to)))
+         do g = from, to
             if (seen(outlines%node(g)) == k) outlines%n_touching(k) = outlines%n_touching(k) + 1
             seen(outlines%node(g)) = k
          end do
          ! both ends of every bridge are visited twice, and touch nothing
-         outlines%n_touching(k) = outlines%n_touching(k) - count_bridge_ends(k)
+         outlines%n_touching(k) = outlines%n_touching(k) - count(outlines%joint(from:to) == 0)
       end do
-
-   contains
-
-      !> Repeated visits that polygon k owes to its bridges: one for each end.
-      pure integer function count_bridge_ends(k)
-         integer, intent(in) :: k
-         count_bridge_ends = count(outlines%joint(outlines%offset(k) + 1:outlines%offset(k + 1)) == 0)
-      end function count_bridge_ends
-
    end subroutine make_outlines
 
    !> Append a closed chain with the corners of a cycle; `first` is its first entry.

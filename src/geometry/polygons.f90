@@ -90,7 +90,7 @@ contains
    pure logical function point_in_polygon(point, vertices)
       real(wp), intent(in) :: point(2)
       real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, either direction
-      real(wp) :: x1, y1, x2, y2
+      real(wp) :: x1, y1, x2, y2, f
       integer :: k, n
       n = size(vertices, 2)
       point_in_polygon = .false.
@@ -101,7 +101,10 @@ contains
          y2 = vertices(2, k) - point(2)
          ! half-open rule: an edge owns its lower end only, so a ray through a corner counts once
          if ((y1 > 0) .neqv. (y2 > 0)) then
-            if ((x1*y2 - x2*y1 > 0) .eqv. (y2 > y1)) point_in_polygon = .not. point_in_polygon
+            f = x1*y2 - x2*y1
+            if (y2 < y1) f = -f
+            ! the same answer for an edge and for its way back: a bridge has no effect, even on points on it
+            if (f > 0) point_in_polygon = .not. point_in_polygon
          end if
          x1 = x2
          y1 = y2
