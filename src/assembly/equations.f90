@@ -109,7 +109,7 @@ contains
    subroutine assemble(self)
       class(equations_type), intent(inout) :: self
       integer :: i
-      !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > 500)
+      !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > 4000)
       do i = 1, self%n_blocks
          call assemble_row(i, self%start(i) + 1, self%start(i + 1), self%matrix%row_start(i), &
                            self%matrix%row_start(i + 1) - 1, self)

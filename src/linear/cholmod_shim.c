@@ -14,22 +14,36 @@ typedef struct {
    cholmod_dense *x, *y, *e;   /* workspace of cholmod_l_solve2 */
    void (*set_threads)(int);   /* OpenBLAS, when that is the BLAS in use */
    int (*get_threads)(void);
+   void (*set_levels)(int);    /* OpenMP, when CHOLMOD brings it along */
+   int (*get_levels)(void);
 } solver_t;
 
 /* BLAS threads would change the order of sums: one thread while we are inside. */
-static int one_blas_thread(const solver_t *s)
+/* Settings to go back to after a call. */
+typedef struct {
+   int blas, levels;
+} threads_t;
+
+/* One thread inside CHOLMOD: sums in one order, and no team of four woken for a few small supernodes (CHOLMOD asks
+ * OpenMP for a fixed number of threads whatever the program's own number is). */
+static threads_t one_thread(const solver_t *s)
 {
-   int before = 1;
+   threads_t before = {1, -1};
    if (s->set_threads && s->get_threads) {
-      before = s->get_threads();
-      if (before != 1) s->set_threads(1);
+      before.blas = s->get_threads();
+      if (before.blas != 1) s->set_threads(1);
+   }
+   if (s->set_levels && s->get_levels) {
+      before.levels = s->get_levels();
+      s->set_levels(0);
    }
    return before;
 }
 
-static void restore_blas_threads(const solver_t *s, int before)
+static void restore_threads(const solver_t *s, threads_t before)
 {
-   if (before != 1) s->set_threads(before);
+   if (before.blas != 1) s->set_threads(before.blas);
+   if (before.levels >= 0) s->set_levels(before.levels);
 }
 
 static cholmod_sparse lower_matrix(int64_t n, const int64_t *p, const int64_t *i, const double *x)
@@ -64,6 +78,8 @@ void *rockdda_cholmod_new(void)
    s->common.quick_return_if_not_posdef = 1;
    s->set_threads = (void (*)(int))dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
    s->get_threads = (int (*)(void))dlsym(RTLD_DEFAULT, "openblas_get_num_threads");
+   s->set_levels = (void (*)(int))dlsym(RTLD_DEFAULT, "omp_set_max_active_levels");
+   s->get_levels = (int (*)(void))dlsym(RTLD_DEFAULT, "omp_get_max_active_levels");
    return s;
 }
 
@@ -126,10 +142,11 @@ int rockdda_cholmod_factorize(void *handle, int64_t n, const int64_t *p, const i
 {
    solver_t *s = handle;
    cholmod_sparse a = lower_matrix(n, p, i, x);
-   int threads = one_blas_thread(s), ok;
+   threads_t threads = one_thread(s);
+   int ok;
    *failed = -1;
    ok = cholmod_l_factorize(&a, s->factor, &s->common);
-   restore_blas_threads(s, threads);
+   restore_threads(s, threads);
    if (!ok) return s->common.status;
    if (s->factor->minor < (size_t)n) {
       *failed = ((SuiteSparse_long *)s->factor->Perm)[s->factor->minor];
@@ -143,7 +160,8 @@ int rockdda_cholmod_solve(void *handle, int64_t n, const double *b, double *x)
 {
    solver_t *s = handle;
    cholmod_dense rhs;
-   int threads = one_blas_thread(s), ok;
+   threads_t threads = one_thread(s);
+   int ok;
    memset(&rhs, 0, sizeof rhs);
    rhs.nrow = rhs.d = rhs.nzmax = (size_t)n;
    rhs.ncol = 1;
@@ -151,7 +169,7 @@ int rockdda_cholmod_solve(void *handle, int64_t n, const double *b, double *x)
    rhs.xtype = CHOLMOD_REAL;
    rhs.dtype = CHOLMOD_DOUBLE;
    ok = cholmod_l_solve2(CHOLMOD_A, s->factor, &rhs, NULL, &s->x, NULL, &s->y, &s->e, &s->common);
-   restore_blas_threads(s, threads);
+   restore_threads(s, threads);
    if (!ok) return s->common.status ? s->common.status : CHOLMOD_INVALID;
    memcpy(x, s->x->x, (size_t)n*sizeof *x);
    return CHOLMOD_OK;

@@ -39,7 +39,7 @@ contains
 
       call equations%set_size(blocks%n_blocks, table%n + blocks%bolts%n)
       !$omp parallel do default(none) shared(table, state, topology, equations) &
-      !$omp private(c, a, b, gap, normal, tangent) if (table%n > 500)
+      !$omp private(c, a, b, gap, normal, tangent) if (table%n > 4000)
       do c = 1, table%n
          a = table%block_a(c)
          b = table%block_b(c)
@@ -158,7 +158,7 @@ contains
       type(open_close_type), intent(inout) :: trial
       type(bolt_round_type), intent(inout) :: bolts
       integer :: c, l
-      !$omp parallel do default(none) shared(table, equations, trial) private(c) if (table%n > 500)
+      !$omp parallel do default(none) shared(table, equations, trial) private(c) if (table%n > 4000)
       do c = 1, table%n
          trial%gap(c) = table%gap(c) + &
                         (dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c))) + &

@@ -109,7 +109,7 @@ contains
                                     - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
       end do
       !$omp parallel do default(none) shared(blocks, parameters, matrices, dt, d, state, exact) &
-      !$omp private(i, first, last, m_old, m_new, v, spin) if (blocks%n_blocks > 500)
+      !$omp private(i, first, last, m_old, m_new, v, spin) if (blocks%n_blocks > 4000)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
