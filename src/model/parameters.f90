@@ -23,7 +23,7 @@ module rockdda_model_parameters
       real(wp) :: k01 = 1                     !! share of the velocity carried into the next step
       real(wp) :: dt_max = 0, dt_min = 0      !! [time]
       real(wp) :: cut_factor = 0.3_wp         !! step is multiplied by this when cut
-      integer :: max_open_close = 6           !! rounds per attempt
+      integer :: max_open_close = 20          !! rounds per attempt
       real(wp) :: displacement_ratio = 0      !! g2
       real(wp) :: w0 = 0                      !! half the model's height or larger extent [length]
       logical :: exact_rotation = .true.

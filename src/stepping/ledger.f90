@@ -29,7 +29,7 @@ module rockdda_stepping_ledger
       real(wp) :: total(n_energies) = 0     !! as in step_record_type%energy
       real(wp) :: at_start = 0              !! kinetic + strain + gravity + springs at time 0
       real(wp) :: contact_energy = 0        !! in contact springs at the end of the last step
-      real(wp) :: fixed_energy = 0          !! in the springs of fixed points
+      real(wp), allocatable :: fixed_energy(:) !! (nf) in the springs of fixed points
       real(wp) :: bolt_energy = 0           !! in bolts
    contains
       procedure :: start
@@ -67,7 +67,8 @@ contains
       integer :: l
       self%total = 0
       self%contact_energy = 0
-      self%fixed_energy = 0
+      if (allocated(self%fixed_energy)) deallocate (self%fixed_energy)
+      allocate (self%fixed_energy(blocks%fixed%n), source=0.0_wp)
       self%bolt_energy = 0
       call stored_energies(blocks, matrices, state, self%total(energy%kinetic), self%total(energy%strain))
       do l = 1, blocks%bolts%n
@@ -200,25 +201,27 @@ contains
       real(wp), intent(inout) :: bolt_plastic(:)  !! (bolts) yielded elongation
       real(wp) :: x0(2), x1(2), stored, lost, external, start_energy, end_energy, plastic, force, yielded
       integer :: p, b, l
-      start_energy = 0
-      end_energy = 0
       fixed_force = 0
       do p = 1, blocks%fixed%n
-         if (released(p)) cycle
+         if (released(p)) then
+            ! what its spring held when it was let go is gone
+            call add(self, energy%discarded, self%fixed_energy(p))
+            self%fixed_energy(p) = 0
+            cycle
+         end if
          b = blocks%fixed%block(p)
          x0 = state%fixed_position(:, p) - blocks%fixed%position(:, p) - loads%target_start(:, p)
          x1 = x0 + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
               - (loads%target_end(:, p) - loads%target_start(:, p))
          call support_energy(parameters%fixed_stiffness, x0, x1, loads%target_end(:, p) - loads%target_start(:, p), &
                              stored, lost, external)
-         start_energy = start_energy + 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
-         end_energy = end_energy + 0.5_wp*parameters%fixed_stiffness*(x1(1)**2 + x1(2)**2)
+         start_energy = 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
+         call add(self, energy%geometry, start_energy - self%fixed_energy(p))
+         self%fixed_energy(p) = start_energy + stored
          call add(self, energy%dissipated, lost)
          call add(self, energy%external, external)
          fixed_force(:, p) = -parameters%fixed_stiffness*x1
       end do
-      call add(self, energy%geometry, start_energy - self%fixed_energy)
-      self%fixed_energy = end_energy
       start_energy = 0
       end_energy = 0
       do l = 1, blocks%bolts%n
@@ -249,7 +252,7 @@ contains
    !> Sum up the springs and close the balance.
    pure subroutine close_step(self)
       class(ledger_type), intent(inout) :: self
-      self%total(energy%springs) = self%contact_energy + self%fixed_energy + self%bolt_energy
+      self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)
