@@ -39,7 +39,9 @@ module rockdda_app_command_run
       type(log_type) :: log
       type(frame_plan_type) :: plan
       type(progress_type) :: progress
-      integer :: n_frames = 0, last_frame = -1, last_logged = -1
+      logical :: write_frames = .true.
+      integer :: n_frames = 0                      !! in the file
+      integer :: last_frame = -1, last_logged = -1 !! steps
       real(wp) :: start = 0                        !! wall clock
       character(len=:), allocatable :: reason      !! 'finished' or why it stopped
       real(wp), allocatable :: force(:, :)         !! scratch: contact forces
@@ -64,14 +66,15 @@ contains
          !$ if (is_set(input%options%threads)) call omp_set_num_threads(input%options%threads)
          call run%sim%init(input%blocks, input%parameters, error)
       end if
-      ! nothing has been written so far, and nothing is when the input is bad
+      ! nothing has been written so far, and nothing is when the input is bad; from here on a signal ends the run in
+      ! order
+      call watch_signals()
       if (.not. allocated(error) .and. .not. messages%has_errors()) call begin_output(line, input, messages, run, error)
       if (allocated(error) .or. messages%has_errors()) then
          call report_failure(line, messages, error, exit_code)
          return
       end if
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call watch_signals()
       call run%progress%begin(line%quiet)
       call step_until_done(input, run, error)
       call run%progress%finish()
@@ -134,6 +137,7 @@ contains
       run%log_file = log_path(run%output)
       call run%log%open(run%log_file, error)
       if (.not. allocated(error)) call write_log_head(input, messages, header, run, error)
+      run%write_frames = header%frames
       run%plan = new_frame_plan(input%options, input%parameters)
       if (.not. allocated(error)) call save_frame(run, error)
       if (.not. allocated(error)) call run%results%flush(error)
@@ -225,9 +229,10 @@ contains
    subroutine save_frame(run, error)
       type(running_type), intent(inout) :: run
       type(error_type), allocatable, intent(out) :: error
+      run%last_frame = run%sim%state%step
+      if (.not. run%write_frames) return
       call run%sim%contact_forces(run%force)
       call run%results%append_frame(run%sim%state, run%sim%contacts, run%force, error)
-      run%last_frame = run%sim%state%step
       run%n_frames = run%n_frames + 1
    end subroutine save_frame
 
