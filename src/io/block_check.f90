@@ -4,23 +4,29 @@ module rockdda_io_block_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_geometry_simplicity, only : find_crossing
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_io_record_reader, only : largest_coordinate
    use rockdda_io_tokens, only : token_list_type
    implicit none
    private
-   public :: check_blocks, polygon_area
+   public :: check_blocks
+
+   !> Edges that cross by less than this part of a block's size are taken for touching: files may carry six digits.
+   real(wp), parameter :: few_digits = 1.0e-5_wp
 
 contains
 
-   !> Polygons have three vertices or more, run counter-clockwise around an area, and every number is in range.
+   !> Polygons have three vertices or more, run counter-clockwise around an area without crossing
+   !> themselves, and every number is in range.
    subroutine check_blocks(blocks, tokens, block_token, messages)
       type(block_system_type), intent(in) :: blocks
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: block_token(:)     !! (n_blocks) where each block begins in the file
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i, first, last
-      real(wp) :: area
+      integer :: i, first, last, one, other
+      real(wp) :: area, tolerance
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
@@ -30,8 +36,14 @@ contains
             call report('a coordinate is larger than '//to_string(largest_coordinate))
          else
             area = polygon_area(blocks%vertices(:, first:last))
-            if (.not. area > 0) call report('its vertices must run counter-clockwise around an area greater than '// &
-                                            '0, found area '//to_string(area))
+            tolerance = max(blocks%edge_node_distance, few_digits*sqrt(abs(area)))
+            call find_crossing(blocks%vertices(:, first:last), tolerance, one, other)
+            if (.not. area > 0) then
+               call report('its vertices must run counter-clockwise around an area greater than 0, found area '// &
+                           to_string(area))
+            else if (one > 0) then
+               call report('its edges '//to_string(one)//' and '//to_string(other)//' cross')
+            end if
          end if
          if (blocks%block_material(i) < 1) call report('material must be at least 1, found '// &
                                                        to_string(blocks%block_material(i)))
@@ -66,18 +78,5 @@ contains
       end subroutine check_points
 
    end subroutine check_blocks
-
-   !> Area of a polygon, positive when counter-clockwise; relative to its first vertex to keep digits.
-   pure real(wp) function polygon_area(vertices)
-      real(wp), intent(in) :: vertices(:, :)   !! (2, n)
-      real(wp) :: a(2), b(2)
-      integer :: k
-      polygon_area = 0
-      do k = 2, size(vertices, 2) - 1
-         a = vertices(:, k) - vertices(:, 1)
-         b = vertices(:, k + 1) - vertices(:, 1)
-         polygon_area = polygon_area + 0.5_wp*(a(1)*b(2) - a(2)*b(1))
-      end do
-   end function polygon_area
 
 end module rockdda_io_block_check

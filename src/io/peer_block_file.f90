@@ -11,8 +11,8 @@ module rockdda_io_peer_block_file
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_geometry_polygons, only : polygon_area
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_io_block_check, only : polygon_area
    use rockdda_io_counting, only : plain_numbers
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_record_reader, only : record_reader_type
