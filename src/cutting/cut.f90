@@ -121,15 +121,19 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(diagnostics_type) :: found
       integer :: i
-      if (.not. ieee_is_finite(geometry%edge_node_distance) .or. geometry%edge_node_distance < 0) &
+      logical :: usable
+      usable = ieee_is_finite(geometry%edge_node_distance)
+      if (usable) usable = geometry%edge_node_distance >= 0
+      if (.not. usable) &
          call found%add(severity%error, 'edge-node distance must be 0 or more, found '// &
                         to_string(geometry%edge_node_distance))
       do i = 1, size(geometry%lines, 2)
-         if (.not. all(ieee_is_finite(geometry%lines(:, i)))) &
+         if (.not. all(ieee_is_finite(geometry%lines(:, i)))) then
             call found%add(severity%error, 'line '//to_string(i)//' has an end that is not finite', &
                            geometry%line_origin(i))
-         if (any(abs(geometry%lines(:, i)) > 1.0e100_wp)) &
+         else if (any(abs(geometry%lines(:, i)) > 1.0e100_wp)) then
             call found%add(severity%error, 'line '//to_string(i)//' has an end beyond 1e100', geometry%line_origin(i))
+         end if
          if (geometry%line_joint(i) < 1) &
             call found%add(severity%error, 'line '//to_string(i)//': joint material must be 1 or more, found '// &
                            to_string(geometry%line_joint(i)), geometry%line_origin(i))
