@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda run: blocks move in time.
 module rockdda_app_command_run
-   !$ use omp_lib, only : omp_set_num_threads
+!$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -63,7 +63,7 @@ contains
       if (.not. allocated(error) .and. .not. messages%has_errors()) call read_model(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call choose_output(line, input, run%output, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
-         !$ if (is_set(input%options%threads)) call omp_set_num_threads(input%options%threads)
+!$       if (is_set(input%options%threads)) call omp_set_num_threads(input%options%threads)
          call run%sim%init(input%blocks, input%parameters, error)
       end if
       ! nothing has been written so far, and nothing is when the input is bad; from here on a signal ends the run in

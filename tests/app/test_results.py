@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What `rockdda run` leaves: every dataset and attribute of the results file, the log, the summary, the options."""
 
+import itertools
 import os
 import unittest
 from pathlib import Path
@@ -150,7 +151,7 @@ class Layout(ResultsTest):
         offset, vertices = data["model/vertex_offset"], data["model/vertices"]
         self.assertEqual((offset[0], offset[-1]), (0, len(vertices)))
         self.assertTrue((np.diff(offset) >= 3).all())
-        for i, (first, last) in enumerate(zip(offset[:-1], offset[1:])):
+        for i, (first, last) in enumerate(itertools.pairwise(offset)):
             x, y = vertices[first:last].T
             cross = x * np.roll(y, -1) - np.roll(x, -1) * y
             area = cross.sum() / 2
@@ -164,7 +165,7 @@ class Layout(ResultsTest):
             points = data[f"model/{kind}_points"]
             self.assertEqual(owners.dtype.str, INTEGER)
             self.assertEqual(owners.shape, (len(points),))
-            for owner, point in zip(owners, points):
+            for owner, point in zip(owners, points, strict=True):
                 corners = vertices[offset[owner] : offset[owner + 1]]
                 self.assertTrue((corners.min(axis=0) <= point).all() and (point <= corners.max(axis=0)).all())
         # the start
@@ -198,7 +199,7 @@ class Layout(ResultsTest):
             if step > 0:
                 numbers = np.bincount(state[rows], minlength=3)
                 self.assertEqual(numbers.tolist(), data["history/contacts"][step - 1].tolist())
-            for (a, _), p in zip(blocks[rows], point[rows]):
+            for (a, _), p in zip(blocks[rows], point[rows], strict=True):
                 corners = data["frames/vertices"][k, first[a] : first[a + 1]]
                 self.assertTrue((corners == p).all(axis=1).any(), "a vertex of the first block")
 
@@ -249,9 +250,9 @@ class Values(ResultsTest):
         first, last = data["frames/contact_offset"][-2:]
         weight = 24525 * data["model/block_area"]
         sums = np.zeros((6, 2))
-        for (a, b), force in zip(data["frames/contact_blocks"][first:last], data["frames/contact_force"][first:last]):
-            sums[a] += force
-            sums[b] -= force
+        blocks, force = data["frames/contact_blocks"][first:last], data["frames/contact_force"][first:last]
+        np.add.at(sums, blocks[:, 0], force)
+        np.subtract.at(sums, blocks[:, 1], force)
         sums[:, 1] -= weight
         support = data["history/fixed_force"][-1]
         sums[0] += support.sum(axis=0)
@@ -274,7 +275,7 @@ class Values(ResultsTest):
         steps = np.linalg.norm(np.diff(data["frames/vertices"], axis=0), axis=2).max(axis=1)
         # differences of coordinates of about 5: rounding
         self.assertLess(np.abs(data["history/max_displacement"] - steps).max(), 1e-13)
-        energy = dict(zip(ENERGY_COLUMNS, data["history/energy"].T))
+        energy = dict(zip(ENERGY_COLUMNS, data["history/energy"].T, strict=True))
         block = 1 + int(np.argmin(data["model/block_area"][1:]))
         velocity = data["frames/velocity"][1:, block]
         kinetic = 2500 / 2 * (velocity[:, :2] ** 2).sum(axis=1)
@@ -369,7 +370,7 @@ class Options(ResultsTest):
         self.assertEqual(two["input/geometry"].decode(), self.path("block.blk").read_text())
 
     def test_input_texts_are_kept(self):
-        text = GEOMETRY.replace("# e0", "# kleinster Abstand: größer als 0\t").replace("\n", "\r\n")
+        text = GEOMETRY.replace("# e0", "# plus petit écart, supérieur à 0\t").replace("\n", "\r\n")
         self.write("block.dc", text)
         self.write("run.nml", "! nothing\n&run steps = 2 /")
         data, _ = self.run_model("block.dc", "block.df", "--config", "run.nml")
@@ -499,9 +500,9 @@ class Report(ResultsTest):
 
     def logged(self):
         lines = self.path("out.log").read_text().splitlines()
-        rows = [line.split() for line in lines[next(i for i, l in enumerate(lines) if l.startswith("#")) + 1 : -1]]
         self.assertTrue(lines[-1].startswith("end: finished after "))
-        return rows
+        head = [line.startswith("#") for line in lines].index(True)
+        return [line.split() for line in lines[head + 1 : -1]]
 
     def test_log_has_a_line_for_each_reported_step(self):
         data, _ = self.run_model("block.dc", "block.df")
