@@ -268,8 +268,9 @@ contains
       if (allocated(error)) call show_error(error)
       if (exit_code == error_code%stopped) call complain('rockdda: stopped ('//run%reason//') after step '// &
          to_string(run%sim%state%step)//'; the results so far are kept, this version cannot resume them')
-      if (exit_code == error_code%computation .or. exit_code == error_code%output) call complain('rockdda: the '// &
-         'results up to the last flush are kept in '//run%output)
+      if ((exit_code == error_code%computation .or. exit_code == error_code%output) .and. &
+          get_path_kind(run%output) == path_kind%file) &
+         call complain('rockdda: the results up to the last flush are kept in '//run%output)
       call summarise(line, run, messages, error, exit_code, ok)
       if (.not. ok .and. exit_code == 0) exit_code = error_code%output
 

@@ -13,7 +13,8 @@ module rockdda_io_hdf5_adapter
       H5S_UNLIMITED_F, H5T_CSET_UTF8_F, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STD_I32LE, &
       H5T_STRING, h5aclose_f, h5acreate_f, h5aexists_f, h5aget_space_f, h5aget_type_f, h5aopen_f, h5aread_f, &
       h5awrite_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, &
-      h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
+      h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_filesize_f, &
+      h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
       h5lexists_f, h5oclose_f, h5oopen_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, &
       h5pset_fclose_degree_f, h5pset_shuffle_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
       h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, h5tclose_f, h5tcopy_f, &
@@ -39,6 +40,7 @@ module rockdda_io_hdf5_adapter
       procedure :: open => open_file
       procedure :: close => close_file
       procedure :: flush => flush_file
+      procedure :: size_in_bytes
       procedure :: create_group
       procedure :: exists
       procedure :: get_shape
@@ -122,6 +124,16 @@ contains
       call h5fflush_f(self%id, H5F_SCOPE_GLOBAL_F, status)
       if (status /= 0) call self%fail('cannot write', error)
    end subroutine flush_file
+
+   !> Length of the file in bytes; after a flush, the end of what was written. 0 when it cannot be told.
+   integer(i8) function size_in_bytes(self)
+      class(hdf5_file_type), intent(in) :: self
+      integer(hsize_t) :: n
+      integer :: status
+      call h5fget_filesize_f(self%id, n, status)
+      size_in_bytes = 0
+      if (status == 0) size_in_bytes = int(n, i8)
+   end function size_in_bytes
 
    !> Create a group; its parents exist.
    subroutine create_group(self, name, error)
@@ -402,7 +414,11 @@ contains
       call h5sclose_f(space, ignored)
    end subroutine create_dataset
 
-   !> Create a table without rows that grows along its last dimension: chunked, shuffled, compressed.
+   !> Create a table without rows that grows along its last dimension, in chunks.
+   !>
+   !> Chunks that are written once are shuffled and compressed. A chunk of several rows is written again as it fills:
+   !> compressed, it would change its length and move, and a kill in the midst of a flush could leave the table
+   !> pointing at a place that is in use for something else. Plain, it is rewritten where it lies.
    subroutine create_table(self, name, row_shape, is_real, chunk_shape, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -424,8 +440,10 @@ contains
       call h5screate_simple_f(rank, dims, space, status, largest)
       call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
       call h5pset_chunk_f(creation, rank, int(chunk_shape, hsize_t), status)
-      if (status == 0) call h5pset_shuffle_f(creation, status)
-      if (status == 0) call h5pset_deflate_f(creation, gzip_level, status)
+      if (chunk_shape(rank) == 1) then
+         if (status == 0) call h5pset_shuffle_f(creation, status)
+         if (status == 0) call h5pset_deflate_f(creation, gzip_level, status)
+      end if
       if (status == 0) call h5dcreate_f(self%id, name, merge(H5T_IEEE_F64LE, H5T_STD_I32LE, is_real), space, dataset, &
                                         status, creation)
       if (status /= 0) call self%fail('cannot create '//name, error)

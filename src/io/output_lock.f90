@@ -19,6 +19,7 @@ module rockdda_io_output_lock
       procedure :: create => create_output
       procedure :: reopen => reopen_output
       procedure :: reserve => reserve_room
+      procedure :: trim => trim_room
       procedure :: release => release_output
       procedure :: is_held
    end type output_lock_type
@@ -55,6 +56,12 @@ module rockdda_io_output_lock
          integer(c_int), value :: handle
          integer(c_long_long), value :: bytes
       end function c_reserve
+
+      subroutine c_trim(handle, bytes) bind(C, name='rockdda_output_trim')
+         import :: c_int, c_long_long
+         integer(c_int), value :: handle
+         integer(c_long_long), value :: bytes
+      end subroutine c_trim
 
       subroutine c_release(handle) bind(C, name='rockdda_output_release')
          import :: c_int
@@ -94,7 +101,8 @@ contains
       if (allocated(error)) self%handle = -1
    end subroutine reopen_output
 
-   !> Make sure that the file is still where it was and can grow by `bytes`.
+   !> Make sure that the file is still where it was, and lengthen it by `bytes`: what is written next then lies
+   !> within the file from its first byte on, whatever is written first. `trim` takes back what was not used.
    subroutine reserve_room(self, bytes, error)
       class(output_lock_type), intent(in) :: self
       integer(i8), intent(in) :: bytes
@@ -107,6 +115,13 @@ contains
       end if
       call explain(c_reserve(self%handle, int(bytes, c_long_long)), self%path, error)
    end subroutine reserve_room
+
+   !> Shorten the file to its used length in bytes.
+   subroutine trim_room(self, used)
+      class(output_lock_type), intent(in) :: self
+      integer(i8), intent(in) :: used
+      if (self%handle >= 0 .and. used > 0) call c_trim(self%handle, int(used, c_long_long))
+   end subroutine trim_room
 
    !> Give the file free. Nothing happens when none is held.
    subroutine release_output(self)

@@ -90,27 +90,33 @@ int rockdda_output_reopen(const char *path, int *fd)
    return lock_existing(path, fd);
 }
 
-/* Make sure that the file can grow by so many bytes. 0 or an errno value. */
+/* Lengthen the file by so many bytes that are sure to have room on the disk. 0 or an errno value. */
 int rockdda_output_reserve(int fd, long long bytes)
 {
    struct stat info;
    struct statvfs disk;
    if (fstat(fd, &info) != 0) return errno;
 #ifdef FALLOC_FL_KEEP_SIZE
-   if (fallocate(fd, FALLOC_FL_KEEP_SIZE, info.st_size, bytes) == 0) return 0;
+   if (fallocate(fd, 0, info.st_size, bytes) == 0) return 0;
    if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINTR) return errno;
 #endif
-   if (fstatvfs(fd, &disk) != 0) return 0;
-   return (unsigned long long)disk.f_bavail * disk.f_frsize < (unsigned long long)bytes ? ENOSPC : 0;
+   if (fstatvfs(fd, &disk) == 0 && (unsigned long long)disk.f_bavail * disk.f_frsize < (unsigned long long)bytes)
+      return ENOSPC;
+   return ftruncate(fd, info.st_size + bytes) == 0 ? 0 : errno;
 }
 
-/* Give back what was reserved and not used, and unlock. */
-void rockdda_output_release(int fd)
+/* Give back what was reserved and not used. */
+void rockdda_output_trim(int fd, long long used)
 {
    struct stat info;
-   if (fd < 0) return;
-   if (fstat(fd, &info) == 0 && ftruncate(fd, info.st_size) != 0) errno = 0; /* best effort */
-   close(fd);
+   if (fstat(fd, &info) != 0 || info.st_size <= used) return;
+   if (ftruncate(fd, used) != 0) errno = 0; /* best effort: zeros at the end disturb no reader */
+}
+
+/* Unlock. */
+void rockdda_output_release(int fd)
+{
+   if (fd >= 0) close(fd);
 }
 
 /* The system's words for an errno value, cut to size - 1 characters. */

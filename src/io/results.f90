@@ -295,6 +295,7 @@ contains
       call self%lock%reserve(room, error)
       if (allocated(error)) then
          self%failed = .true.
+         call self%lock%trim(self%file%size_in_bytes())
          return
       end if
       do i = 1, n_series
@@ -302,7 +303,10 @@ contains
          if (allocated(error)) exit
       end do
       if (.not. allocated(error)) call self%file%flush(error)
-      if (.not. allocated(error)) return
+      if (.not. allocated(error)) then
+         call self%lock%trim(self%file%size_in_bytes())
+         return
+      end if
       self%failed = .true.
       do i = 1, n_series
          call self%file%truncate(self%series(i)%name, written(i), ignored)
@@ -350,6 +354,8 @@ contains
       if (.not. self%failed) then
          call self%file%set_attribute('/', 'exit_reason', exit_reason, error)
          if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
+         if (.not. allocated(error)) call self%file%flush(error)
+         call self%lock%trim(self%file%size_in_bytes())
       end if
       call self%file%close(second)
       if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)

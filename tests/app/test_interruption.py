@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: MIT
+"""Runs that do not come to their end: signals, time limits, kills, lost or full disks, steps without a solution."""
+
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from support import ANALYSIS, ProgramTest, h5py
+
+if h5py is not None:
+    import numpy as np
+
+LONG = ("--steps", "100000000")  # more than any of these tests waits for
+BLOCK = ("run", "block.dc", "block.df")
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class InterruptionTest(ProgramTest):
+    def open(self, name="block.h5"):
+        return h5py.File(self.path(name), "r", locking=False)
+
+    def start(self, *more):
+        """A run that would never end, when it has flushed its first steps."""
+        self.path("block.h5").unlink(missing_ok=True)
+        process = self.start_program(*BLOCK, *LONG, "--save-every", "50", "--checkpoint-every", "0.02", *more)
+        self.wait_for_steps(process, 1)
+        return process
+
+    def wait_for_steps(self, process, number, name="block.h5"):
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            self.assertIsNone(process.poll(), "still running")
+            if self.path(name).exists() and self.steps_in(name) >= number:
+                return
+            time.sleep(0.02)
+        self.fail("no steps in the file")
+
+    def steps_in(self, name):
+        """Rows that a reader sees; while the file is being created there may be none, or no file that opens."""
+        try:
+            with self.open(name) as file:
+                return len(file["history/step"])
+        except (OSError, KeyError):
+            return 0
+
+    def finish(self, process, code):
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, code, err)
+        return out.decode(), err.decode()
+
+    def check_ended(self, reason, name="block.h5"):
+        """An orderly end before time: nothing is missing, and the last frame is the last step."""
+        with self.open(name) as file:
+            self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, reason))
+            steps = file["history/step"][()]
+            self.assertEqual(steps.tolist(), list(range(1, len(steps) + 1)))
+            frames = file["frames/step"][()]
+            last = int(steps[-1]) if len(steps) else 0
+            self.assertEqual(frames[-1], last)
+            lengths = {len(table) for table in file["history"].values()}
+            self.assertEqual(lengths, {last})
+        log = self.path(Path(name).with_suffix(".log")).read_text().splitlines()
+        self.assertTrue(log[-1].startswith(f"end: {reason} after {last} steps"), log[-1])
+        return last
+
+    def check_prefix(self, least, name="block.h5"):
+        """What a file holds after a sudden end: whole rows up to some step, the same as in a run that ends well."""
+        with self.open(name) as file:
+            history = {key: table[()] for key, table in file["history"].items()}
+            frames = {key: table[()] for key, table in file["frames"].items() if not key.startswith("contact")}
+            offset = file["frames/contact_offset"][()]
+            force = file["frames/contact_force"][()]
+        # a kill in the midst of a flush leaves some tables longer than others
+        steps = min(map(len, history.values()))
+        self.assertGreaterEqual(steps, least)
+        self.assertEqual(history["step"][:least].tolist(), list(range(1, least + 1)))
+        self.assertTrue((history["dt"][:least] > 0).all())
+        # sums in the same order
+        self.assertTrue(np.array_equal(history["time"][:least], np.cumsum(history["dt"][:least])))
+        rows = history["energy"][:least]
+        # the ledger closes to the solver's tolerance, 1e-10 of the energies that went through it
+        self.assertLess(np.abs(rows[:, -1]).max(initial=0), 1e-6 * (1 + np.abs(rows).max(initial=0)))
+        whole = least // 50 + 1
+        self.assertEqual(frames["step"][:whole].tolist(), list(range(0, 50 * whole, 50)))
+        self.assertTrue(all(len(table) >= whole for table in frames.values()))
+        self.assertTrue((frames["vertices"][:whole].max(axis=(1, 2)) > 1).all(), "no frame of zeros")
+        self.assertGreaterEqual(len(force), offset[whole])
+        return steps
+
+
+class Stop(InterruptionTest):
+    def test_signals(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+            with self.subTest(signal=number.name):
+                process = self.start()
+                process.send_signal(number)
+                out, err = self.finish(process, 4)
+                last = self.check_ended(f"signal {number.name}")
+                self.assertTrue(out.startswith(f"stopped: {last} steps to time "), out)
+                self.assertIn(
+                    f"rockdda: stopped (signal {number.name}) after step {last}; the results so far are kept", err
+                )
+
+    def test_no_resume_is_promised_that_does_not_exist(self):
+        process = self.start()
+        process.send_signal(signal.SIGTERM)
+        _, err = self.finish(process, 4)
+        resume = "\n  resume " in self.run_program("--help").out
+        self.assertEqual("cannot resume" in err, not resume)
+
+    def test_json_of_a_stopped_run(self):
+        process = self.start("--json")
+        process.send_signal(signal.SIGTERM)
+        out, _ = self.finish(process, 4)
+        self.assertRegex(out, r'"status": "stopped", "exit_code": 4, "exit_reason": "signal SIGTERM"')
+
+    def test_second_interrupt_ends_at_once(self):
+        # a step of this wall of 2601 blocks takes long enough for both signals to come within one
+        n = 51
+        lines = [f"{x} 0 {x} {n} 1" for x in range(n + 1)] + [f"0 {y} {n} {y} 1" for y in range(n + 1)]
+        counts = [0.01, f"{len(lines)} 0", 0, 0, 1, 0, 0, 0]
+        self.write("wall.dc", "\n".join(map(str, [*counts, *lines, "0.5 0.5 0.5 0.5"])) + "\n")
+        self.write("wall.df", "1 100000 1 1 0.01 0.001\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n")
+        process = self.start_program("run", "wall.dc", "wall.df", "--solver", "sor")
+        deadline = time.monotonic() + 30
+        while not self.path("wall.h5").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.3)
+        for _ in range(2000):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.002)
+            if process.poll() is not None:
+                break
+        _, err = self.finish(process, 4)
+        self.assertIn("stopped at once", err)
+        with self.open("wall.h5") as file:
+            self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, "running"))
+            self.assertEqual(file["frames/step"][0], 0)
+
+    def test_wall_clock_limit(self):
+        start = time.monotonic()
+        outcome = self.run_program(*BLOCK, *LONG, "--max-wall", "0.3", "--quiet")
+        self.assertEqual(outcome.code, 4)
+        self.assertLess(time.monotonic() - start, 10)
+        self.assertGreater(self.check_ended("max-wall"), 0)
+        self.write("run.nml", "&run max_wall = 0.2 /\n")
+        outcome = self.run_program(*BLOCK, *LONG, "--config", "run.nml", "--force")
+        self.assertEqual(outcome.code, 4)
+        self.check_ended("max-wall")
+
+
+class Kill(InterruptionTest):
+    def test_kill_at_random_moments(self):
+        generator = random.Random(1)
+        for _ in range(10):
+            process = self.start("--quiet")
+            time.sleep(0.3 * generator.random())
+            seen = self.steps_in("block.h5")
+            process.kill()
+            process.communicate()
+            self.check_prefix(seen)
+            with self.open() as file:
+                self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, "running"))
+        # nothing of a killed run is in the way of the next one
+        self.assertEqual(self.run_program(*BLOCK, "--force").code, 0)
+
+    def test_reader_while_running(self):
+        process = self.start("--quiet")
+        last = 0
+        for _ in range(10):
+            # a reader that opens in the very moment in which the file grows may have to try again
+            steps = self.steps_in("block.h5") or self.steps_in("block.h5")
+            self.assertGreaterEqual(steps, last)
+            last = steps
+            time.sleep(0.05)
+        self.assertGreater(last, 1)
+        self.assertIsNone(process.poll(), "readers do not disturb the run")
+        process.send_signal(signal.SIGTERM)
+        self.finish(process, 4)
+        self.assertGreater(self.check_ended("signal SIGTERM"), last)
+
+    def test_second_run_on_the_same_output(self):
+        process = self.start("--quiet")
+        message = "rockdda: error: block.h5: the file exists; use --force to overwrite it"
+        self.assertFails(self.run_program(*BLOCK, "--quiet"), 2, message)
+        message = "rockdda: error: block.h5: another run is writing this file"
+        self.assertFails(self.run_program(*BLOCK, "--quiet", "--force"), 2, message)
+        self.wait_for_steps(process, self.steps_in("block.h5") + 1)
+        process.send_signal(signal.SIGTERM)
+        self.finish(process, 4)
+        self.check_ended("signal SIGTERM")
+
+
+class Output(InterruptionTest):
+    def test_file_is_removed(self):
+        process = self.start("--quiet")
+        self.path("block.h5").unlink()
+        out, err = self.finish(process, 5)
+        self.assertTrue(out.startswith("error: "), out)
+        self.assertIn("block.h5: the file was removed or replaced while it was being written", err)
+        self.assertNotIn("are kept in block.h5", err)
+        self.assertFalse(self.path("block.h5").exists())
+
+    def test_folder_is_removed(self):
+        self.path("out").mkdir()
+        process = self.start_program(*BLOCK, *LONG, "--checkpoint-every", "0.02", "-o", "out/a.h5", "--quiet")
+        self.wait_for_steps(process, 1, "out/a.h5")
+        shutil.rmtree(self.path("out"))
+        _, err = self.finish(process, 5)
+        self.assertIn("out/a.h5: ", err)
+        self.assertFalse(self.path("out").exists())
+
+    def test_folder_without_permission(self):
+        if os.geteuid() == 0:
+            self.skipTest("root may write everywhere")
+        self.path("out").mkdir(mode=0o500)
+        outcome = self.run_program(*BLOCK, "-o", "out/a.h5")
+        self.assertEqual(outcome.code, 5)
+        self.assertIn("out/a.h5: Permission denied", outcome.err)
+
+    def test_read_only_disk(self):
+        if not os.access("/proc/self", os.R_OK):
+            self.skipTest("no /proc")
+        outcome = self.run_program(*BLOCK, "-o", "/proc/self/a.h5")
+        self.assertEqual(outcome.code, 5)
+        self.assertIn("/proc/self/a.h5: ", outcome.err)
+
+    def check_full(self, folder, outcome):
+        self.assertEqual(outcome.code, 5, outcome.err)
+        self.assertIn("a.h5: ", outcome.err)
+        self.assertIn("are kept in", outcome.err)
+        with h5py.File(folder / "a.h5", "r", locking=False) as file:
+            self.assertEqual(file.attrs["complete"], 0)
+            steps = file["history/step"][()]
+            self.assertGreater(len(steps), 0)
+            self.assertEqual(steps.tolist(), list(range(1, len(steps) + 1)))
+            lengths = {len(table[()]) for table in file["history"].values()}
+            self.assertEqual(lengths, {len(steps)}, "every table ends at the same step")
+            frames = file["frames/step"][()]
+            self.assertEqual(len(file["frames/contact_offset"]), len(frames) + 1)
+            self.assertTrue((file["frames/vertices"][()].max(axis=(1, 2)) > 1).all())
+
+    def test_full_disk(self):
+        if os.geteuid() != 0:
+            self.skipTest("needs root to mount a small disk")
+        disk = tempfile.mkdtemp()
+        self.addCleanup(os.rmdir, disk)
+        if subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", "size=1500k", "none", disk], stderr=subprocess.DEVNULL
+        ).returncode:
+            self.skipTest("cannot mount")
+        self.addCleanup(subprocess.run, ["umount", disk])
+        more = (*LONG, "--save-every", "5", "--checkpoint-every", "0.02", "-o", f"{disk}/a.h5", "--quiet")
+        outcome = self.run_program(*BLOCK, *more)
+        self.assertIn("No space left on device", outcome.err)
+        self.check_full(Path(disk), outcome)
+
+    def test_limit_of_the_file_size(self):
+        more = (*LONG, "--save-every", "5", "--checkpoint-every", "0.02", "-o", "a.h5", "--quiet")
+        limit = 1500000
+
+        def restrict():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        outcome = self.run_program(*BLOCK, *more, preexec_fn=restrict)
+        self.assertIn("File too large", outcome.err)
+        self.check_full(self.folder, outcome)
+
+
+class NoSolution(InterruptionTest):
+    def test_step_that_does_not_converge(self):
+        # the block falls onto its base: when it arrives its contacts must change, which one round does not allow
+        self.write("block.df", ANALYSIS.replace("0 1000 0\n", "0 0 0\n"))
+        self.write("run.nml", "&time max_open_close = 1, dt_min = 0.01 /\n")
+        text = self.path("block.dc").read_text()
+        for old, new in (("1 1 1 2", "1 1.05 1 2"), ("3 2 3 1", "3 2 3 1.05"), ("7 4", "8 4")):
+            text = text.replace(old, new)
+        self.write("block.dc", text.replace("0.5 0.5 0.5 0.5", "1 1.05 3 1.05 1\n0.5 0.5 0.5 0.5", 1))
+        outcome = self.run_program(*BLOCK, "--config", "run.nml", "--quiet", "--steps", "50")
+        self.assertEqual(outcome.code, 3, outcome.err)
+        with self.open() as file:
+            last = int(file["history/step"][-1])
+            self.assertEqual((file.attrs["complete"], file["frames/step"][-1]), (0, last))
+            reason = file.attrs["exit_reason"]
+        self.assertTrue(reason.startswith(f"failed: step {last + 1} at time 0."), reason)
+        # free fall through 0.05: at step 10 of 0.01
+        self.assertGreater(last, 5)
+        self.assertIn(f"error: step {last + 1} at time ", outcome.err)
+        self.assertRegex(outcome.err, r"\n  block 2 against block 1 at \([123][.0-9]*, 1\.[0-9]+\): 1 changes\n")
+        self.assertIn("are kept in block.h5", outcome.err)
+        self.assertTrue(outcome.out.startswith(f"error: {last} steps"), outcome.out)
+
+    def test_first_step_fails(self):
+        # a load that lifts the block at once: its contacts must open
+        self.write("block.df", ANALYSIS.replace("0 0 0\n1 1000 0\n", "0 0 1e6\n1 0 1e6\n"))
+        self.write("run.nml", "&time max_open_close = 1, dt_min = 0.01 /\n")
+        outcome = self.run_program(*BLOCK, "--config", "run.nml", "--quiet")
+        self.assertEqual(outcome.code, 3, outcome.err)
+        with self.open() as file:
+            self.assertEqual((len(file["history/step"]), file["frames/step"][()].tolist()), (0, [0]))
+
+
+if __name__ == "__main__":
+    unittest.main()
