@@ -46,14 +46,16 @@ contains
    pure integer function column(self, x)
       class(cell_raster_type), intent(in) :: self
       real(wp), intent(in) :: x
-      column = 1 + int(max(0.0_wp, min(real(self%nx - 1, wp), (x - self%x0)/self%width)))
+      column = 1 + int(max(0.0_wp, min(self%nx*self%width, x - self%x0))/self%width)
+      column = min(column, self%nx)
    end function column
 
    !> Row that holds y.
    pure integer function row(self, y)
       class(cell_raster_type), intent(in) :: self
       real(wp), intent(in) :: y
-      row = 1 + int(max(0.0_wp, min(real(self%ny - 1, wp), (y - self%y0)/self%width)))
+      row = 1 + int(max(0.0_wp, min(self%ny*self%width, y - self%y0))/self%width)
+      row = min(row, self%ny)
    end function row
 
    !> Number of cells.

@@ -41,6 +41,9 @@ module rockdda_linear_pcg
 
    !> What one pass gains at most: with more, the rounding of single precision costs more iterations than a restart.
    real(wp), parameter :: smallest_reduction = 1.0e-4_wp
+   !> Squared growth of the residual, and curvature of a direction, that no positive definite matrix shows here: the
+   !> pass ends before single precision overflows, and the residual in double precision tells the outcome.
+   real(wp), parameter :: divergence = 1.0e12_wp, least_curvature = 1.0e-12_wp
 
 contains
 
@@ -149,7 +152,7 @@ contains
          pq = sum(self%partial)
          !$omp barrier
          alpha = 0
-         if (pq > 0) alpha = real(rho/pq, sp)
+         if (pq > least_curvature*rho) alpha = real(rho/pq, sp)
          !$omp do schedule(static)
          do m = 1, self%splitting%n_groups
             self%partial(m) = step_group(self%splitting, m, alpha, self%t, self%q, self%d, self%r)
@@ -163,7 +166,8 @@ contains
          !$omp single
          iterations = iterations + 1
          !$omp end single
-         go_on = rho > reduction**2*rho_start .and. iterations < self%max_iterations .and. alpha > 0
+         go_on = rho > reduction**2*rho_start .and. rho < divergence*rho_start .and. &
+                 iterations < self%max_iterations .and. alpha > 0
          !$omp barrier
       end do
       !$omp do schedule(static)

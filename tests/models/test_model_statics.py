@@ -65,7 +65,9 @@ def test_six_block_beam_is_a_three_hinged_arch(run_model, near):
     # the arms of the weights change by the shortening, 1e-5 m of 1.5 m
     near("six_block_beam, thrust w L^2 / 8 z [N]", left[0], thrust, 1e-4)
     assert run["history/max_displacement"][-1] < 1e-12  # at rest
-    assert 1e-3 < -run.displacement(0)[-1, 1] < 5e-3
+    # a half of the arch, 3 m long and 1 m high, shortens by 3 H / E = 6.6e-5 m and by H / k = 1.1e-5 m in each of 3.5
+    # joints (half of that where both contacts bear): the middle sinks by 3 times as much, 2.6e-4 to 3.2e-4 m
+    assert 2.5e-4 < -run.displacement(0)[-1, 1] < 3.5e-4
 
 
 def test_layered_roof_carries_its_weight(run_model, near):
