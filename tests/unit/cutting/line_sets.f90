@@ -140,12 +140,16 @@ contains
       logical function edges_cross(i, k, l)
          integer, intent(in) :: i, k, l
          real(wp) :: p(2), q(2), r(2), s(2)
+         real(wp), parameter :: rounding = 1.0e-14_wp
          p = blocks%vertices(:, k)
          q = blocks%vertices(:, blocks%next_vertex(i, k))
          r = blocks%vertices(:, l)
          s = blocks%vertices(:, blocks%next_vertex(i, l))
-         edges_cross = side_of_line(p, q, r)*side_of_line(p, q, s) < 0 .and. &
-                       side_of_line(r, s, p)*side_of_line(r, s, q) < 0
+         ! edges on one line have sides of either sign at the level of rounding
+         edges_cross = min(side_of_line(p, q, r), side_of_line(p, q, s)) < -rounding .and. &
+                       max(side_of_line(p, q, r), side_of_line(p, q, s)) > rounding .and. &
+                       min(side_of_line(r, s, p), side_of_line(r, s, q)) < -rounding .and. &
+                       max(side_of_line(r, s, p), side_of_line(r, s, q)) > rounding
       end function edges_cross
 
    end function fault_of
