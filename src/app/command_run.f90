@@ -95,9 +95,9 @@ contains
       call keep_apart(output)
       if (.not. allocated(error)) call keep_apart(log_path(output))
       if (allocated(error)) return
-      if (get_path_kind(output) == path_kind%file .and. .not. line%force) then
+      if (line%force) return
+      if (get_path_kind(output) == path_kind%file) &
          call make_error(error, error_code%input, output//': the file exists; use --force to overwrite it')
-      end if
 
    contains
 
@@ -268,9 +268,10 @@ contains
       if (allocated(error)) call show_error(error)
       if (exit_code == error_code%stopped) call complain('rockdda: stopped ('//run%reason//') after step '// &
          to_string(run%sim%state%step)//'; the results so far are kept, this version cannot resume them')
-      if ((exit_code == error_code%computation .or. exit_code == error_code%output) .and. &
-          get_path_kind(run%output) == path_kind%file) &
-         call complain('rockdda: the results up to the last flush are kept in '//run%output)
+      if (exit_code == error_code%computation .or. exit_code == error_code%output) then
+         if (get_path_kind(run%output) == path_kind%file) &
+            call complain('rockdda: the results up to the last flush are kept in '//run%output)
+      end if
       call summarise(line, run, messages, error, exit_code, ok)
       if (.not. ok .and. exit_code == 0) exit_code = error_code%output
 

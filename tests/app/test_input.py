@@ -3,6 +3,7 @@
 
 import os
 import unittest
+from pathlib import Path
 
 from support import ANALYSIS, GEOMETRY, PEER_ANALYSIS, ProgramTest
 
@@ -52,7 +53,7 @@ class Cut(ProgramTest):
         self.assertFails(outcome, 5, "rockdda: error: none/x.blk: No such file or directory")
 
     def test_full_disk(self):
-        if not os.path.exists("/dev/full"):
+        if not Path("/dev/full").exists():
             self.skipTest("no /dev/full")
         outcome = self.run_program("cut", "block.dc", "-o", "/dev/full")
         self.assertFails(outcome, 5, "rockdda: error: /dev/full: No space left on device")
@@ -68,7 +69,7 @@ class Check(ProgramTest):
     def test_folder(self):
         outcome = self.run_program("check", ".", "--json")
         self.assertEqual(outcome.code, 0)
-        kinds = {os.path.basename(f["file"]): f["kind"] for f in outcome.json["files"]}
+        kinds = {Path(f["file"]).name: f["kind"] for f in outcome.json["files"]}
         self.assertEqual(kinds, {"block.dc": "geometry file", "block.df": "analysis file"})
 
     def test_problems_of_all_files_come_together(self):
@@ -86,7 +87,10 @@ class Check(ProgramTest):
         self.write("block.dc", GEOMETRY.replace("1 2 3 2 1\n", "1 2 3 2 7\n"))
         outcome = self.run_program("check", "block.dc", "block.df")
         self.assertEqual(outcome.code, 2)
-        self.assertIn("block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material", outcome.err)
+        self.assertIn(
+            "block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material",
+            outcome.err,
+        )
 
     def test_line_shows_the_place(self):
         self.write("block.df", ANALYSIS.replace("30 0 0\n", "30.0  0.0  abcd\n"))
@@ -196,7 +200,10 @@ class BadInput(ProgramTest):
         self.write("block.dc", GEOMETRY.replace("1 2 3 2 1\n", "1 2 3 2 7\n"))
         outcome = self.run_program("run", "block.dc", "block.df")
         self.assertEqual(outcome.code, 2)
-        self.assertIn("block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material", outcome.err)
+        self.assertIn(
+            "block.dc:14:9: error: joint material of line 6: 7 is unknown, the analysis file has 1 joint material",
+            outcome.err,
+        )
 
     def test_point_in_no_block(self):
         self.write("block.dc", GEOMETRY.replace("3.5 0.5 3.5 0.5\n", "9 9 9 9\n"))

@@ -4,6 +4,7 @@
 import json
 import os
 import unittest
+from pathlib import Path
 
 from support import ProgramTest
 
@@ -90,7 +91,10 @@ class Mistakes(ProgramTest):
         self.check(["info"], "'rockdda info' needs at least one file; see 'rockdda info --help'")
 
     def test_unknown_solver(self):
-        self.check(["run", "block.dc", "block.df", "--solver", "magic"], "unknown solver 'magic', expected one of auto, cholmod, pcg, sor, dense")
+        self.check(
+            ["run", "block.dc", "block.df", "--solver", "magic"],
+            "unknown solver 'magic', expected one of auto, cholmod, pcg, sor, dense",
+        )
 
     def test_json_tells_of_mistakes_too(self):
         outcome = self.run_program("run", "--stpes", "--json")
@@ -118,9 +122,9 @@ class Json(ProgramTest):
         self.assertEqual(data["files"][0]["file"], "latin\ufffd.dc")
 
     def test_full_standard_output_is_an_output_error(self):
-        if not os.path.exists("/dev/full"):
+        if not Path("/dev/full").exists():
             self.skipTest("no /dev/full")
-        with open("/dev/full", "wb") as full:
+        with Path("/dev/full").open("wb") as full:
             self.assertEqual(self.run_program("--help", stdout=full).code, 5)
             self.assertEqual(self.run_program("info", "block.dc", stdout=full).code, 5)
 
