@@ -19,7 +19,7 @@ module rockdda_app_model_input
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_linear_factory, only : has_cholmod
+   use rockdda_linear_factory, only : default_solver
    use rockdda_app_arguments, only : command_line_type, apply_to_options
    implicit none
    private
@@ -212,15 +212,14 @@ contains
       end if
    end subroutine count_points
 
-   !> Without a choice of the user: the direct solver where it is built in.
+   !> Without a choice of the user: the default of this build.
    subroutine choose_solver(options, messages)
       type(run_options_type), intent(inout) :: options
       type(diagnostics_type), intent(inout) :: messages
       if (allocated(options%method)) then
-         if (len_trim(options%method) > 0 .and. options%method /= 'auto') return
+         if (len_trim(options%method) > 0) return
       end if
-      options%method = 'sor'
-      if (has_cholmod()) options%method = 'cholmod'
+      options%method = default_solver()
       call messages%add(severity%note, 'solver chosen automatically: '//options%method)
    end subroutine choose_solver
 

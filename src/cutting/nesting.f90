@@ -108,7 +108,9 @@ contains
                hit = down
             end do
             ! nothing in the cells further left can be nearer
-            if (hit > 0 .and. grid%raster%column(best) >= ix) exit
+            if (hit > 0) then
+               if (grid%raster%column(best) >= ix) exit
+            end if
          end do
       end subroutine first_hit
 

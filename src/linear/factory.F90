@@ -14,7 +14,7 @@ module rockdda_linear_factory
 #endif
    implicit none
    private
-   public :: new_solver, solver_names, has_cholmod
+   public :: new_solver, solver_names, has_cholmod, default_solver
 
    !> What `new_solver` takes.
    character(len=*), parameter :: solver_names = 'auto, cholmod, pcg, sor, dense'
@@ -28,6 +28,13 @@ contains
       has_cholmod = .true.
 #endif
    end function has_cholmod
+
+   !> The solver of those who do not choose: CHOLMOD, or the automatic choice where it is not built in.
+   pure function default_solver() result(name)
+      character(len=:), allocatable :: name
+      name = 'auto'
+      if (has_cholmod()) name = 'cholmod'
+   end function default_solver
 
    !> Make the solver of that name.
    subroutine new_solver(name, tolerance, omega, preconditioner, solver, error)

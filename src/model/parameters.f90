@@ -50,7 +50,8 @@ module rockdda_model_parameters
       type(time_table_type), allocatable :: fixed_tables(:), loading_tables(:)
       type(stage_type), allocatable :: stages(:)
       ! solver
-      character(len=:), allocatable :: solver_method, preconditioner
+      character(len=:), allocatable :: solver_method !! empty: default of the build
+      character(len=:), allocatable :: preconditioner
       real(wp) :: solver_tolerance = 1.0e-10_wp !! residual over load norm
       real(wp) :: sor_factor = 1.4_wp
    end type parameters_type
@@ -145,7 +146,7 @@ contains
          if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
       end if
 
-      parameters%solver_method = text_or(options%method, 'cholmod')
+      parameters%solver_method = text_or(options%method, '')
       parameters%preconditioner = text_or(options%preconditioner, '')
       parameters%solver_tolerance = real_or(options%tolerance, 1.0e-10_wp)
       parameters%sor_factor = real_or(options%omega, analysis%sor_factor)

@@ -20,7 +20,7 @@ module rockdda_stepping_simulation
    use rockdda_assembly_kinematics, only : move_point
    use rockdda_assembly_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
-   use rockdda_linear_factory, only : new_solver
+   use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
    use rockdda_stepping_ledger, only : ledger_type, stored_energies
    use rockdda_stepping_links, only : bolt_round_type, set_shear_drag, set_link_vectors, set_link_forces, &
@@ -111,7 +111,8 @@ contains
             end if
          end do
       end do
-      call new_solver(parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
+      if (len_trim(parameters%solver_method) == 0) self%parameters%solver_method = default_solver()
+      call new_solver(self%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, self%solver, error)
       if (allocated(error)) return
       call start_state(blocks, parameters, self%state)
