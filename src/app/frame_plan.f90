@@ -33,7 +33,7 @@ contains
       if (is_set(options%save_dt)) plan%interval = max(0.0_wp, options%save_dt)
       if (plan%every > 0 .or. plan%interval > 0) return
       steps = parameters%n_steps
-      if (parameters%dt_max > 0) steps = min(steps, parameters%t_end/parameters%dt_max)
+      if (parameters%t_end < steps*parameters%dt_max) steps = parameters%t_end/parameters%dt_max
       plan%every = max(1, int(min(steps/usual_frames, 1.0e9_wp)))
    end function new_frame_plan
 
