@@ -118,7 +118,8 @@ contains
          call end_json(json, messages, none, ok)
          return
       end if
-      call say(output//': '//to_string(blocks%n_blocks)//' blocks, '//to_string(blocks%n_vertices())//' vertices'//nl// &
+      call say(output//': '//to_string(blocks%n_blocks)//' blocks, '// &
+               to_string(blocks%n_vertices())//' vertices'//nl// &
                'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
                ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &
                'lines: '//to_string(report%n_lines)//', dropped '//to_string(report%n_dropped_lines)// &

@@ -93,7 +93,8 @@ contains
             call messages%add(severity%error, "this is a DDAML (XML) file; convert it first with 'rockdda-post "// &
                               "convert'", origin)
          else
-            call messages%add(severity%error, 'expected '//expected//', found '//with_article(kind_name(kinds(place))), &
+            call messages%add(severity%error, &
+                              'expected '//expected//', found '//with_article(kind_name(kinds(place))), &
                               origin)
          end if
       end subroutine wrong_kind

@@ -67,12 +67,13 @@ contains
              '       rockdda run MODEL.dc MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
              '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
              nl// &
-             'Moves the blocks in time and writes the results (HDF5) and a log (OUT.log beside OUT.h5). A geometry'//nl// &
-             'file is cut into blocks first. A folder holds one geometry or block file, one analysis file and at'//nl// &
-             'most one namelist file (.nml). Kinds of files are recognised by what is in them.'//nl// &
+             'Moves the blocks in time and writes the results (HDF5) and a log (OUT.log beside OUT.h5). A'//nl// &
+             'geometry file is cut into blocks first. A folder holds one geometry or block file, one analysis file and'//nl// &
+             'at most one namelist file (.nml). Kinds of files are recognised by what is in them.'//nl// &
              nl// &
              'options (each but --config has a name in the namelist file; the command line wins):'//nl// &
-             '  -o, --output FILE the results; default: the stem of the analysis file + .h5 in the current folder'//nl// &
+             '  -o, --output FILE '// &
+             'the results; default: the stem of the analysis file + .h5 in the current folder'//nl// &
              '  --config FILE     namelist file with run options'//nl// &
              '  --steps N         number of steps'//nl// &
              '  --t-end T         end time; the last step is shortened to land on it'//nl// &
