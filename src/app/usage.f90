@@ -68,8 +68,9 @@ contains
              '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
              nl// &
              'Moves the blocks in time and writes the results (HDF5) and a log (OUT.log beside OUT.h5). A'//nl// &
-             'geometry file is cut into blocks first. A folder holds one geometry or block file, one analysis file and'//nl// &
-             'at most one namelist file (.nml). Kinds of files are recognised by what is in them.'//nl// &
+             'geometry file is cut into blocks first. A folder holds one geometry or block file, one'//nl// &
+             'analysis file and at most one namelist file (.nml). Kinds of files are recognised by what is'//nl// &
+             'in them.'//nl// &
              nl// &
              'options (each but --config has a name in the namelist file; the command line wins):'//nl// &
              '  -o, --output FILE '// &
@@ -78,7 +79,7 @@ contains
              '  --steps N         number of steps'//nl// &
              '  --t-end T         end time; the last step is shortened to land on it'//nl// &
              '  --save-every K    a frame every K steps; default: about 100 frames in the run'//nl// &
-             '  --solver NAME     auto, '//solver_names//nl// &
+             '  --solver NAME     '//solver_names//nl// &
              '  --threads N       number of threads; results do not depend on it'//nl// &
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
