@@ -26,6 +26,8 @@ module rockdda_linear_solver
    contains
       procedure(solve_interface), deferred :: solve
       procedure(name_interface), deferred :: name
+      procedure :: pack => pack_nothing
+      procedure :: unpack => unpack_nothing
    end type linear_solver_type
 
    abstract interface
@@ -47,5 +49,25 @@ module rockdda_linear_solver
          character(len=:), allocatable :: name
       end function name_interface
    end interface
+
+contains
+
+   !> What the solver has learnt from earlier solves and later ones depend on: a checkpoint has to hold it.
+   !> Most solvers learn nothing: what they keep (orderings, factors) is a function of the matrix.
+   pure subroutine pack_nothing(self, memory)
+      class(linear_solver_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: memory(:)   !! size 0: nothing; the meaning is the solver's own
+      associate (unused => self%reference_load)
+      end associate
+      allocate (memory(0))
+   end subroutine pack_nothing
+
+   !> Take back what `pack` gave. A memory of another size, another solver's, is ignored.
+   pure subroutine unpack_nothing(self, memory)
+      class(linear_solver_type), intent(inout) :: self
+      real(wp), intent(in) :: memory(:)
+      associate (unused => self%reference_load, not_used => memory)
+      end associate
+   end subroutine unpack_nothing
 
 end module rockdda_linear_solver
