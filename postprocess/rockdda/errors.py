@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""What can go wrong, as exceptions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .results import Results
+
+__all__ = ["ConvergenceError", "InputError", "OutputError", "Problem", "RockddaError"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One message about input, as the program prints it.
+
+    `line` and `column` count from 1; None where no place in the file is known. `file` is None for a model that was
+    built in memory.
+    """
+
+    message: str
+    file: str | None = None
+    line: int | None = None
+    column: int | None = None
+    severity: str = "error"  # or "warning", "note"
+
+    def __str__(self) -> str:
+        place = "".join(f"{part}:" for part in (self.file, self.line, self.column) if part is not None)
+        return f"{place} {self.severity}: {self.message}" if place else f"{self.severity}: {self.message}"
+
+
+class RockddaError(Exception):
+    """Anything that RockDDA reports; also a bug in it (the message then says so)."""
+
+
+class InputError(RockddaError, ValueError):
+    """Bad input: nothing was computed, nothing was overwritten.
+
+    `file`, `line` and `column` are those of the first problem (None where unknown), `problems` holds all of them.
+    The text of the exception shows each problem with its source line, as the program does.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        file: str | os.PathLike[str] | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        problems: Iterable[Problem] = (),
+    ) -> None:
+        self.problems: list[Problem] = list(problems)
+        if not self.problems:
+            self.problems = [Problem(message, os.fspath(file) if file is not None else None, line, column)]
+            message = str(self.problems[0])
+        super().__init__(message)
+        first = self.problems[0]
+        self.file: str | None = first.file
+        self.line: int | None = first.line
+        self.column: int | None = first.column
+
+
+class ConvergenceError(RockddaError, RuntimeError):
+    """The computation could not go on. `results` holds what was computed up to there (None if nothing was saved)."""
+
+    def __init__(self, message: str, results: Results | None = None) -> None:
+        super().__init__(message)
+        self.results = results
+
+
+class OutputError(RockddaError, OSError):
+    """Output could not be written; what was written before is readable."""

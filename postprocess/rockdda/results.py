@@ -1,0 +1,722 @@
+# SPDX-License-Identifier: MIT
+"""Results files, read lazily.
+
+Units are those of the input (any consistent set), stresses are positive in tension, blocks and frames count from 0,
+material numbers from 1.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    import matplotlib.axes
+    import pandas
+    import xarray
+
+__all__ = ["FIELDS", "Contacts", "Field", "Frame", "Frames", "Results", "open"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+T = TypeVar("T")
+
+FORMAT_VERSION = 1
+# The tables that grow with the run; `contact_offset` has one row more than there are frames.
+HISTORY_TABLES = [
+    "step",
+    "time",
+    "dt",
+    "open_close_iterations",
+    "attempts",
+    "solver_iterations",
+    "contacts",
+    "max_displacement",
+    "energy",
+    "measured_displacement",
+    "measured_stress",
+    "measured_rotation",
+    "fixed_force",
+]
+FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
+CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
+MODEL_TABLES = [
+    "vertex_offset",
+    "vertices",
+    "edge_joint",
+    "block_material",
+    "block_area",
+    "block_centroid",
+    "fixed_points",
+    "loading_points",
+    "measured_points",
+]
+# A file that is just being written to can be unreadable for a moment: try again for so many seconds.
+PATIENCE = 2.0
+
+
+@dataclass(frozen=True)
+class Field:
+    """A number for every block of a frame."""
+
+    name: str
+    label: str  # for axes and colour bars
+    description: str
+    compute: Callable[[Frame], npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The n contacts of one frame."""
+
+    point: FloatArray  # (n, 2) where the contact is: the vertex, after the step [length]
+    force: FloatArray  # (n, 2) on the first block, zero when open [force]
+    state: IntArray  # (n,) 0 open, 1 sliding, 2 locked
+    blocks: IntArray  # (n, 2) numbers of the two blocks, from 0
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+
+class Results:
+    """A results file. Make it with `rockdda.open(path)` or `rockdda.run(...)`.
+
+    Nothing but the sizes is read before it is asked for. While the run that writes the file goes on, the object shows
+    the steps and frames that were there when it was opened or last refreshed; `refresh` takes in what came since.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._file: h5py.File | None = None
+        self._cache: dict[str, npt.NDArray[Any]] = {}
+        self._closed = False
+        self._attributes: dict[str, Any] = {}
+        self._n_steps = self._n_frames = 0
+        _check_signature(self.path)
+        self._read_sizes()
+
+    # -- the file ------------------------------------------------------------------------------------------------
+
+    def refresh(self) -> bool:
+        """Take in what a running job has written since; True when there are more steps or frames, or it has ended."""
+        before = (self._n_steps, self._n_frames, self.complete, self.exit_reason)
+        self._drop_handle()
+        self._read_sizes()
+        return before != (self._n_steps, self._n_frames, self.complete, self.exit_reason)
+
+    def close(self) -> None:
+        """Give the file free. Reading afterwards is an error."""
+        self._drop_handle()
+        self._cache.clear()
+        self._closed = True
+
+    def __enter__(self) -> Results:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "complete" if self.complete else self.exit_reason
+        return (
+            f"<rockdda.Results {str(self.path)!r}: {self.n_blocks} blocks, {self.n_frames} frames, "
+            f"{self.n_steps} steps, {state}>"
+        )
+
+    def _drop_handle(self) -> None:
+        if self._file is not None:
+            # closing can fail when the file was changed underneath
+            with contextlib.suppress(Exception):
+                self._file.close()
+            self._file = None
+
+    def _use(self, work: Callable[[h5py.File], T]) -> T:
+        """Do something with the open file; again, when a writer was just changing it."""
+        if self._closed:
+            raise ValueError(f"{self.path}: the results were closed")
+        deadline = clock.monotonic() + PATIENCE
+        while True:
+            try:
+                if self._file is None:
+                    self._file = _open_hdf5(self.path)
+                answer = work(self._file)
+            except FileNotFoundError as error:
+                raise InputError("no such file", self.path) from error
+            except PermissionError as error:
+                raise InputError("no permission to read the file", self.path) from error
+            except (OSError, RuntimeError, ValueError, KeyError) as error:
+                if isinstance(error, InputError):
+                    raise
+                self._drop_handle()
+                # a file that nobody writes any more will not get better
+                if self.complete or clock.monotonic() > deadline or not _changed_lately(self.path):
+                    raise InputError(f"the file is damaged: {_reason(error)}", self.path) from error
+                clock.sleep(0.05)
+                continue
+            if not self.complete:  # an open handle does not see what is written later
+                self._drop_handle()
+            return answer
+
+    def _read_sizes(self) -> None:
+        def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int]:
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            _check_format(self.path, attributes)
+            for group, names in (("model", MODEL_TABLES), ("history", HISTORY_TABLES), ("frames", FRAME_TABLES)):
+                for name in names:
+                    if f"{group}/{name}" not in file:
+                        raise KeyError(f"it has no {group}/{name}")
+            steps = min(file[f"history/{name}"].shape[0] for name in HISTORY_TABLES)
+            frames = min(file[f"frames/{name}"].shape[0] for name in FRAME_TABLES)
+            offsets = file["frames/contact_offset"]
+            frames = min(frames, offsets.shape[0] - 1)
+            rows = min(file[f"frames/{name}"].shape[0] for name in CONTACT_TABLES)
+            if frames > 0 and offsets[frames] > rows:  # killed in the midst of a flush
+                frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
+            return attributes, steps, frames, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
+
+        self._attributes, self._n_steps, self._n_frames, self._n_blocks, self._n_vertices = self._use(read)
+
+    # -- what it is ----------------------------------------------------------------------------------------------
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The attributes of the file."""
+        return dict(self._attributes)
+
+    @property
+    def title(self) -> str:
+        return str(self._attributes.get("title", ""))
+
+    @property
+    def created(self) -> str:
+        """When the run began, in UTC (ISO 8601)."""
+        return str(self._attributes.get("created", ""))
+
+    @property
+    def program_version(self) -> str:
+        return str(self._attributes.get("program_version", ""))
+
+    @property
+    def complete(self) -> bool:
+        """Did the run come to its end?"""
+        return bool(self._attributes.get("complete", 0))
+
+    @property
+    def exit_reason(self) -> str:
+        """'finished', 'running' (still, or the run was killed), or why it stopped."""
+        return str(self._attributes.get("exit_reason", ""))
+
+    @property
+    def n_blocks(self) -> int:
+        return self._n_blocks
+
+    @property
+    def n_vertices(self) -> int:
+        """Vertices of all blocks."""
+        return self._n_vertices
+
+    @property
+    def n_frames(self) -> int:
+        return self._n_frames
+
+    @property
+    def n_steps(self) -> int:
+        """Accepted steps."""
+        return self._n_steps
+
+    # -- arrays --------------------------------------------------------------------------------------------------
+
+    def __getitem__(self, path: str) -> Any:
+        """The array at a path of the file, as NumPy array (texts as `str`); see docs/file-formats.md for all paths.
+
+        Tables that grow are cut to the whole steps and frames of this view.
+        """
+        path = path.strip("/")
+        rows = self._rows(path)
+
+        def read(file: h5py.File) -> Any:
+            if path not in file:
+                raise _NoSuchPath(path)
+            item = file[path]
+            if not isinstance(item, h5py.Dataset):
+                raise _NoSuchPath(path)
+            if h5py.check_string_dtype(item.dtype):
+                return _plain(item[()])
+            return item[()] if rows is None else item[:rows]
+
+        try:
+            return self._use(read)
+        except _NoSuchPath:
+            raise self._no_such_array(path) from None
+
+    def __contains__(self, path: object) -> bool:
+        return isinstance(path, str) and path.strip("/") in self.keys()
+
+    def keys(self) -> list[str]:
+        """Paths of all arrays in the file."""
+
+        def read(file: h5py.File) -> list[str]:
+            names: list[str] = []
+            file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+            return names
+
+        return self._use(read)
+
+    def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]:
+        """Rows [start, stop) of an array, without reading the others."""
+        path = path.strip("/")
+
+        def read(file: h5py.File) -> npt.NDArray[Any]:
+            if path not in file:
+                raise _NoSuchPath(path)
+            return np.asarray(file[path][start:stop])
+
+        try:
+            return self._use(read)
+        except _NoSuchPath:
+            raise self._no_such_array(path) from None
+
+    def _no_such_array(self, path: str) -> KeyError:
+        return KeyError(f"{self.path} has no array {path!r}; it has: {', '.join(self.keys())}")
+
+    def _rows(self, path: str) -> int | None:
+        group, _, name = path.partition("/")
+        if group == "history":
+            return self._n_steps
+        if group == "frames" and name in FRAME_TABLES:
+            return self._n_frames
+        if path == "frames/contact_offset":
+            return self._n_frames + 1
+        if group == "frames" and name in CONTACT_TABLES:
+            return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
+        return None
+
+    def _constant(self, path: str) -> npt.NDArray[Any]:
+        if path not in self._cache:
+            array = np.asarray(self[path])
+            array.flags.writeable = False
+            self._cache[path] = array
+        return self._cache[path]
+
+    @property
+    def vertex_offset(self) -> IntArray:
+        """(nb+1,) block i owns the vertices [offset[i], offset[i+1])."""
+        return self._constant("model/vertex_offset")
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(nv, 2) vertices at the start, counter-clockwise block by block [length]."""
+        return self._constant("model/vertices")
+
+    @property
+    def edge_joint(self) -> IntArray:
+        """(nv,) joint material of the edge that starts at the vertex; 0: a bridge to an island."""
+        return self._constant("model/edge_joint")
+
+    @property
+    def block_material(self) -> IntArray:
+        """(nb,) material number, from 1."""
+        return self._constant("model/block_material")
+
+    @property
+    def block_area(self) -> FloatArray:
+        """(nb,) at the start [length²]."""
+        return self._constant("model/block_area")
+
+    @property
+    def block_centroid(self) -> FloatArray:
+        """(nb, 2) at the start [length]."""
+        return self._constant("model/block_centroid")
+
+    @property
+    def fixed_points(self) -> FloatArray:
+        """(nf, 2) at the start [length]."""
+        return self._constant("model/fixed_points")
+
+    @property
+    def loading_points(self) -> FloatArray:
+        """(n, 2) at the start [length]."""
+        return self._constant("model/loading_points")
+
+    @property
+    def measured_points(self) -> FloatArray:
+        """(nm, 2) at the start [length]."""
+        return self._constant("model/measured_points")
+
+    def point_blocks(self, kind: str) -> IntArray:
+        """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
+        return self._use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
+
+    @property
+    def times(self) -> FloatArray:
+        """(nk,) time of each frame."""
+        return self["frames/time"]
+
+    @property
+    def steps(self) -> IntArray:
+        """(nk,) step of each frame; 0 is the start."""
+        return self["frames/step"]
+
+    @property
+    def energy_names(self) -> list[str]:
+        """What the columns of `history/energy` are."""
+        return self._use(lambda file: [str(_plain(name)) for name in file["history/energy"].attrs["columns"]])
+
+    # -- frames --------------------------------------------------------------------------------------------------
+
+    @property
+    def frames(self) -> Frames:
+        """The frames, as a sequence: `results.frames[-1]` is the last one."""
+        return Frames(self)
+
+    def frame(self, index: int = -1) -> Frame:
+        """One frame; negative numbers count from the end."""
+        return self.frames[index]
+
+    def frame_at(self, time: float) -> Frame:
+        """The frame that is nearest to a time."""
+        return self.frames[int(np.argmin(np.abs(self.times - time)))]
+
+    def polygons(self, frame: int = -1) -> list[FloatArray]:
+        """The blocks of a frame: for each an (m, 2) array of vertices, counter-clockwise, not closed [length]."""
+        return self.frames[frame].polygons()
+
+    def field(self, name: str, frame: int = -1) -> npt.NDArray[Any]:
+        """(nb,) a number for each block of a frame; `rockdda.FIELDS` lists the names."""
+        return self.frames[frame].field(name)
+
+    # -- tables --------------------------------------------------------------------------------------------------
+
+    def history(self) -> pandas.DataFrame:
+        """One row per accepted step (the index), one column per number.
+
+        time, dt, open_close_iterations, attempts, solver_iterations; open, sliding, locked: numbers of contacts;
+        max_displacement of the step; energy_kinetic … energy_residual; then for each measured point i (from 0)
+        measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, and for
+        each fixed point fixed_force_i_x, _y (of the support on the block).
+        """
+        import pandas
+
+        def read(file: h5py.File) -> dict[str, npt.NDArray[Any]]:
+            return {name: file[f"history/{name}"][: self._n_steps] for name in HISTORY_TABLES}
+
+        tables = self._use(read)
+        columns: dict[str, npt.NDArray[Any]] = {}
+        for name in ("time", "dt", "open_close_iterations", "attempts", "solver_iterations"):
+            columns[name] = tables[name]
+        for i, name in enumerate(("open", "sliding", "locked")):
+            columns[name] = tables["contacts"][:, i]
+        columns["max_displacement"] = tables["max_displacement"]
+        for i, name in enumerate(self.energy_names):
+            columns[f"energy_{name}"] = tables["energy"][:, i]
+        for i in range(tables["measured_rotation"].shape[1]):
+            for c, component in enumerate("xy"):
+                columns[f"measured_displacement_{i}_{component}"] = tables["measured_displacement"][:, i, c]
+            for c, component in enumerate(("x", "y", "xy")):
+                columns[f"measured_stress_{i}_{component}"] = tables["measured_stress"][:, i, c]
+            columns[f"measured_rotation_{i}"] = tables["measured_rotation"][:, i]
+        for i in range(tables["fixed_force"].shape[1]):
+            for c, component in enumerate("xy"):
+                columns[f"fixed_force_{i}_{component}"] = tables["fixed_force"][:, i, c]
+        return pandas.DataFrame(columns, index=pandas.Index(tables["step"], name="step"))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Frames and history as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
+
+        Dimensions: frame (with the coordinates time and frame_step), block, vertex, step (with step_time), xy,
+        stress_component, velocity_component, energy_column, contact_count, measured, fixed.
+        """
+        import xarray
+
+        xy = ["x", "y"]
+        frame, block = "frame", "block"
+        data: dict[str, tuple[tuple[str, ...], Any]] = {
+            "vertices": ((frame, "vertex", "xy"), self["frames/vertices"]),
+            "centroid": ((frame, block, "xy"), self["frames/centroid"]),
+            "rotation": ((frame, block), self["frames/rotation"]),
+            "stress": ((frame, block, "stress_component"), self["frames/stress"]),
+            "velocity": ((frame, block, "velocity_component"), self["frames/velocity"]),
+            "block_area": ((block,), self.block_area),
+        }
+        shapes: dict[str, tuple[str, ...]] = {
+            "dt": ("step",),
+            "open_close_iterations": ("step",),
+            "attempts": ("step",),
+            "solver_iterations": ("step",),
+            "contacts": ("step", "contact_count"),
+            "max_displacement": ("step",),
+            "energy": ("step", "energy_column"),
+            "measured_displacement": ("step", "measured", "xy"),
+            "measured_stress": ("step", "measured", "stress_component"),
+            "measured_rotation": ("step", "measured"),
+            "fixed_force": ("step", "fixed", "xy"),
+        }
+        for name, dimensions in shapes.items():
+            data[name] = (dimensions, self[f"history/{name}"])
+        return xarray.Dataset(
+            data,
+            coords={
+                "time": (frame, self.times),
+                "frame_step": (frame, self.steps),
+                "step": self["history/step"],
+                "step_time": ("step", self["history/time"]),
+                "block_material": (block, self.block_material),
+                "vertex_block": ("vertex", np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_offset))),
+                "xy": xy,
+                "stress_component": ["x", "y", "xy"],
+                "velocity_component": ["u", "v", "r", "ex", "ey", "gxy"],
+                "energy_column": self.energy_names,
+                "contact_count": ["open", "sliding", "locked"],
+            },
+            attrs={"title": self.title, "program_version": self.program_version, "exit_reason": self.exit_reason},
+        )
+
+    # -- pictures and files --------------------------------------------------------------------------------------
+
+    def plot(self, field: str | None = None, frame: int = -1, **options: Any) -> matplotlib.axes.Axes:
+        """Draw the blocks of a frame, coloured by a field; returns the matplotlib axes. See `rockdda.plot.plot`."""
+        from . import plot
+
+        return plot.plot(self, field=field, frame=frame, **options)
+
+    def animate(self, output: str | os.PathLike[str], **options: Any) -> Path:
+        """Make a film (.mp4, .gif or .html); returns its path. See `rockdda.animate.animate`."""
+        from . import animate
+
+        return animate.animate(self, output, **options)
+
+    def to_vtk(self, path: str | os.PathLike[str], **options: Any) -> Path:
+        """Write the frames for ParaView and PyVista; returns the path. See `rockdda.export.to_vtk`."""
+        from . import export
+
+        return export.to_vtk(self, path, **options)
+
+
+class Frames(Sequence["Frame"]):
+    """The frames of a results file."""
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+
+    def __len__(self) -> int:
+        return self._results.n_frames
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
+        if isinstance(index, slice):
+            return [Frame(self._results, i) for i in range(len(self))[index]]
+        number = int(index)
+        if number < 0:
+            number += len(self)
+        if not 0 <= number < len(self):
+            raise IndexError(f"{self._results.path} has {len(self)} frames, there is no frame {index}")
+        return Frame(self._results, number)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (Frame(self._results, i) for i in range(len(self)))
+
+
+class Frame:
+    """The blocks at one moment. Arrays are read when they are asked for, each once."""
+
+    def __init__(self, results: Results, index: int) -> None:
+        self.results = results
+        self.index = index
+        self._cache: dict[str, npt.NDArray[Any]] = {}
+
+    def __repr__(self) -> str:
+        return f"<rockdda.Frame {self.index}: step {self.step}, time {self.time:g}>"
+
+    def _row(self, name: str) -> npt.NDArray[Any]:
+        if name not in self._cache:
+            self._cache[name] = self.results.rows(f"frames/{name}", self.index, self.index + 1)[0]
+        return self._cache[name]
+
+    @property
+    def step(self) -> int:
+        return int(self._row("step"))
+
+    @property
+    def time(self) -> float:
+        return float(self._row("time"))
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(nv, 2) vertices of all blocks [length]."""
+        return self._row("vertices")
+
+    @property
+    def centroid(self) -> FloatArray:
+        """(nb, 2) [length]."""
+        return self._row("centroid")
+
+    @property
+    def rotation(self) -> FloatArray:
+        """(nb,) since the start, counter-clockwise [rad]."""
+        return self._row("rotation")
+
+    @property
+    def stress(self) -> FloatArray:
+        """(nb, 3) σx σy τxy, tension positive [force/length²]."""
+        return self._row("stress")
+
+    @property
+    def velocity(self) -> FloatArray:
+        """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
+        return self._row("velocity")
+
+    @property
+    def displacement(self) -> FloatArray:
+        """(nb, 2) of the centroids since the start [length]."""
+        return self.centroid - self.results.block_centroid
+
+    @property
+    def vertex_displacement(self) -> FloatArray:
+        """(nv, 2) of the vertices since the start [length]."""
+        return self.vertices - self.results.vertices
+
+    @property
+    def contacts(self) -> Contacts:
+        """The contacts of the step that ended here (none in a file without contacts)."""
+        begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
+        return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in CONTACT_TABLES))
+
+    def polygons(self) -> list[FloatArray]:
+        """For each block an (m, 2) array of its vertices, counter-clockwise, not closed [length]."""
+        return np.split(self.vertices, self.results.vertex_offset[1:-1])
+
+    def principal_stress(self) -> tuple[FloatArray, FloatArray]:
+        """((nb, 2) largest and smallest principal stress, (nb,) angle of the largest to the x axis [rad])."""
+        sx, sy, txy = self.stress.T
+        middle, radius = (sx + sy) / 2, np.hypot((sx - sy) / 2, txy)
+        return np.stack([middle + radius, middle - radius], axis=1), np.arctan2(2 * txy, sx - sy) / 2
+
+    def field(self, name: str) -> npt.NDArray[Any]:
+        """(nb,) a number for each block; `rockdda.FIELDS` lists the names."""
+        if name not in FIELDS:
+            raise ValueError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
+        return FIELDS[name].compute(self)
+
+
+def _fields() -> dict[str, Field]:
+    """All fields by name."""
+    entries: list[tuple[str, str, str, Callable[[Frame], npt.NDArray[Any]]]] = [
+        ("displacement", "displacement", "of the centroid since the start", lambda f: np.hypot(*f.displacement.T)),
+        ("displacement_x", "displacement in x", "of the centroid since the start", lambda f: f.displacement[:, 0]),
+        ("displacement_y", "displacement in y", "of the centroid since the start", lambda f: f.displacement[:, 1]),
+        ("rotation", "rotation [rad]", "since the start, counter-clockwise", lambda f: f.rotation),
+        ("velocity", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
+        ("velocity_x", "velocity in x", "of the centroid", lambda f: f.velocity[:, 0]),
+        ("velocity_y", "velocity in y", "of the centroid", lambda f: f.velocity[:, 1]),
+        ("spin", "spin [rad per time]", "angular velocity, counter-clockwise", lambda f: f.velocity[:, 2]),
+        ("stress_x", "σx", "tension positive", lambda f: f.stress[:, 0]),
+        ("stress_y", "σy", "tension positive", lambda f: f.stress[:, 1]),
+        ("stress_xy", "τxy", "shear stress", lambda f: f.stress[:, 2]),
+        ("stress", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
+        ("stress_max", "largest principal stress", "tension positive", lambda f: f.principal_stress()[0][:, 0]),
+        ("stress_mean", "mean stress", "(σx + σy)/2, tension positive", lambda f: f.stress[:, :2].mean(axis=1)),
+        (
+            "stress_shear",
+            "largest shear stress",
+            "half the difference of the principal stresses",
+            lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
+        ),
+        ("material", "block material", "number, from 1", lambda f: f.results.block_material),
+        ("block", "block", "number, from 0", lambda f: np.arange(f.results.n_blocks)),
+    ]
+    return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
+
+
+FIELDS: dict[str, Field] = _fields()
+
+
+def open(path: str | os.PathLike[str]) -> Results:
+    """Open a results file (.h5), also one that a run is still writing.
+
+    Raises InputError, with the reason, for a file that is damaged or no results file.
+    """
+    return Results(path)
+
+
+class _NoSuchPath(Exception):
+    pass
+
+
+def _open_hdf5(path: Path) -> h5py.File:
+    """Open for reading without a lock, so that the run that writes the file is not disturbed."""
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        # this process has the file open already, with locks
+        if "locking flag" not in str(error):
+            raise
+        return h5py.File(path, "r")
+
+
+def _plain(value: Any) -> Any:
+    """Texts as str, numbers of size one as Python numbers."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "surrogateescape")
+    if isinstance(value, np.ndarray) and value.size == 1:
+        return _plain(value.item())
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    return value
+
+
+def _reason(error: BaseException) -> str:
+    text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
+    begin, end = text.find("("), text.rfind(")")  # h5py: "Unable to … (the reason)"
+    return text[begin + 1 : end] if 0 <= begin < end and text.startswith("Unable") else text
+
+
+def _changed_lately(path: Path) -> bool:
+    """Has the file been written within the last minute?"""
+    try:
+        return clock.time() - path.stat().st_mtime < 60
+    except OSError:
+        return False
+
+
+def _check_signature(path: Path) -> None:
+    """Is it a file, and HDF5?"""
+    if not path.exists():
+        raise InputError("no such file", path)
+    if path.is_dir():
+        raise InputError("is a folder, not a results file", path)
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(8)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path) from error
+    if head != b"\x89HDF\r\n\x1a\n":
+        raise InputError("is not a results file: it is no HDF5 file" + (" but empty" if not head else ""), path)
+
+
+def _check_format(path: Path, attributes: dict[str, Any]) -> None:
+    """Is it ours, and of a version that we know?"""
+    found = attributes.get("format")
+    if found is None:
+        raise InputError("is an HDF5 file, but not one of RockDDA: it has no attribute 'format'", path)
+    if found != "rockdda":
+        raise InputError(f"is not a results file of RockDDA: its format is {found!r}, expected 'rockdda'", path)
+    version = attributes.get("format_version")
+    if version != FORMAT_VERSION:
+        raise InputError(f"has format version {version}; this package reads version {FORMAT_VERSION}", path)

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+"""Results made by the program, shared by all tests."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+INPUTS = ROOT / "inputs"
+
+
+@pytest.fixture(scope="session")
+def program() -> str:
+    """Path of the program."""
+    built = ROOT / "build/bin/rockdda"
+    found = os.environ.get("ROCKDDA_PROGRAM") or (str(built) if built.exists() else shutil.which("rockdda"))
+    if not found:
+        pytest.skip("the program is not built")
+    return found
+
+
+@pytest.fixture(scope="session")
+def flat_arch(program, tmp_path_factory) -> Path:
+    """Results of inputs/flat_arch: 60 steps, a frame every 20."""
+    path = tmp_path_factory.mktemp("results") / "flat_arch.h5"
+    command = [program, "run", INPUTS / "flat_arch", "-o", path, "--steps", "60", "--save-every", "20", "--quiet"]
+    subprocess.run(command, check=True, capture_output=True)
+    return path
