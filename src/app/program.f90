@@ -1,0 +1,53 @@
+! SPDX-License-Identifier: MIT
+!> What the program does with its command line.
+module rockdda_app_program
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_app_arguments, only : command_line_type, parse_command_line
+   use rockdda_app_command_check, only : run_check
+   use rockdda_app_command_cut, only : run_cut
+   use rockdda_app_command_info, only : run_info
+   use rockdda_app_command_run, only : run_run
+   use rockdda_app_command_version, only : run_version
+   use rockdda_app_process, only : argument_type, say, complain
+   use rockdda_app_report, only : report_failure
+   use rockdda_app_usage, only : usage_text
+   implicit none
+   private
+   public :: run_program
+
+contains
+
+   !> Do what the command line asks for; returns the exit code.
+   subroutine run_program(arguments, exit_code)
+      type(argument_type), intent(in) :: arguments(:)   !! without the program's name
+      integer, intent(out) :: exit_code
+      type(command_line_type) :: line
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: error
+      logical :: ok
+
+      call parse_command_line(arguments, line, error)
+      exit_code = 0
+      ok = .true.
+      if (line%help) then
+         call say(usage_text(line%command), ok)
+      else if (allocated(error)) then
+         call report_failure(line, messages, error, exit_code)
+      else if (line%version) then
+         call run_version(line, ok)
+      else
+         select case (line%command)
+         case ('cut'); call run_cut(line, exit_code)
+         case ('run'); call run_run(line, exit_code)
+         case ('check'); call run_check(line, exit_code)
+         case ('info'); call run_info(line, exit_code)
+         case default
+            call complain(usage_text('')//new_line('a')//'rockdda: error: no command given')
+            exit_code = error_code%input
+         end select
+      end if
+      if (.not. ok) exit_code = error_code%output
+   end subroutine run_program
+
+end module rockdda_app_program
