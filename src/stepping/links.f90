@@ -26,7 +26,7 @@ module rockdda_stepping_links
 
 contains
 
-   !> Blocks, directions and sizes of all links at the start of a step.
+   !> Blocks, directions and sizes of all links at the start of a step; the graph of the equations is then to be set.
    subroutine set_link_vectors(blocks, topology, state, table, bolts, equations)
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
@@ -75,7 +75,6 @@ contains
          bolts%force(l) = bolt_force(blocks%bolts%stiffness(l), blocks%bolts%pretension(l), &
                                      state%bolt_elongation(l), state%bolt_plastic(l))
       end do
-      call equations%set_graph()
    end subroutine set_link_vectors
 
    !> Dashpot coefficients of a contact: normal and shear [force time/length].

@@ -8,6 +8,7 @@ module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
    use rockdda_base_strings, only : to_string
+   use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -58,6 +59,7 @@ module rockdda_stepping_simulation
       type(step_record_type) :: record          !! of the last accepted step
       real(wp), allocatable :: line_ends(:, :)  !! (4, line loads) where they are now
       type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
+      type(phase_times_type) :: times           !! where the time went; nothing depends on it
       ! derived from the model
       type(contact_topology_type), private :: topology
       type(contact_law_type), allocatable, private :: laws(:)
@@ -151,6 +153,7 @@ contains
       integer :: outcome, attempts, rounds, iterations
       character(len=:), allocatable :: detail
 
+      call self%times%start()
       call self%control%end_stages(self%parameters, self%state%step, self%state%time)
       wanted = self%control%dt
       dt = self%control%step_size(self%parameters, self%state%time)
@@ -183,10 +186,14 @@ contains
             dt = max(self%parameters%dt_min, self%parameters%cut_factor*dt)
          end select
       end do
+      call self%times%lap(phase%other)
       call self%accept(dt, abs(dt - wanted) > 0 .and. attempts == 1, displacement)
       self%record%open_close_iterations = rounds
       self%record%attempts = attempts
       self%record%solver_iterations = iterations
+      self%times%steps = self%times%steps + 1
+      self%times%solver_iterations = self%times%solver_iterations + iterations
+      call self%times%lap(phase%update)
    end subroutine advance
 
    !> How far the search has to look: four times the displacement expected in the step, at least a little,
@@ -227,7 +234,7 @@ contains
       real(wp), intent(in) :: reach
       type(search_limits_type) :: limits
       real(wp) :: deepest
-      integer :: c
+      integer :: c, pattern_id
       ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner
       deepest = 0
       do c = 1, self%contacts%n
@@ -238,9 +245,17 @@ contains
       limits%penetration = max(reach, 0.3_wp*self%parameters%search_distance, 2*deepest)
       limits%sine = sin(self%parameters%angle_tolerance)
       limits%cosine = cos(self%parameters%angle_tolerance)
+      call self%times%lap(phase%other)
       call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%table)
+      self%times%searches = self%times%searches + 1
+      call self%times%lap(phase%search)
       call set_link_vectors(self%blocks, self%topology, self%state, self%table, self%bolts, self%equations)
+      call self%times%lap(phase%links)
+      pattern_id = self%equations%matrix%pattern_id
+      call self%equations%set_graph()
+      if (self%equations%matrix%pattern_id /= pattern_id) self%times%patterns = self%times%patterns + 1
+      call self%times%lap(phase%graph)
    end subroutine prepare_contacts
 
    !> One attempt: open-close rounds with a fixed dt.
@@ -266,9 +281,12 @@ contains
       settings%dt = dt
       displacement = 0
       detail = ''
+      self%times%attempts = self%times%attempts + 1
+      call self%times%lap(phase%other)
       call set_block_terms(self%blocks, self%parameters, self%matrices, self%state, self%control%released, &
                            self%line_blocks, self%line_ends, self%control%gravity(self%parameters), dt, self%loads, &
                            self%equations%block_matrix, self%equations%block_load)
+      call self%times%lap(phase%block_terms)
       call self%trial%begin(self%table, self%laws, settings)
       call set_shear_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
       self%bolts%yields = .false.
@@ -278,7 +296,12 @@ contains
          call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
                               dt, self%equations)
          call self%equations%assemble()
+         self%times%rounds = self%times%rounds + 1
+         self%times%contacts = self%times%contacts + self%table%n
+         self%times%assembled = self%times%assembled + self%table%n
+         call self%times%lap(phase%assembly)
          call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
+         call self%times%lap(phase%solve)
          if (allocated(error)) then
             if (error%code /= error_code%computation) return
             detail = error%message
@@ -301,6 +324,7 @@ contains
          call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
          call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
+         call self%times%lap(phase%judge)
          outcome = attempt%not_converged
          if (n_changes + n_bolts > 0) cycle
          outcome = attempt%converged
