@@ -5,33 +5,23 @@ module rockdda_app_arguments
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
-   use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_driver_model_input, only : run_request_type
    use rockdda_app_process, only : argument_type
    implicit none
    private
-   public :: command_line_type, parse_command_line, apply_to_options, command_names
+   public :: command_line_type, parse_command_line, command_names
 
    !> The commands, in the order of the help.
    character(len=*), parameter :: command_names(4) = [character(len=5) :: 'cut', 'run', 'check', 'info']
    !> Those that write a file.
    character(len=*), parameter :: writers = ' cut run '
 
-   type :: command_line_type
+   type, extends(run_request_type) :: command_line_type
       character(len=:), allocatable :: command       !! '' when none was given
       type(argument_type), allocatable :: files(:)
-      logical :: help = .false., version = .false., force = .false., quiet = .false., json = .false.
-      character(len=:), allocatable :: output        !! '' when not given, and so below
-      character(len=:), allocatable :: config
-      character(len=:), allocatable :: solver
-      integer :: dialect = 0                         !! one of dialect%...
-      integer :: threads = unset_integer
-      integer :: steps = unset_integer
-      integer :: save_every = unset_integer
-      real(wp) :: t_end = unset_real
-      real(wp) :: max_wall = unset_real
-      real(wp) :: checkpoint_every = unset_real
+      logical :: help = .false., version = .false., quiet = .false., json = .false.
    end type command_line_type
 
    !> What an option takes.
@@ -244,22 +234,5 @@ contains
          if (known(k)%name == name) find_option = k
       end do
    end function find_option
-
-   !> The command line wins over the namelist file.
-   subroutine apply_to_options(line, options)
-      type(command_line_type), intent(in) :: line
-      type(run_options_type), intent(inout) :: options
-      if (is_set(line%threads)) options%threads = line%threads
-      if (is_set(line%steps)) options%steps = line%steps
-      if (is_set(line%t_end)) options%t_end = line%t_end
-      if (is_set(line%max_wall)) options%max_wall = line%max_wall
-      if (is_set(line%checkpoint_every)) options%checkpoint_every = line%checkpoint_every
-      if (is_set(line%save_every)) then
-         options%save_every = line%save_every
-         options%save_dt = unset_real
-      end if
-      if (len(line%solver) > 0) options%method = line%solver
-      if (len(line%output) > 0) options%output_file = line%output
-   end subroutine apply_to_options
 
 end module rockdda_app_arguments

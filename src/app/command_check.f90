@@ -18,9 +18,9 @@ module rockdda_app_command_check
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name
    use rockdda_io_results_info, only : results_info_type, read_results_info
+   use rockdda_driver_model_input, only : model_input_type, read_model, recognise_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_model_input, only : model_input_type, read_model, recognise_file
    use rockdda_app_process, only : argument_type, say
    use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
    implicit none

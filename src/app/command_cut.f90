@@ -13,9 +13,9 @@ module rockdda_app_command_cut
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_driver_model_input, only : recognise_file, stem_of
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_model_input, only : recognise_file, stem_of
    use rockdda_app_process, only : say
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none

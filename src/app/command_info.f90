@@ -18,10 +18,10 @@ module rockdda_app_command_info
    use rockdda_io_recognise, only : file_kind, kind_name
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_source, only : source_type, read_source
+   use rockdda_driver_model_input, only : model_input_type, recognise_file, read_blocks, count_points
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_facts, only : facts_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_model_input, only : model_input_type, recognise_file, read_blocks, count_points
    use rockdda_app_process, only : say
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none

@@ -2,15 +2,13 @@
 !> The process: arguments, standard streams, signals, exit. Only this module prints and stops.
 module rockdda_app_process
    use, intrinsic :: iso_c_binding, only : c_int
-   use, intrinsic :: iso_fortran_env, only : int64
-   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
    public :: argument_type, get_arguments, start_process, end_process
    public :: say, complain, show_status, is_terminal
-   public :: watch_signals, seen_signal, set_writing, wall_seconds
+   public :: watch_signals, seen_signal, set_writing
 
    !> One word of the command line.
    type :: argument_type
@@ -125,12 +123,5 @@ contains
       logical, intent(in) :: yes
       call c_set_writing(merge(1_c_int, 0_c_int, yes))
    end subroutine set_writing
-
-   !> Seconds on the wall clock since some fixed moment.
-   real(wp) function wall_seconds()
-      integer(int64) :: count, rate
-      call system_clock(count, rate)
-      wall_seconds = real(count, wp)/real(max(1_int64, rate), wp)
-   end function wall_seconds
 
 end module rockdda_app_process

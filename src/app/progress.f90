@@ -3,7 +3,8 @@
 module rockdda_app_progress
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_app_process, only : complain, show_status, is_terminal, wall_seconds
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_app_process, only : complain, show_status, is_terminal
    implicit none
    private
    public :: progress_type

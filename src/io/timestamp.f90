@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> The time of day for file headers.
+!> The time of day for file headers, and a clock.
 module rockdda_io_timestamp
+   use, intrinsic :: iso_fortran_env, only : int64
+   use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: utc_now, utc_text
+   public :: utc_now, utc_text, wall_seconds
 
 contains
 
@@ -54,5 +56,12 @@ contains
       if (month /= 2) return
       if ((mod(year, 4) == 0 .and. mod(year, 100) /= 0) .or. mod(year, 400) == 0) days_of = 29
    end function days_of
+
+   !> Seconds on the wall clock since some fixed moment.
+   real(wp) function wall_seconds()
+      integer(int64) :: count, rate
+      call system_clock(count, rate)
+      wall_seconds = real(count, wp)/real(max(1_int64, rate), wp)
+   end function wall_seconds
 
 end module rockdda_io_timestamp

@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> From the files of a command line to a model and the parameters of its run.
-module rockdda_app_model_input
+!> From files, or texts in memory, to a model and the parameters of its run.
+module rockdda_driver_model_input
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_model_options, only : run_options_type
+   use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set
    use rockdda_model_parameters, only : parameters_type, resolve_parameters
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_analysis_file, only : read_analysis_source
@@ -18,12 +19,27 @@ module rockdda_app_model_input
    use rockdda_io_namelist_file, only : read_options_source
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
-   use rockdda_app_arguments, only : command_line_type, apply_to_options
    implicit none
    private
-   public :: model_input_type, find_files, read_model, read_blocks, count_points, recognise_file, stem_of
+   public :: model_input_type, run_request_type
+   public :: find_files, read_model, read_blocks, count_points, recognise_file, stem_of
+
+   !> What is asked of a run beside its files; wins over the options file.
+   type :: run_request_type
+      character(len=:), allocatable :: output        !! '' when not given, and so below
+      character(len=:), allocatable :: config
+      character(len=:), allocatable :: solver
+      integer :: dialect = 0                         !! one of dialect%...
+      integer :: threads = unset_integer
+      integer :: steps = unset_integer
+      integer :: save_every = unset_integer
+      real(wp) :: t_end = unset_real
+      real(wp) :: max_wall = unset_real
+      real(wp) :: checkpoint_every = unset_real
+      logical :: force = .false.                     !! overwrite an older result
+   end type run_request_type
 
    type :: model_input_type
       ! which files
@@ -31,6 +47,7 @@ module rockdda_app_model_input
       character(len=:), allocatable :: analysis_file   !! '' when there is none, and so below
       character(len=:), allocatable :: config_file
       integer :: model_kind = 0                        !! file_kind%geometry or file_kind%blocks
+      logical :: in_memory = .false.                   !! the texts are given, the files are but names for messages
       ! what they say
       character(len=:), allocatable :: model_text, analysis_text, config_text
       type(geometry_input_type) :: geometry
@@ -44,58 +61,49 @@ module rockdda_app_model_input
 
 contains
 
-   !> Find the files of a run: a folder, or a geometry or block file and an analysis file.
-   subroutine find_files(line, input, messages, error)
-      type(command_line_type), intent(in) :: line
+   !> Find the files of a run: a folder (then without an analysis file), or a geometry or block file and an analysis
+   !> file.
+   subroutine find_files(model, analysis, config, input, messages, error)
+      character(len=*), intent(in) :: model     !! a file or a folder
+      character(len=*), intent(in) :: analysis  !! '' for a folder
+      character(len=*), intent(in) :: config    !! options file, '' for none or that of the folder
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      integer :: kinds(2), i
-      logical :: ok, all_ok
-      input%config_file = line%config
-      if (size(line%files) == 1) then
-         if (get_path_kind(line%files(1)%text) == path_kind%directory) then
-            call find_in_folder(line%files(1)%text, input, error)
-            return
-         end if
-      end if
-      if (size(line%files) /= 2) then
-         call make_error(error, error_code%input, "'rockdda run' needs a geometry or block file and an analysis "// &
-                         'file, or one folder with them; found '//to_string(size(line%files))// &
-                         trim(merge(' file ', ' files', size(line%files) == 1))//", see 'rockdda run --help'")
+      integer :: kinds(2)
+      logical :: ok(2)
+      input%config_file = config
+      if (len(analysis) == 0) then
+         call find_in_folder(model, input, error)
          return
       end if
-      all_ok = .true.
-      do i = 1, 2
-         call recognise_file(line%files(i)%text, kinds(i), messages, ok)
-         all_ok = all_ok .and. ok
-      end do
-      if (.not. all_ok) return
-      input%model_file = line%files(1)%text
-      input%analysis_file = line%files(2)%text
+      call recognise_file(model, kinds(1), messages, ok(1))
+      call recognise_file(analysis, kinds(2), messages, ok(2))
+      if (.not. all(ok)) return
+      input%model_file = model
+      input%analysis_file = analysis
       input%model_kind = kinds(1)
       if (is_model(kinds(2)) .and. kinds(1) == file_kind%analysis) then
-         call wrong_kind(1, 'a geometry or block file; the two files are in the wrong order')
+         call wrong_kind(model, kinds(1), 'a geometry or block file; the two files are in the wrong order')
       else
-         if (.not. is_model(kinds(1))) call wrong_kind(1, 'a geometry or block file')
-         if (kinds(2) /= file_kind%analysis) call wrong_kind(2, 'an analysis file')
+         if (.not. is_model(kinds(1))) call wrong_kind(model, kinds(1), 'a geometry or block file')
+         if (kinds(2) /= file_kind%analysis) call wrong_kind(analysis, kinds(2), 'an analysis file')
       end if
 
    contains
 
       !> A file that is not what its place asks for.
-      subroutine wrong_kind(place, expected)
-         integer, intent(in) :: place
-         character(len=*), intent(in) :: expected
+      subroutine wrong_kind(path, kind, expected)
+         character(len=*), intent(in) :: path, expected
+         integer, intent(in) :: kind               !! found
          type(origin_type) :: origin
-         origin%file = line%files(place)%text
-         if (kinds(place) == file_kind%ddaml) then
+         origin%file = path
+         if (kind == file_kind%ddaml) then
             call messages%add(severity%error, "this is a DDAML (XML) file; convert it first with 'rockdda-post "// &
                               "convert'", origin)
          else
             call messages%add(severity%error, &
-                              'expected '//expected//', found '//with_article(kind_name(kinds(place))), &
-                              origin)
+                              'expected '//expected//', found '//with_article(kind_name(kind)), origin)
          end if
       end subroutine wrong_kind
 
@@ -115,17 +123,17 @@ contains
 
    !> Read everything, cut if need be, and put the parameters of the run together. Every problem goes into
    !> `messages`; `error` is what cutting says about a geometry that it cannot cut.
-   subroutine read_model(line, input, messages, error)
-      type(command_line_type), intent(in) :: line
+   subroutine read_model(request, input, messages, error)
+      class(run_request_type), intent(in) :: request
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       integer :: before
       call read_config(input, messages)
-      call apply_to_options(line, input%options)
+      call apply_to_options(request, input%options)
       call read_blocks(input, messages, error)
       before = messages%n_errors
-      call read_analysis(line, input, messages)
+      call read_analysis(request%dialect, input, messages)
       if (messages%n_errors > before) return
       if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
          call check_geometry_materials(input%geometry, input%analysis, messages)
@@ -144,13 +152,47 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(source_type) :: source
       logical :: ok
-      input%config_text = ''
+      if (.not. allocated(input%config_text)) input%config_text = ''
       if (len(input%config_file) == 0) return
-      call read_source(input%config_file, source, messages, ok)
+      call get_source(input%in_memory, input%config_file, input%config_text, source, messages, ok)
       if (.not. ok) return
-      input%config_text = source%text
       call read_options_source(source, input%options, messages)
    end subroutine read_config
+
+   !> The text of a file; `text` is given when it is in memory, and set otherwise.
+   subroutine get_source(in_memory, file, text, source, messages, ok)
+      logical, intent(in) :: in_memory
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable, intent(inout) :: text
+      type(source_type), intent(out) :: source
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok
+      if (in_memory) then
+         call new_source(file, text, source)
+         ok = .true.
+         return
+      end if
+      text = ''
+      call read_source(file, source, messages, ok)
+      if (ok) text = source%text
+   end subroutine get_source
+
+   !> What is asked for wins over the options file.
+   pure subroutine apply_to_options(request, options)
+      class(run_request_type), intent(in) :: request
+      type(run_options_type), intent(inout) :: options
+      if (is_set(request%threads)) options%threads = request%threads
+      if (is_set(request%steps)) options%steps = request%steps
+      if (is_set(request%t_end)) options%t_end = request%t_end
+      if (is_set(request%max_wall)) options%max_wall = request%max_wall
+      if (is_set(request%checkpoint_every)) options%checkpoint_every = request%checkpoint_every
+      if (is_set(request%save_every)) then
+         options%save_every = request%save_every
+         options%save_dt = unset_real
+      end if
+      if (len(request%solver) > 0) options%method = request%solver
+      if (len(request%output) > 0) options%output_file = request%output
+   end subroutine apply_to_options
 
    !> Read a block file, or read a geometry file and cut it.
    subroutine read_blocks(input, messages, error)
@@ -161,11 +203,9 @@ contains
       integer :: before
       logical :: ok
       input%has_blocks = .false.
-      input%model_text = ''
       before = messages%n_errors
-      call read_source(input%model_file, source, messages, ok)
+      call get_source(input%in_memory, input%model_file, input%model_text, source, messages, ok)
       if (.not. ok) return
-      input%model_text = source%text
       if (input%model_kind == file_kind%blocks) then
          call read_block_source(source, input%blocks, messages)
       else
@@ -181,19 +221,17 @@ contains
    end subroutine read_blocks
 
    !> Read the analysis file; the number of points of the model decides between dialects when it is known.
-   subroutine read_analysis(line, input, messages)
-      type(command_line_type), intent(in) :: line
+   subroutine read_analysis(way, input, messages)
+      integer, intent(in) :: way                   !! one of dialect%...
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(source_type) :: source
       integer :: n_fixed, n_loading
       logical :: ok
-      input%analysis_text = ''
-      call read_source(input%analysis_file, source, messages, ok)
+      call get_source(input%in_memory, input%analysis_file, input%analysis_text, source, messages, ok)
       if (.not. ok) return
-      input%analysis_text = source%text
       call count_points(input, n_fixed, n_loading)
-      call read_analysis_source(source, n_fixed, n_loading, line%dialect, input%analysis, messages)
+      call read_analysis_source(source, n_fixed, n_loading, way, input%analysis, messages)
    end subroutine read_analysis
 
    !> Fixed and loading points of the model; as far as a geometry with errors lets them be known, else -1.
@@ -269,4 +307,4 @@ contains
       if (dot > 1) stem = stem(1:dot - 1)
    end function stem_of
 
-end module rockdda_app_model_input
+end module rockdda_driver_model_input
