@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""Foreign input files to RockDDA's own: DDAML of DDA for Windows, DXF drawings, GeoJSON lines."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from . import convert_ddaml, convert_dxf, convert_geojson
+from .convert_model import Analysis, BlockMaterial, Geometry
+from .convert_report import Report
+from .errors import InputError, OutputError, Problem
+
+__all__ = ["Conversion", "convert"]
+
+
+@dataclass
+class Conversion:
+    """What was written, and what was left out or guessed."""
+
+    files: list[Path]
+    messages: list[str] = field(default_factory=list)  # warnings and notes, as text with the source line
+    problems: list[Problem] = field(default_factory=list)  # the same as data
+
+
+def convert(
+    inputs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    layers: dict[str, str] | None = None,
+    e0: float | None = None,
+    chord: float | None = None,
+    template: bool = False,
+    force: bool = False,
+) -> Conversion:
+    """Convert DDAML (geometry, analysis or both), a DXF drawing or GeoJSON lines; returns what was written.
+
+    The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
+    folder; an existing folder as `output` takes them under that name. `layers` says what the layers of a drawing are
+    (see `rockdda.convert_dxf`), `e0` is the edge-node distance and `chord` the largest distance of chords from curves.
+    `template` also writes an analysis file with typical values for rock (m, kg, s, N) where the input has none.
+    Raises InputError with all problems; nothing is written then. Existing files are replaced with `force` only.
+    """
+    paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
+    if not paths:
+        raise InputError("nothing to convert")
+    paths = [member for path in paths for member in (_members(path) if path.is_dir() else [path])]
+    geometry, analysis, reports = _read(paths, layers, e0, chord)
+    stem = _stem(paths[0], output)
+    title = ", ".join(path.name for path in paths)
+    if geometry is not None and not geometry.e0 > 0:
+        raise InputError(f"the edge-node distance e0 must be positive, found {geometry.e0:g}", paths[0])
+    counted = geometry
+    if analysis is not None:
+        if geometry is None and analysis.has_tables:
+            counted = _neighbour(paths[0], reports[-1])
+        _match_loads(counted, analysis, reports[-1])
+    elif template and geometry is not None:
+        analysis = _template(geometry)
+        reports[0].note("the analysis file has typical values for rock in m, kg, s, N: change them to yours")
+    texts: dict[Path, str] = {}
+    if geometry is not None:
+        if geometry.bolts and geometry.bolt_values is None:
+            reports[0].warning("the bolts have no stiffness: the program ignores them")
+        texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
+    if analysis is not None:
+        if counted is not None and analysis.has_tables:
+            analysis.fixed_count = _count_fixed(counted)
+        texts[stem.with_name(stem.name + ".df")] = analysis.text(f"from {title}")
+        options = analysis.options_text()
+        if options:
+            texts[stem.with_name(stem.name + ".nml")] = options
+    _write(texts, force)
+    problems = [(report, problem) for report in reports for problem in report.problems]
+    return Conversion(list(texts), [report.text(p) for report, p in problems], [p for _, p in problems])
+
+
+def _read(
+    paths: list[Path], layers: dict[str, str] | None, e0: float | None, chord: float | None
+) -> tuple[Geometry | None, Analysis | None, list[Report]]:
+    geometry: Geometry | None = None
+    analysis: Analysis | None = None
+    bolts: tuple[float, float, float] | None = None
+    reports: list[Report] = []
+
+    def only(found: Geometry | Analysis | None, what: str, path: Path) -> None:
+        if found is not None:
+            raise InputError(f"there is already {what}: convert one model at a time", path)
+
+    for path in paths:
+        kind = _kind(path)
+        if kind in ("geometry", "both", "dxf", "geojson"):
+            only(geometry, "a geometry", path)
+            if kind == "dxf":
+                geometry, report = convert_dxf.read_dxf(path, layers, e0, chord)
+            elif kind == "geojson":
+                geometry, report = convert_geojson.read_geojson(path, e0)
+            else:
+                geometry, report = convert_ddaml.read_geometry(path)
+                geometry.e0 = e0 if e0 is not None else geometry.e0
+            reports.append(report)
+        if kind in ("analysis", "both"):
+            only(analysis, "an analysis", path)
+            analysis, bolts, report = convert_ddaml.read_analysis(path)
+            reports.append(report)
+    if geometry is not None and bolts is not None:
+        geometry.bolt_values = bolts
+    return geometry, analysis, reports
+
+
+def _members(folder: Path) -> list[Path]:
+    """The files of a folder that make one model, the geometry first."""
+    found = {path: convert_ddaml.is_ddaml(path) for path in sorted(folder.iterdir()) if path.is_file()}
+    members = [path for kind in ("both", "geometry", "analysis") for path, is_kind in found.items() if is_kind == kind]
+    if not members:
+        raise InputError("a folder without DDAML files", folder)
+    return members
+
+
+def _neighbour(path: Path, report: Report) -> Geometry | None:
+    """The geometry that stands beside an analysis file under the same name."""
+    beside = path.with_suffix(".geo")
+    if beside == path or convert_ddaml.is_ddaml(beside) not in ("geometry", "both"):
+        return None
+    report.note(f"points are counted in {beside}")
+    return convert_ddaml.read_geometry(beside)[0]
+
+
+def _kind(path: Path) -> str:
+    """What a file is, by its content, then by its ending."""
+    if not path.exists():
+        raise InputError("no such file", path)
+    found = convert_ddaml.is_ddaml(path)
+    if found:
+        return found
+    head = path.open("rb").read(64).lstrip(b"\xef\xbb\xbf \t\r\n")
+    if path.suffix.lower() == ".dxf" or head.startswith(b"AutoCAD Binary DXF"):
+        return "dxf"
+    if path.suffix.lower() in (".geojson", ".json") or head.startswith(b"{"):
+        return "geojson"
+    if head.startswith(b"<"):
+        raise InputError("is XML, but not DDAML: it has neither 'Geometry' nor 'Analysis'", path)
+    raise InputError("is neither DDAML nor DXF nor GeoJSON; RockDDA's own files need no conversion", path)
+
+
+def _stem(first: Path, output: str | os.PathLike[str] | None) -> Path:
+    """Path of the output without ending."""
+    if output is None:
+        return Path(first.stem)
+    path = Path(output)
+    if path.is_dir():
+        return path / first.stem
+    return path.with_suffix("") if path.suffix.lower() in (".dc", ".df", ".nml") else path
+
+
+def _match_loads(geometry: Geometry | None, analysis: Analysis, report: Report) -> None:
+    """Every loading point has a table, every table a point."""
+    if geometry is None:
+        if analysis.has_tables:
+            report.error(
+                "load points have values, and the analysis file counts all points: name the geometry file, too"
+            )
+        report.raise_errors()
+        return
+    points, tables = len(geometry.loading), len(analysis.loads)
+    if tables > points:
+        report.error(f"there are {tables} load points with values, but the geometry has {points} loading points")
+    elif tables < points:
+        report.warning(f"{points - tables} of {points} loading points have no values: they carry no load")
+        analysis.loads += [[] for _ in range(points - tables)]
+    report.raise_errors()
+
+
+def _count_fixed(geometry: Geometry) -> int:
+    """Number of fixed points after cutting: lines become points where they cross blocks."""
+    if all(segment[:2] == segment[2:] for segment in geometry.fixed):
+        return len(geometry.fixed)
+    program = _program()
+    if program is None:
+        raise InputError("fixed lines beside load tables: the program 'rockdda' is needed to count points, not found")
+    with tempfile.TemporaryDirectory() as folder:
+        source, blocks = Path(folder) / "model.dc", Path(folder) / "model.blk"
+        source.write_text(geometry.text(), encoding="utf-8")
+        done = subprocess.run(
+            [program, "cut", source, "-o", blocks, "--json"], capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            raise InputError(f"the lines cannot be cut into blocks:\n{done.stderr.strip()}")
+        return int(json.loads(done.stdout)["fixed_points"])
+
+
+def _program() -> str | None:
+    """The program: what ROCKDDA_PROGRAM names, that of this environment, or that on the PATH."""
+    beside = Path(sys.executable).with_name("rockdda")
+    return os.environ.get("ROCKDDA_PROGRAM") or (str(beside) if beside.exists() else shutil.which("rockdda"))
+
+
+def _template(geometry: Geometry) -> Analysis:
+    """Typical rock: granite-like blocks, joints of 35 degrees, a dynamic run of one second."""
+    blocks = max([material for _, material in geometry.material_lines], default=1)
+    joints = max([material for _, material in geometry.lines], default=1)
+    rock = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
+    analysis = Analysis(1.0, 200, 0.01, 0.005, [rock] * max(blocks, 1), [(35.0, 0.0, 0.0)] * max(joints, 1))
+    analysis.loads = [[] for _ in geometry.loading]
+    return analysis
+
+
+def _write(texts: dict[Path, str], force: bool) -> None:
+    """Write all files, or none when one exists already."""
+    for path in texts:
+        if path.exists() and not force:
+            raise InputError("the file exists; use --force to overwrite it", path)
+    for path, text in texts.items():
+        part = path.with_name(path.name + ".part")
+        try:
+            part.write_text(text, encoding="utf-8", newline="\n")
+            part.replace(path)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written: {error.strerror}") from error

@@ -1,0 +1,507 @@
+# SPDX-License-Identifier: MIT
+"""DDAML: the XML geometry (.geo) and analysis (.ana) files of DDA for Windows.
+
+Which keys its reader knows and what it does with them was taken from its behaviour: materials count in the order of
+their elements (`type` is for the human reader), the first `Boltproperties` hold for all bolts, unknown keys are passed
+over in silence. Here they are named in warnings, and keys that are almost right are taken for what was meant.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from .convert_model import Analysis, BlockMaterial, Geometry, TimeRow, number
+from .convert_report import Report, read_text
+from .convert_xml import Element, Word, parse_xml
+
+GEOMETRY_KEYS = [
+    "Edgenodedist",
+    "Jointlist",
+    "Boundlist",
+    "Matlinelist",
+    "Boltlist",
+    "Fixedpointlist",
+    "Loadpointlist",
+    "Measuredpointlist",
+    "Holepointlist",
+    "Seismicpointlist",
+]
+ANALYSIS_KEYS = [
+    "Analysistype",
+    "Rotation",
+    "Gravity",
+    "Autotimestep",
+    "Autopenalty",
+    "Planestrain",
+    "Numtimesteps",
+    "Maxtimestep",
+    "Mintimestep",
+    "Opencloselimit",
+    "Maxdisplacement",
+    "Saveinterval",
+    "AConstants",
+    "Blockmaterial",
+    "Jointproperties",
+    "Boltproperties",
+    "Loadpointlist",
+    "Timehistory",
+    "ContactDamping",
+    "Gravaccel",
+    "Writevertices",
+]
+# What files in circulation write instead of the key that the reader knows.
+ALIASES = {"OCLimit": "Opencloselimit", "Boundarylist": "Boundlist", "Materiallinelist": "Matlinelist"}
+CONSTANTS = {"Openclose": 0.0002, "Opencriteria": 2e-7, "NormSpringPen": 0.0004, "AngleOverlap": 3.0}
+CONSTANTS |= {"ShearNormRatio": 2.5}
+OTHER_CONSTANTS = ["Domainscale", "NormExternDist", "NormPenDist", "MinReflineFactor"]
+
+
+class Reader:
+    """Reads the elements of one file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        text = read_text(path)
+        self.report = Report(path, text)
+        self.root = parse_xml(text, self.report)
+        self.report.raise_errors()
+
+    def section(self, name: str) -> Element | None:
+        """The child of the root of that name (or the root itself)."""
+        assert self.root is not None
+        for element in [self.root, *self.root.children]:
+            if element.name.lower() == name.lower():
+                return element
+        return None
+
+    def known(self, element: Element, keys: list[str]) -> str | None:
+        """The key that an element stands for; None after a warning when there is none like it."""
+        if element.name in keys:
+            return element.name
+        meant = ALIASES.get(element.name)
+        if meant not in keys:
+            lower = {key.lower(): key for key in keys}
+            near = difflib.get_close_matches(element.name.lower(), lower, n=1, cutoff=0.8)
+            meant = lower[near[0]] if near else None
+        if meant is None:
+            text = f"unknown element {element.name!r} is ignored"
+        else:
+            text = f"unknown element {element.name!r} (which DDA for Windows ignores) is taken as {meant!r}"
+        self.report.warning(text, element.line, element.column)
+        return meant
+
+    def number(self, word: Word, what: str) -> float:
+        """A finite number; 0 after an error."""
+        try:
+            value = float(word.text.replace("d", "e").replace("D", "e"))
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            self.report.error(f"{what}: expected a number, found {word.text!r}", word.line, word.column)
+            return 0.0
+        return value
+
+    def numbers(self, element: Element, count: int, what: str) -> list[float] | None:
+        """The first numbers of an element's text; None after an error."""
+        words = [word for word in element.words if word.text != ";"]
+        if len(words) < count:
+            self.report.error(
+                f"{what}: expected {count} numbers, found {len(words)} in <{element.name}>",
+                element.line,
+                element.column,
+            )
+            return None
+        if len(words) > count:
+            extra = words[count]
+            self.report.warning(f"{what}: text after {count} numbers is ignored", extra.line, extra.column)
+        return [self.number(word, what) for word in words[:count]]
+
+    def attribute(self, element: Element, name: str) -> str | None:
+        """An attribute, or the only one of almost that name (after a warning)."""
+        if name in element.attributes:
+            return element.attributes[name].strip()
+        near = difflib.get_close_matches(name, element.attributes, n=1, cutoff=0.75)
+        if near:
+            self.report.warning(
+                f"unknown attribute {near[0]!r} of <{element.name}> is taken as {name!r}", element.line, element.column
+            )
+            return element.attributes[near[0]].strip()
+        return None
+
+    def value(self, element: Element, name: str) -> float:
+        """A number in an attribute; 0 after an error."""
+        text = self.attribute(element, name)
+        if text is None:
+            self.report.error(f"<{element.name}> has no attribute {name!r}", element.line, element.column)
+            return 0.0
+        return self.number(Word(text, element.line, element.column), f"{name} of <{element.name}>")
+
+    def whole(self, element: Element, name: str, least: int) -> int:
+        """A whole number in an attribute, at least so large; `least` after an error."""
+        found = self.value(element, name)
+        if not found.is_integer() or found < least:
+            if not self.report.errors or self.report.errors[-1].line != element.line:
+                message = f"{name} of <{element.name}>: expected a whole number of at least {least}"
+                self.report.error(f"{message}, found {number(found)}", element.line, element.column)
+            return least
+        return int(found)
+
+    def flag(self, element: Element) -> bool:
+        """Is the attribute `flag` 'yes'?"""
+        text = (self.attribute(element, "flag") or "no").lower()
+        if text not in ("yes", "no"):
+            self.report.warning(
+                f"flag of <{element.name}>: {text!r} is taken as 'no'; expected 'yes' or 'no'",
+                element.line,
+                element.column,
+            )
+        return text == "yes"
+
+
+def is_ddaml(path: Path) -> str | None:
+    """'geometry', 'analysis' or 'both' for a DDAML file; None for anything else that can be read."""
+    try:
+        head = path.open("rb").read(4096).lstrip(b"\xef\xbb\xbf \t\r\n")
+    except OSError:
+        return None
+    if not head.startswith(b"<"):
+        return None
+    report = Report(path)
+    root = parse_xml(read_text(path), report)
+    if root is None:  # let the error be told where the file is read
+        return "analysis" if path.suffix.lower() in (".ana", ".df") else "geometry"
+    names = {element.name.lower() for element in [root, *root.children]}
+    found = [name for name in ("geometry", "analysis") if name in names]
+    return {1: found[0], 2: "both"}.get(len(found)) if found else None
+
+
+def read_geometry(path: Path) -> tuple[Geometry, Report]:
+    """A geometry file; InputError with all problems when it cannot be used."""
+    reader = Reader(path)
+    section = reader.section("Geometry")
+    if section is None:
+        reader.report.error("no element 'Geometry' in the root element")
+        reader.report.raise_errors()
+        raise AssertionError
+    geometry = Geometry(e0=math.nan)
+    points = {
+        "Loadpointlist": (geometry.loading, "loading point"),
+        "Measuredpointlist": (geometry.measured, "measured point"),
+        "Holepointlist": (geometry.holes, "hole point"),
+    }
+    for element in section.children:
+        key = reader.known(element, GEOMETRY_KEYS)
+        if key == "Edgenodedist":
+            geometry.e0 = reader.value(element, "distance")
+            if geometry.e0 <= 0:
+                reader.report.error("distance of <Edgenodedist> must be positive", element.line, element.column)
+        elif key in points:
+            into, what = points[key]
+            for child in _children(reader, element, ["Point"]):
+                values = reader.numbers(child, 2, f"{what} {len(into) + 1}")
+                if values:
+                    into.append((values[0], values[1]))
+        elif key == "Fixedpointlist":
+            _read_fixed(reader, element, geometry)
+        elif key == "Boltlist":
+            for child in _children(reader, element, ["Bolt"]):
+                values = reader.numbers(child, 4, f"bolt {len(geometry.bolts) + 1}")
+                if values:
+                    geometry.bolts.append((values[0], values[1], values[2], values[3]))
+        elif key == "Seismicpointlist":
+            reader.report.warning("seismic points are not converted", element.line, element.column)
+        elif key is not None:
+            into_lines, child_name, what = {
+                "Jointlist": (geometry.joints, "Joint", "joint"),
+                "Boundlist": (geometry.boundary, "Line", "boundary line"),
+                "Matlinelist": (geometry.material_lines, "Line", "material line"),
+            }[key]
+            for child in _children(reader, element, [child_name]):
+                values = reader.numbers(child, 4, f"{what} {len(into_lines) + 1}")
+                material = 1
+                if key != "Boundlist" or "type" in child.attributes:
+                    material = reader.whole(child, "type", 1)
+                if values:
+                    into_lines.append(((values[0], values[1], values[2], values[3]), material))
+    if math.isnan(geometry.e0):
+        reader.report.error("no element 'Edgenodedist'", section.line, section.column)
+    if not geometry.lines:
+        reader.report.error("no lines: 'Jointlist' and 'Boundlist' are missing or empty", section.line, section.column)
+    reader.report.raise_errors()
+    return geometry, reader.report
+
+
+def _children(reader: Reader, element: Element, names: list[str]) -> list[Element]:
+    """The children of a list that bear one of these names."""
+    found = []
+    for child in element.children:
+        name = reader.known(child, names)
+        if name is not None:
+            child.name = name
+            found.append(child)
+    return found
+
+
+def _read_fixed(reader: Reader, element: Element, geometry: Geometry) -> None:
+    for child in _children(reader, element, ["Point", "Line"]):
+        what = f"fixed {child.name.lower()} {len(geometry.fixed) + 1}"
+        values = reader.numbers(child, 2 if child.name == "Point" else 4, what)
+        if values:
+            x, y = values[0], values[1]
+            geometry.fixed.append((x, y, x, y) if child.name == "Point" else (x, y, values[2], values[3]))
+
+
+def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | None, Report]:
+    """An analysis file, and the values of the bolts (stiffness, pretension, strength) if it has any."""
+    reader = Reader(path)
+    section = reader.section("Analysis")
+    if section is None:
+        reader.report.error("no element 'Analysis' in the root element")
+        reader.report.raise_errors()
+        raise AssertionError
+    analysis = Analysis(k01=math.nan, steps=-1, g2=math.nan, g1=math.nan, blocks=[], joints=[])
+    state = _State(reader, analysis)
+    # what DDA for Windows does and ours does otherwise unless told
+    analysis.set_option("time", "length_scale", "'largest'")
+    for element in section.children:
+        key = reader.known(element, ANALYSIS_KEYS)
+        if key is not None:
+            state.handlers[key](element)
+    if math.isnan(analysis.k01):
+        kind = section.attributes.get("type", "static")
+        analysis.k01 = 1.0 if kind == "dynamic" else 0.0
+        reader.report.warning(f"no element 'Analysistype': taken as {kind!r}", section.line, section.column)
+    for name, missing in (
+        ("Numtimesteps", analysis.steps < 0),
+        ("Maxtimestep", math.isnan(analysis.g1)),
+        ("Maxdisplacement", math.isnan(analysis.g2)),
+        ("Blockmaterial", not analysis.blocks),
+        ("Jointproperties", not analysis.joints),
+    ):
+        if missing:
+            reader.report.error(f"no element {name!r}", section.line, section.column)
+    reader.report.raise_errors()
+    if state.penalty_factor > 0:
+        analysis.stiffness = state.penalty_factor * max(block.youngs_modulus for block in analysis.blocks)
+    _compare_gravity(state, analysis)
+    return analysis, state.bolt_values, reader.report
+
+
+def _compare_gravity(state: _State, analysis: Analysis) -> None:
+    """Gravity is weight over density; a value of its own must agree with it."""
+    if state.gravity is None:
+        return
+    for i, block in enumerate(analysis.blocks, start=1):
+        implied = block.weight / block.density
+        if not math.isclose(implied, state.gravity, rel_tol=1e-3):
+            state.reader.report.warning(
+                f"Gravaccel {number(state.gravity)} is ignored: Unitweight over Unitmass of block material {i} "
+                f"is {implied:.6g}, and that counts"
+            )
+
+
+class _State:
+    """Reads the elements of the analysis section, one method each."""
+
+    def __init__(self, reader: Reader, analysis: Analysis) -> None:
+        self.reader = reader
+        self.analysis = analysis
+        self.bolt_values: tuple[float, float, float] | None = None
+        self.penalty_factor = 0.0
+        self.gravity: float | None = None
+        self.handlers: dict[str, Callable[[Element], None]] = {
+            "Analysistype": self.analysis_type,
+            "Rotation": self.rotation,
+            "Gravity": lambda e: self.unless_no(e, "the stepwise turning on of gravity is not converted: use &stage"),
+            "Autotimestep": lambda e: self.unless_no(e, "the time step follows RockDDA's rules, at most maxtimestep"),
+            "Autopenalty": self.penalty,
+            "Planestrain": self.plane,
+            "Numtimesteps": self.steps,
+            "Maxtimestep": self.largest_step,
+            "Mintimestep": self.smallest_step,
+            "Opencloselimit": self.open_close,
+            "Maxdisplacement": self.displacement,
+            "Saveinterval": self.save,
+            "AConstants": self.constants,
+            "Blockmaterial": self.block_material,
+            "Jointproperties": self.joint_material,
+            "Boltproperties": self.bolts,
+            "Loadpointlist": self.loads,
+            "Timehistory": lambda e: self.ignore(e, "give the motion as a CSV file in &load base_acceleration"),
+            "ContactDamping": self.damping,
+            "Gravaccel": self.acceleration,
+            "Writevertices": lambda e: None,  # results always hold all vertices
+        }
+
+    def warn(self, element: Element, text: str) -> None:
+        self.reader.report.warning(text, element.line, element.column)
+
+    def ignore(self, element: Element, advice: str) -> None:
+        self.warn(element, f"<{element.name}> is not converted: {advice}")
+
+    def unless_no(self, element: Element, text: str) -> None:
+        if self.reader.flag(element):
+            self.warn(element, text)
+
+    def positive(self, element: Element, name: str) -> float:
+        found = self.reader.value(element, name)
+        if found <= 0:
+            message = f"{name} of <{element.name}> must be positive, found {number(found)}"
+            self.reader.report.error(message, element.line, element.column)
+        return found
+
+    def analysis_type(self, element: Element) -> None:
+        kind = (self.reader.attribute(element, "type") or "").lower()
+        if kind not in ("dynamic", "static"):
+            self.warn(element, f"type {kind!r} is taken as 'static'; expected 'static' or 'dynamic'")
+        self.analysis.k01 = 1.0 if kind == "dynamic" else 0.0
+
+    def rotation(self, element: Element) -> None:
+        kind = (self.reader.attribute(element, "type") or "linear").lower()
+        if kind not in ("linear", "exact"):
+            self.warn(element, f"rotation {kind!r} is taken as 'exact'")
+            kind = "exact"
+        self.analysis.set_option("time", "rotation", f"'{kind}'")
+
+    def penalty(self, element: Element) -> None:
+        factor = self.positive(element, "pfactor") if self.reader.attribute(element, "pfactor") else 50.0
+        self.penalty_factor = factor
+        if self.reader.flag(element):
+            self.warn(element, f"the contact stiffness is not adapted during the run: it is {number(factor)} times E")
+
+    def plane(self, element: Element) -> None:
+        if self.reader.flag(element):
+            self.analysis.set_option("material", "plane", "'strain'")
+
+    def steps(self, element: Element) -> None:
+        self.analysis.steps = self.reader.whole(element, "timesteps", 0)
+
+    def largest_step(self, element: Element) -> None:
+        self.analysis.g1 = self.positive(element, "maxtimestep")
+
+    def smallest_step(self, element: Element) -> None:
+        self.analysis.set_option("time", "dt_min", number(self.positive(element, "mintimestep")))
+
+    def open_close(self, element: Element) -> None:
+        self.analysis.set_option("time", "max_open_close", str(self.reader.whole(element, "maxopenclose", 1)))
+
+    def displacement(self, element: Element) -> None:
+        self.analysis.g2 = self.positive(element, "maxdisplacement")
+
+    def save(self, element: Element) -> None:
+        self.analysis.set_option("run", "save_every", str(self.reader.whole(element, "step", 1)))
+
+    def constants(self, element: Element) -> None:
+        for child in element.children:
+            key = self.reader.known(child, [*CONSTANTS, *OTHER_CONSTANTS])
+            if key is None:
+                continue
+            found = self.positive(child, "value")
+            if key == "AngleOverlap":
+                self.analysis.set_option("contact", "angle_tolerance", number(found))
+            elif key == "ShearNormRatio":
+                self.analysis.set_option("contact", "shear_ratio", number(found))
+            elif key not in CONSTANTS or not math.isclose(found, CONSTANTS[key]):
+                self.warn(child, f"<{child.name}> is not converted: it has no counterpart")
+
+    def acceleration(self, element: Element) -> None:
+        self.gravity = self.reader.value(element, "value")
+
+    def damping(self, element: Element) -> None:
+        if self.reader.value(element, "value") != 0:
+            self.ignore(element, "see damping_ratio of &joint_law")
+
+    def block_material(self, element: Element) -> None:
+        n = len(self.analysis.blocks) + 1
+        self._check_order(element, n, "block material")
+        found: dict[str, list[float]] = {}
+        singles = ("Unitmass", "Unitweight", "Youngsmod", "Poissonratio", "Damping")
+        triples = ("Istress", "Ivelocity", "Istrain")
+        for child in element.children:
+            key = self.reader.known(child, [*singles, *triples])
+            if key is not None:
+                what = f"{key} of block material {n}"
+                found[key] = self.reader.numbers(child, 3 if key in triples else 1, what) or [0.0] * 3
+                limits = {"Unitmass": found[key][0] > 0, "Youngsmod": found[key][0] > 0}
+                limits["Poissonratio"] = -1 < found[key][0] < 0.5
+                if not limits.get(key, True):
+                    wanted = "between -1 and 0.5" if key == "Poissonratio" else "positive"
+                    message = f"{what} must be {wanted}, found {number(found[key][0])}"
+                    self.reader.report.error(message, child.line, child.column)
+                if key in ("Damping", "Istrain") and any(found[key]):
+                    advice = "see &block_damping" if key == "Damping" else "initial strains have no counterpart"
+                    self.warn(child, f"<{child.name}> of block material {n} is not converted: {advice}")
+        for key in singles[:4]:
+            if key not in found:
+                message = f"block material {n} has no <{key}>"
+                self.reader.report.error(message, element.line, element.column)
+                found[key] = [1.0]
+        stress, velocity = (tuple(found.get(key, [0.0] * 3)) for key in ("Istress", "Ivelocity"))
+        self.analysis.blocks.append(
+            BlockMaterial(*(found[key][0] for key in singles[:4]), stress=stress, velocity=velocity)  # type: ignore[arg-type]
+        )
+
+    def joint_material(self, element: Element) -> None:
+        n = len(self.analysis.joints) + 1
+        self._check_order(element, n, "joint material")
+        found = {"Friction": 0.0, "Cohesion": 0.0, "Tensile": 0.0}
+        for child in element.children:
+            key = self.reader.known(child, list(found))
+            if key is not None:
+                values = self.reader.numbers(child, 1, f"{key} of joint material {n}") or [0.0]
+                found[key] = values[0]
+                if found[key] < 0 or (key == "Friction" and found[key] >= 90):
+                    wanted = "in [0, 90) degrees" if key == "Friction" else "zero or positive"
+                    message = f"{key} of joint material {n} must be {wanted}, found {number(found[key])}"
+                    self.reader.report.error(message, child.line, child.column)
+        self.analysis.joints.append((found["Friction"], found["Cohesion"], found["Tensile"]))
+
+    def _check_order(self, element: Element, n: int, what: str) -> None:
+        kind = element.attributes.get("type")
+        if kind is not None and kind.strip() != str(n):
+            self.warn(element, f"type {kind!r} is ignored: this is {what} {n}, in the order of the file")
+
+    def bolts(self, element: Element) -> None:
+        values = self.reader.numbers(element, 3, "bolt properties (stiffness, strength, pretension)")
+        if values is None:
+            return
+        if self.bolt_values is not None:
+            self.warn(element, "the first <Boltproperties> hold for all bolts; these are ignored")
+            return
+        self.bolt_values = (values[0], values[2], values[1])
+        if values[0] <= 0 or values[1] < 0:
+            message = "bolt properties: stiffness must be positive, strength zero or positive"
+            self.reader.report.error(message, element.line, element.column)
+
+    def loads(self, element: Element) -> None:
+        for child in _children(self.reader, element, ["Loadpoint"]):
+            n = len(self.analysis.loads) + 1
+            rows: list[TimeRow] = []
+            record: list[Word] = []
+            for word in [*child.words, Word(";", child.line, child.column)]:
+                if word.text != ";":
+                    record.append(word)
+                    continue
+                if record:
+                    rows += self._load_row(record, n, rows)
+                    record = []
+            wanted = self.reader.whole(child, "numpoints", 1)
+            if len(rows) != wanted and not self.reader.report.errors:
+                message = f"load point {n}: numpoints is {wanted}, but there are {len(rows)} records (';' ends one)"
+                self.reader.report.error(message, child.line, child.column)
+            self.analysis.loads.append(rows)
+
+    def _load_row(self, record: list[Word], n: int, before: list[TimeRow]) -> list[TimeRow]:
+        first, what = record[0], f"load point {n}, record {len(before) + 1}"
+        if len(record) != 3:
+            message = f"{what}: expected t fx fy, found {len(record)} numbers"
+            self.reader.report.error(message, first.line, first.column)
+            return []
+        t, x, y = (self.reader.number(word, what) for word in record)
+        if before and t < before[-1][0]:
+            message = f"{what}: time {number(t)} comes before {number(before[-1][0])}"
+            self.reader.report.error(message, first.line, first.column)
+        return [(t, x, y)]
