@@ -1,0 +1,59 @@
+! SPDX-License-Identifier: MIT
+!> Clocks and memory of this process.
+module bench_clock
+   use rockdda_base_kinds, only : wp, i8
+   implicit none
+   private
+   public :: stopwatch_type, resident_bytes
+
+   !> Seconds between start and stop, on the wall clock and as processor time of all threads.
+   type :: stopwatch_type
+      real(wp) :: wall = 0, cpu = 0
+      integer(i8), private :: ticks = 0
+      real(wp), private :: cpu_start = 0
+   contains
+      procedure :: start
+      procedure :: stop => stop_watch
+   end type stopwatch_type
+
+contains
+
+   !> Begin.
+   subroutine start(self)
+      class(stopwatch_type), intent(inout) :: self
+      call cpu_time(self%cpu_start)
+      call system_clock(self%ticks)
+   end subroutine start
+
+   !> End.
+   subroutine stop_watch(self)
+      class(stopwatch_type), intent(inout) :: self
+      integer(i8) :: ticks, rate
+      real(wp) :: cpu
+      call system_clock(ticks, rate)
+      call cpu_time(cpu)
+      self%wall = real(ticks - self%ticks, wp)/real(rate, wp)
+      self%cpu = cpu - self%cpu_start
+   end subroutine stop_watch
+
+   !> Memory in use ('VmRSS:') or most ever in use ('VmHWM:'), as Linux tells; 0 where it does not.
+   integer(i8) function resident_bytes(name)
+      character(len=*), intent(in) :: name
+      character(len=256) :: text
+      integer :: unit, status
+      resident_bytes = 0
+      open (newunit=unit, file='/proc/self/status', action='read', status='old', iostat=status)
+      if (status /= 0) return
+      do
+         read (unit, '(a)', iostat=status) text
+         if (status /= 0) exit
+         if (index(text, name) /= 1) cycle
+         read (text(len(name) + 1:), *, iostat=status) resident_bytes
+         if (status /= 0) resident_bytes = 0
+         resident_bytes = 1024*resident_bytes
+         exit
+      end do
+      close (unit)
+   end function resident_bytes
+
+end module bench_clock

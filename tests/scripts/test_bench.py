@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""The benchmark suite runs, and what it counts (not what it times) is as it should be."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from figures import fit_exponent, middle_of, work_of
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def figures(tmp_path_factory):
+    """What `scripts/bench --quick` finds with the build under test."""
+    if "ROCKDDA_PROGRAM" not in os.environ:
+        pytest.skip("ROCKDDA_PROGRAM does not name a program")
+    build = Path(os.environ["ROCKDDA_PROGRAM"]).resolve().parents[1]
+    cache = (build / "CMakeCache.txt").read_text() if (build / "CMakeCache.txt").exists() else ""
+    if "CMAKE_BUILD_TYPE:STRING=Rel" not in cache:
+        pytest.skip("the program is not an optimised build")
+    output = tmp_path_factory.mktemp("bench")
+    done = subprocess.run(
+        [ROOT / "scripts" / "bench", "--quick", "--quiet", "--threads", "1,2,4", "--output", output],
+        env={**os.environ, "ROCKDDA_BUILD": str(build)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "exponent of cost" in done.stdout
+    assert (output / "bench.png").stat().st_size > 10_000
+    return json.loads((output / "bench.json").read_text())
+
+
+def wall_of(figures, size):
+    return next(run for run in figures["runs"] if run["kind"] == "scaling" and run["size"] == size)
+
+
+def test_counted_work_grows_with_the_number_of_blocks(figures):
+    assert 0.95 <= figures["derived"]["exponent_of_work"] <= 1.05
+
+
+def test_iterations_do_not_depend_on_size(figures):
+    small, large = (wall_of(figures, size)["early"]["iterations"] for size in (1000, 10_000))
+    assert 0 < large <= 1.1 * small
+
+
+def test_memory_of_a_hundred_thousand_blocks_stays_below_4_gb(figures):
+    assert 0 < wall_of(figures, 10_000)["bytes_per_block"] <= 4e9 / 1e5
+
+
+def test_threads_do_not_change_a_bit(figures):
+    sums = {run["threads"]: run["checksum"] for run in figures["runs"] if run["kind"] == "threads"}
+    assert sorted(sums) == [1, 2, 4]
+    assert len(set(sums.values())) == 1
+
+
+def test_every_run_tells_where_its_time_went(figures):
+    names = {run["model"] for run in figures["runs"]}
+    assert names == {"wall", "roof", "tunnel", "slope", "slide"}
+    for run in figures["runs"]:
+        assert all(run["settled"]["phases"][phase] > 0 for phase in ("search", "assembly", "solve", "update"))
+        assert run["first"]["closed"] > 0
+    assert any(run["last_output"] > 0 for run in figures["runs"])
+
+
+def test_exponent_of_a_power_law():
+    assert fit_exponent([(n, 3.0 * n**1.5) for n in (10, 200, 5000)]) == pytest.approx(1.5)
+
+
+def test_middle_of_steps():
+    steps = [{"seconds": s, "phases": {"solve": s / 2}} for s in (1.0, 9.0, 2.0)]
+    assert middle_of(steps) == {"seconds": 2.0, "phases": {"solve": pytest.approx(2.0)}}
+
+
+def test_counted_work():
+    assert work_of({"iterations": 10, "stored": 30, "rounds": 2, "contacts": 50}) == 10 * 30 + 2 * (30 + 50)
