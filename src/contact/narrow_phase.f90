@@ -17,6 +17,7 @@ module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_history, only : contact_history_type
    implicit none
    private
@@ -43,41 +44,45 @@ module rockdda_contact_narrow_phase
       integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
    contains
       procedure :: add => add_candidate
+      procedure :: collect
    end type candidate_list_type
 
 contains
 
    !> Append the candidates of blocks a < b.
-   pure subroutine search_pair(range_a, range_b, boxes, vertices, topology, previous, history, limits, list)
+   pure subroutine search_pair(range_a, range_b, box_a, box_b, vertices, topology, outlines, previous, history, &
+                               limits, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
-      real(wp), intent(in) :: boxes(4, 2)             !! xmin ymin xmax ymax of a and b
+      real(wp), intent(in) :: box_a(4), box_b(4)      !! xmin ymin xmax ymax
       real(wp), intent(in) :: vertices(:, :)          !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines     !! of the vertices now
       type(contact_table_type), intent(in) :: previous !! last step's table
       type(contact_history_type), intent(in) :: history !! its index
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       integer :: i, j
 
-      call collect_near(range_a, boxes(:, 2), vertices, topology, limits%reach, list%near_a, list%n_near_a, &
+      call collect_near(range_a, box_b, vertices, topology, limits%reach, list%near_a, list%n_near_a, &
                         list%edges_a, list%n_edges_a)
       if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
-      call collect_near(range_b, boxes(:, 1), vertices, topology, limits%reach, list%near_b, list%n_near_b, &
+      call collect_near(range_b, box_a, vertices, topology, limits%reach, list%near_b, list%n_near_b, &
                         list%edges_b, list%n_edges_b)
       list%n_corners = 0
       do i = 1, list%n_near_a
          do j = 1, list%n_near_b
-            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, previous, history, limits, list)
+            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, limits, &
+                            list)
          end do
       end do
       do i = 1, list%n_near_a
          do j = 1, list%n_edges_b
-            call try_edge(list%near_a(i), list%edges_b(j), 1, vertices, topology, limits, list)
+            call try_edge(list%near_a(i), list%edges_b(j), 1, vertices, topology, outlines, limits, list)
          end do
       end do
       do i = 1, list%n_near_b
          do j = 1, list%n_edges_a
-            call try_edge(list%near_b(i), list%edges_a(j), 2, vertices, topology, limits, list)
+            call try_edge(list%near_b(i), list%edges_a(j), 2, vertices, topology, outlines, limits, list)
          end do
       end do
    end subroutine search_pair
@@ -120,10 +125,11 @@ contains
    end subroutine collect_near
 
    !> Vertex-vertex contact of vertex a (block a) and vertex b (block b).
-   pure subroutine try_corner(a, b, vertices, topology, previous, history, limits, list)
+   pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in) :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
@@ -134,11 +140,12 @@ contains
 
       r = vertices(:, a) - vertices(:, b)
       if (dot_product(r, r) > max(limits%reach, 2*limits%zone)**2) return
-      call edge_direction(vertices, topology, topology%edge_in(a), in_a, length(1))
-      call edge_direction(vertices, topology, topology%edge_out(a), out_a, length(2))
-      call edge_direction(vertices, topology, topology%edge_in(b), in_b, length(3))
-      call edge_direction(vertices, topology, topology%edge_out(b), out_b, length(4))
-      if (is_concave(in_a, out_a, limits) .or. is_concave(in_b, out_b, limits)) return
+      if (outlines%concave(a) .or. outlines%concave(b)) return
+      in_a = outlines%tangent(:, topology%edge_in(a))
+      out_a = outlines%tangent(:, topology%edge_out(a))
+      in_b = outlines%tangent(:, topology%edge_in(b))
+      out_b = outlines%tangent(:, topology%edge_out(b))
+      length = outlines%length([topology%edge_in(a), topology%edge_out(a), topology%edge_in(b), topology%edge_out(b)])
       ! each vertex in the other's corner region
       if (dot_product(r, out_b) > min(limits%zone, 0.25_wp*length(4))) return
       if (-dot_product(r, in_b) > min(limits%zone, 0.25_wp*length(3))) return
@@ -243,35 +250,33 @@ contains
    end subroutine group_lines
 
    !> Vertex-edge contact of a vertex with an edge of the other block.
-   pure subroutine try_edge(v, e, side, vertices, topology, limits, list)
+   pure subroutine try_edge(v, e, side, vertices, topology, outlines, limits, list)
       integer, intent(in) :: v, e
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
       real(wp), intent(in) :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: t(2), n(2), p(2), length, s, gap, in_v(2), out_v(2), into(2), outof(2), work, beyond(2)
-      integer :: corner(2), k
+      real(wp) :: t(2), n(2), p(2), length, s, gap, in_v(2), out_v(2)
+      integer :: corner(2)
       logical :: concave(2)
 
-      call edge_direction(vertices, topology, e, t, length)
+      if (outlines%concave(v)) return
+      t = outlines%tangent(:, e)
       n = outward(t)
       p = vertices(:, v) - vertices(:, e)
       gap = dot_product(p, n)
       if (gap > limits%reach .or. gap < -limits%penetration) return
       s = dot_product(p, t)
+      length = outlines%length(e)
       if (s < -limits%zone .or. s > length + limits%zone) return
       corner = [topology%owner(e), topology%next(e)]
-      do k = 1, 2
-         call edge_direction(vertices, topology, topology%edge_in(corner(k)), into, work)
-         call edge_direction(vertices, topology, topology%edge_out(corner(k)), outof, work)
-         concave(k) = is_concave(into, outof, limits)
-      end do
-      beyond = merge(limits%zone, 0.0_wp, concave)
-      if (s < -beyond(1) .or. s > length + beyond(2)) return
-      call edge_direction(vertices, topology, topology%edge_in(v), in_v, work)
-      call edge_direction(vertices, topology, topology%edge_out(v), out_v, work)
-      if (is_concave(in_v, out_v, limits)) return
+      concave = outlines%concave(corner)
+      if (s < 0 .and. .not. concave(1)) return
+      if (s > length .and. .not. concave(2)) return
+      in_v = outlines%tangent(:, topology%edge_in(v))
+      out_v = outlines%tangent(:, topology%edge_out(v))
       if (.not. is_outside(in_v, out_v, n, limits)) return
       if (s <= min(limits%zone, 0.25_wp*length)) then
          if (is_corner_pair(list, v, corner(1), side)) return
@@ -300,15 +305,15 @@ contains
       !> Is the vertex less deep behind this neighbouring edge, and can it touch it?
       pure logical function neighbour_decides(other)
          integer, intent(in) :: other
-         real(wp) :: t2(2), n2(2), r2(2), length2, gap2, s2
+         real(wp) :: t2(2), n2(2), r2(2), gap2, s2
          neighbour_decides = .false.
-         call edge_direction(vertices, topology, other, t2, length2)
+         t2 = outlines%tangent(:, other)
          n2 = outward(t2)
          r2 = vertices(:, v) - vertices(:, other)
          gap2 = dot_product(r2, n2)
          if (gap2 <= gap .or. gap2 > limits%reach) return
          s2 = dot_product(r2, t2)
-         if (s2 < 0 .or. s2 > length2) return
+         if (s2 < 0 .or. s2 > outlines%length(other)) return
          neighbour_decides = is_outside(in_v, out_v, n2, limits)
       end function neighbour_decides
 
@@ -350,30 +355,12 @@ contains
       end do
    end function is_corner_pair
 
-   !> Unit vector along an edge and its length.
-   pure subroutine edge_direction(vertices, topology, e, t, length)
-      real(wp), intent(in) :: vertices(:, :)
-      type(contact_topology_type), intent(in) :: topology
-      integer, intent(in) :: e
-      real(wp), intent(out) :: t(2), length
-      t = vertices(:, topology%next(e)) - vertices(:, e)
-      length = sqrt(t(1)**2 + t(2)**2)
-      t = t/max(length, tiny(1.0_wp))
-   end subroutine edge_direction
-
    !> Outward normal of an edge of a counter-clockwise block.
    pure function outward(t) result(n)
       real(wp), intent(in) :: t(2)
       real(wp) :: n(2)
       n = [t(2), -t(1)]
    end function outward
-
-   !> Does the outline turn right at this corner (interior angle above 180 degrees plus tolerance)?
-   pure logical function is_concave(into, outof, limits)
-      real(wp), intent(in) :: into(2), outof(2)
-      type(search_limits_type), intent(in) :: limits
-      is_concave = into(1)*outof(2) - into(2)*outof(1) < -limits%sine
-   end function is_concave
 
    !> Do both edges of a corner lie on the side of a line to which n points?
    pure logical function is_outside(into, outof, n, limits)
@@ -405,6 +392,36 @@ contains
       self%alias_vertex(self%n) = alias_vertex
       self%alias_edge(self%n) = alias_edge
    end subroutine add_candidate
+
+   !> The rows of several lists, one after the other.
+   pure subroutine collect(self, lists)
+      class(candidate_list_type), intent(inout) :: self
+      type(candidate_list_type), intent(in) :: lists(:)
+      integer :: k, first, last
+      last = sum(lists%n)
+      if (allocated(self%vertex)) then
+         if (size(self%vertex) < last) deallocate (self%vertex, self%edge, self%partner_vertex, self%partner_edge, &
+                                                   self%alias_vertex, self%alias_edge)
+      end if
+      if (.not. allocated(self%vertex)) then
+         first = last + last/4 + 16
+         allocate (self%vertex(first), self%edge(first), self%partner_vertex(first), self%partner_edge(first), &
+                   self%alias_vertex(first), self%alias_edge(first))
+      end if
+      last = 0
+      do k = 1, size(lists)
+         if (lists(k)%n == 0) cycle
+         first = last + 1
+         last = last + lists(k)%n
+         self%vertex(first:last) = lists(k)%vertex(1:lists(k)%n)
+         self%edge(first:last) = lists(k)%edge(1:lists(k)%n)
+         self%partner_vertex(first:last) = lists(k)%partner_vertex(1:lists(k)%n)
+         self%partner_edge(first:last) = lists(k)%partner_edge(1:lists(k)%n)
+         self%alias_vertex(first:last) = lists(k)%alias_vertex(1:lists(k)%n)
+         self%alias_edge(first:last) = lists(k)%alias_edge(1:lists(k)%n)
+      end do
+      self%n = last
+   end subroutine collect
 
    !> Double the length of an array.
    pure subroutine grow(array)

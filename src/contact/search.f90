@@ -2,25 +2,31 @@
 !> The contact table of a step: search, geometry, and the history handed on from the last step's table.
 !>
 !> Rows come out sorted by (vertex, edge), hence by (block_a, vertex, block_b, edge), whatever the order in which
-!> they were found.
+!> they were found. The pairs of blocks are searched in a few parts, one after the other or side by side; what is found
+!> in a pair depends on nothing but the pair.
 module rockdda_contact_search
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type, new_contact_history
-   use rockdda_contact_broad_phase, only : find_close_pairs
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_narrow_phase, only : candidate_list_type, search_limits_type, search_pair
    implicit none
    private
    public :: contact_search_type, search_limits_type
 
+   !> Parts of the narrow phase in a large model.
+   integer, parameter :: many_parts = 16
+
    !> Scratch of the search; one per run, nothing in it is part of the state.
    type :: contact_search_type
-      real(wp), allocatable :: boxes(:, :)   !! (4, nb)
-      integer, allocatable :: pairs(:, :)    !! (2, >= n_pairs) close pairs of blocks
-      integer :: n_pairs = 0
-      type(candidate_list_type) :: list
+      type(close_pairs_type) :: pairs
+      type(outlines_type) :: outlines
+      type(candidate_list_type) :: found(many_parts)  !! candidate rows of each part
+      type(candidate_list_type) :: list               !! of all parts
       type(contact_history_type) :: history
       integer, allocatable :: order(:), start(:)
    contains
@@ -40,42 +46,59 @@ contains
       logical, intent(in) :: first_step                    !! touching contacts are born bonded
       real(wp), intent(in) :: touch                        !! gap below which two blocks touch at the start [length]
       type(contact_table_type), intent(inout) :: table
-      integer :: k, a, b
-      integer :: range_a(2), range_b(2)
+      integer :: part, n_parts
 
-      call update_boxes(blocks, vertices, self%boxes)
-      call find_close_pairs(self%boxes, limits%reach, self%pairs, self%n_pairs)
+      call self%pairs%update(blocks, vertices, limits%reach)
+      call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
-      self%list%n = 0
-      do k = 1, self%n_pairs
-         a = self%pairs(1, k)
-         b = self%pairs(2, k)
-         range_a = [blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)]
-         range_b = [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)]
-         call search_pair(range_a, range_b, self%boxes(:, [a, b]), vertices, topology, previous, self%history, &
-                          limits, self%list)
+      n_parts = merge(many_parts, 1, self%pairs%n > parallel_contacts)
+      !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) private(part) &
+      !$omp schedule(dynamic) if (n_parts > 1)
+      do part = 1, n_parts
+         call search_part(part, n_parts, self%pairs, blocks, topology, self%outlines, vertices, limits, previous, &
+                          self%history, self%found(part))
       end do
+      !$omp end parallel do
+      call self%list%collect(self%found(1:n_parts))
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
-      call fill_table(blocks, topology, vertices, limits, self%list, self%order, self%start, table)
+      call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
       call hand_on_history(previous, self%history, self%list, self%order, first_step, touch, table)
    end subroutine search_contacts
 
-   !> Bounding boxes of all blocks.
-   pure subroutine update_boxes(blocks, vertices, boxes)
+   !> Candidate rows of one part of the pairs.
+   pure subroutine search_part(part, n_parts, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
+                               list)
+      integer, intent(in) :: part, n_parts
+      type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
       real(wp), intent(in) :: vertices(:, :)
-      real(wp), allocatable, intent(inout) :: boxes(:, :)
-      integer :: i, first, last
-      if (.not. allocated(boxes)) allocate (boxes(4, blocks%n_blocks))
-      do i = 1, blocks%n_blocks
-         first = blocks%vertex_offset(i) + 1
-         last = blocks%vertex_offset(i + 1)
-         boxes(1, i) = minval(vertices(1, first:last))
-         boxes(2, i) = minval(vertices(2, first:last))
-         boxes(3, i) = maxval(vertices(1, first:last))
-         boxes(4, i) = maxval(vertices(2, first:last))
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(candidate_list_type), intent(inout) :: list
+      integer :: k, a, b
+      list%n = 0
+      do k = first_of(part), first_of(part + 1) - 1
+         if (.not. pairs%is_close(k)) cycle
+         a = pairs%candidates(1, k)
+         b = pairs%candidates(2, k)
+         call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                          [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
+                          pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
+                          limits, list)
       end do
-   end subroutine update_boxes
+
+   contains
+
+      !> First pair of a part.
+      pure integer function first_of(part)
+         integer, intent(in) :: part
+         first_of = int(real(part - 1, wp)/n_parts*pairs%n) + 1
+      end function first_of
+
+   end subroutine search_part
 
    !> Order of the candidates by (vertex, edge): counting sort by vertex, insertion sort within.
    pure subroutine sort_candidates(list, nv, start, order)
@@ -119,17 +142,21 @@ contains
    end subroutine sort_candidates
 
    !> Rows of the table from the ordered candidates: identity, partner, geometry.
-   pure subroutine fill_table(blocks, topology, vertices, limits, list, order, start, table)
+   subroutine fill_table(blocks, topology, outlines, vertices, limits, list, order, start, table)
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
       real(wp), intent(in) :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:), start(:)
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: t(2), length
+      real(wp) :: t(2)
       integer :: c, k, v, e, row
       call table%resize(list%n)
+      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row, t) &
+      !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table) &
+      !$omp if (list%n > parallel_contacts)
       do k = 1, list%n
          c = order(k)
          v = list%vertex(c)
@@ -145,14 +172,13 @@ contains
                if (list%edge(order(row)) == list%partner_edge(c)) table%partner(k) = row
             end do
          end if
-         t = vertices(:, topology%next(e)) - vertices(:, e)
-         length = sqrt(t(1)**2 + t(2)**2)
-         t = t/length
+         t = outlines%tangent(:, e)
          table%normal(:, k) = [t(2), -t(1)]
          table%point(:, k) = vertices(:, v)
          table%gap(k) = dot_product(vertices(:, v) - vertices(:, e), table%normal(:, k))
-         table%length(k) = contact_length(vertices, topology, v, e, t, length, limits)
+         table%length(k) = contact_length(vertices, topology, v, e, t, outlines%length(e), limits)
       end do
+      !$omp end parallel do
    end subroutine fill_table
 
    !> Half the overlap of the edge with each edge at the vertex that lies face to face with it;
@@ -184,7 +210,7 @@ contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
-   pure subroutine hand_on_history(previous, history, list, order, first_step, touch, table)
+   subroutine hand_on_history(previous, history, list, order, first_step, touch, table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(in) :: list
@@ -193,6 +219,8 @@ contains
       real(wp), intent(in) :: touch
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
+      !$omp parallel do default(none) shared(previous, history, list, order, first_step, touch, table) private(k, row) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
       do k = 1, table%n
          if (list%alias_vertex(order(k)) > 0) then
             row = history%find(previous, list%alias_vertex(order(k)), list%alias_edge(order(k)))
@@ -222,6 +250,7 @@ contains
                table%state(k) = contact_state%locked
          end if
       end do
+      !$omp end parallel do
       ! of two partners at most one is closed: the one with the larger gap stays
       do k = 1, table%n
          row = table%partner(k)

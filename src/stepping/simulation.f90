@@ -67,7 +67,7 @@ module rockdda_stepping_simulation
       integer, allocatable, private :: line_blocks(:)
       ! tools and scratch
       class(linear_solver_type), allocatable :: solver
-      type(contact_search_type), private :: search
+      type(contact_search_type) :: search       !! search%pairs%keep = .false.: never with pairs of an earlier step
       type(contact_table_type), private :: table
       type(open_close_type), private :: trial
       type(bolt_round_type), private :: bolts
@@ -249,6 +249,7 @@ contains
       call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%table)
       self%times%searches = self%times%searches + 1
+      if (self%search%pairs%was_kept) self%times%reused = self%times%reused + 1
       call self%times%lap(phase%search)
       call set_link_vectors(self%blocks, self%topology, self%state, self%table, self%bolts, self%equations)
       call self%times%lap(phase%links)
