@@ -14,7 +14,7 @@ module rockdda_assembly_kinematics
    implicit none
    private
    public :: displacement_rows, displacement_at, point_load, displacement_gradient, move_point, move_points
-   public :: mass_matrix, rotate_stress, rotate_strain_rate
+   public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate
 
 contains
 
@@ -129,6 +129,25 @@ contains
       m(3:6, 5) = [xy, 0.0_wp, yy, 0.5_wp*xy]
       m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
    end function mass_matrix
+
+   !> M v, with the M of `mass_matrix`, without its zeros: the momentum of a block.
+   pure function mass_times(mass, area, moments, v) result(p)
+      real(wp), intent(in) :: mass        !! of the block, > 0 [mass]
+      real(wp), intent(in) :: area        !! of the polygon now, > 0 [length^2]
+      real(wp), intent(in) :: moments(3)  !! Sxx Syy Sxy about the centroid [length^4]
+      real(wp), intent(in) :: v(6)        !! velocity or other unknowns of the block
+      real(wp) :: p(6)
+      real(wp) :: xx, yy, xy
+      xx = mass*moments(1)/area
+      yy = mass*moments(2)/area
+      xy = mass*moments(3)/area
+      p(1) = mass*v(1)
+      p(2) = mass*v(2)
+      p(3) = (xx + yy)*v(3) + xy*(v(5) - v(4)) + 0.5_wp*(xx - yy)*v(6)
+      p(4) = xx*v(4) + xy*(0.5_wp*v(6) - v(3))
+      p(5) = yy*v(5) + xy*(0.5_wp*v(6) + v(3))
+      p(6) = 0.5_wp*((xx - yy)*v(3) + xy*(v(4) + v(5))) + 0.25_wp*(xx + yy)*v(6)
+   end function mass_times
 
    !> Stress carried along by a rotation of the block: R s R^T.
    pure function rotate_stress(stress, angle) result(rotated)

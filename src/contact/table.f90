@@ -42,6 +42,7 @@ module rockdda_contact_table
       real(wp), allocatable :: point(:, :)           !! (2, n) the vertex
    contains
       procedure :: resize
+      procedure :: exchange
    end type contact_table_type
 
 contains
@@ -66,5 +67,69 @@ contains
       allocate (self%total_slip(m), self%energy(m), source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
+
+   !> Exchange the contents of two tables without copying them.
+   pure subroutine exchange(self, other)
+      class(contact_table_type), intent(inout) :: self
+      type(contact_table_type), intent(inout) :: other
+      integer :: n
+      n = self%n
+      self%n = other%n
+      other%n = n
+      call exchange_integers(self%block_a, other%block_a)
+      call exchange_integers(self%vertex, other%vertex)
+      call exchange_integers(self%block_b, other%block_b)
+      call exchange_integers(self%edge, other%edge)
+      call exchange_integers(self%partner, other%partner)
+      call exchange_integers(self%joint, other%joint)
+      call exchange_integers(self%state, other%state)
+      call exchange_integers(self%slip_sign, other%slip_sign)
+      call exchange_logicals(self%bonded, other%bonded)
+      call exchange_reals(self%shear, other%shear)
+      call exchange_reals(self%normal_force, other%normal_force)
+      call exchange_reals(self%shear_force, other%shear_force)
+      call exchange_reals(self%total_slip, other%total_slip)
+      call exchange_reals(self%energy, other%energy)
+      call exchange_reals(self%gap, other%gap)
+      call exchange_reals(self%length, other%length)
+      call exchange_pairs(self%normal, other%normal)
+      call exchange_pairs(self%point, other%point)
+   end subroutine exchange
+
+   !> Exchange two arrays.
+   pure subroutine exchange_integers(a, b)
+      integer, allocatable, intent(inout) :: a(:), b(:)
+      integer, allocatable :: c(:)
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine exchange_integers
+
+   !> Exchange two arrays.
+   pure subroutine exchange_logicals(a, b)
+      logical, allocatable, intent(inout) :: a(:), b(:)
+      logical, allocatable :: c(:)
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine exchange_logicals
+
+   !> Exchange two arrays.
+   pure subroutine exchange_reals(a, b)
+      real(wp), allocatable, intent(inout) :: a(:), b(:)
+      real(wp), allocatable :: c(:)
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine exchange_reals
+
+   !> Exchange two arrays.
+   pure subroutine exchange_pairs(a, b)
+      real(wp), allocatable, intent(inout) :: a(:, :), b(:, :)
+      real(wp), allocatable :: c(:, :)
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine exchange_pairs
 
 end module rockdda_contact_table

@@ -7,15 +7,16 @@
 !> The work of every implicit term over a step is known exactly, so that `residual` is what the solver left.
 module rockdda_stepping_ledger
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, energy, n_energies
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type
-   use rockdda_assembly_kinematics, only : mass_matrix, displacement_at
+   use rockdda_assembly_kinematics, only : mass_matrix, mass_times, displacement_at
    use rockdda_assembly_elastic, only : strain_energy, elastic_energy
-   use rockdda_assembly_inertia, only : kinetic_energy, mass_damping_dissipation
+   use rockdda_assembly_inertia, only : new_velocity, mass_damping_dissipation
    use rockdda_assembly_contact_spring, only : dashpot_dissipation
    use rockdda_assembly_points, only : support_energy
    use rockdda_assembly_bolts, only : bolt_response, bolt_energy
@@ -23,7 +24,10 @@ module rockdda_stepping_ledger
    use rockdda_stepping_links, only : bolt_round_type, contact_dashpots
    implicit none
    private
-   public :: ledger_type, stored_energies
+   public :: ledger_type
+
+   !> Sums taken at a time, at most.
+   integer, parameter :: n_sums = 6
 
    type :: ledger_type
       real(wp) :: total(n_energies) = 0     !! as in step_record_type%energy
@@ -31,35 +35,95 @@ module rockdda_stepping_ledger
       real(wp) :: contact_energy = 0        !! in contact springs at the end of the last step
       real(wp), allocatable :: fixed_energy(:) !! (nf) in the springs of fixed points
       real(wp) :: bolt_energy = 0           !! in bolts
+      real(wp), allocatable, private :: sums(:, :) !! (columns, >= pieces) scratch
    contains
       procedure :: start
       procedure :: add_contacts
       procedure :: add_blocks
       procedure :: add_supports
       procedure :: add_motion
+      procedure :: predicted_energies
+      procedure :: stored_energies
       procedure :: close_step
    end type ledger_type
 
 contains
 
    !> Kinetic and strain energy of all blocks with the masses and areas of the state.
-   pure subroutine stored_energies(blocks, matrices, state, kinetic, strain)
+   subroutine stored_energies(self, blocks, matrices, state, kinetic, strain)
+      class(ledger_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(material_matrices_type), intent(in) :: matrices
       type(block_state_type), intent(in) :: state
       real(wp), intent(out) :: kinetic, strain    !! [energy]
-      integer :: i
-      kinetic = 0
-      strain = 0
-      do i = 1, blocks%n_blocks
-         kinetic = kinetic + kinetic_energy(mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), &
-                                            state%velocity(:, i))
-         strain = strain + strain_energy(state%stress(:, i), matrices%c(:, :, blocks%block_material(i)), state%area(i))
+      integer :: p, i
+      call make_room(self, blocks%n_blocks)
+      !$omp parallel do default(none) shared(self, blocks, matrices, state) private(p, i) schedule(static) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
+      do p = 1, n_pieces(blocks%n_blocks)
+         self%sums(1:2, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, blocks%n_blocks)
+            call add_energies(i, blocks, matrices, state, state%velocity(:, i), &
+                              state%stress(:, i), self%sums(1:2, p))
+         end do
       end do
+      !$omp end parallel do
+      kinetic = sum(self%sums(1, 1:n_pieces(blocks%n_blocks)))
+      strain = sum(self%sums(2, 1:n_pieces(blocks%n_blocks)))
    end subroutine stored_energies
 
+   !> Kinetic and strain energy after the step d with the masses and areas of its start (the state given).
+   subroutine predicted_energies(self, blocks, matrices, state, dt, d, kinetic, strain)
+      class(ledger_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: dt                  !! [time]
+      real(wp), intent(in) :: d(:, :)             !! (6, nb) unknowns of the step
+      real(wp), intent(out) :: kinetic, strain    !! [energy]
+      integer :: p, i
+      call make_room(self, blocks%n_blocks)
+      !$omp parallel do default(none) shared(self, blocks, matrices, state, dt, d) private(p, i) schedule(static) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
+      do p = 1, n_pieces(blocks%n_blocks)
+         self%sums(1:2, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, blocks%n_blocks)
+            call add_energies(i, blocks, matrices, state, new_velocity(d(:, i), state%velocity(:, i), dt), &
+                              state%stress(:, i) + matmul(matrices%e(:, :, blocks%block_material(i)), d(4:6, i)), &
+                              self%sums(1:2, p))
+         end do
+      end do
+      !$omp end parallel do
+      kinetic = sum(self%sums(1, 1:n_pieces(blocks%n_blocks)))
+      strain = sum(self%sums(2, 1:n_pieces(blocks%n_blocks)))
+   end subroutine predicted_energies
+
+   !> Kinetic and strain energy of block i with a given velocity and stress.
+   pure subroutine add_energies(i, blocks, matrices, state, velocity, stress, sums)
+      integer, intent(in) :: i
+      type(block_system_type), intent(in) :: blocks
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: velocity(6), stress(3)
+      real(wp), intent(inout) :: sums(2)
+      sums(1) = sums(1) + 0.5_wp*dot_product(velocity, mass_times(state%mass(i), state%area(i), state%moments(:, i), &
+                                                                  velocity))
+      sums(2) = sums(2) + strain_energy(stress, matrices%c(:, :, blocks%block_material(i)), state%area(i))
+   end subroutine add_energies
+
+   !> Room for the partial sums over n items.
+   pure subroutine make_room(self, n)
+      class(ledger_type), intent(inout) :: self
+      integer, intent(in) :: n
+      if (allocated(self%sums)) then
+         if (size(self%sums, 2) >= n_pieces(n)) return
+         deallocate (self%sums)
+      end if
+      allocate (self%sums(n_sums, n_pieces(n) + n_pieces(n)/4 + 1))
+   end subroutine make_room
+
    !> Energies at time 0: initial velocities, initial stresses, pretensioned bolts.
-   pure subroutine start(self, blocks, matrices, state)
+   subroutine start(self, blocks, matrices, state)
       class(ledger_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(material_matrices_type), intent(in) :: matrices
@@ -70,7 +134,7 @@ contains
       if (allocated(self%fixed_energy)) deallocate (self%fixed_energy)
       allocate (self%fixed_energy(blocks%fixed%n), source=0.0_wp)
       self%bolt_energy = 0
-      call stored_energies(blocks, matrices, state, self%total(energy%kinetic), self%total(energy%strain))
+      call self%stored_energies(blocks, matrices, state, self%total(energy%kinetic), self%total(energy%strain))
       do l = 1, blocks%bolts%n
          self%bolt_energy = self%bolt_energy + 0.5_wp*blocks%bolts%pretension(l)**2/blocks%bolts%stiffness(l)
       end do
@@ -80,7 +144,7 @@ contains
 
    !> Contacts of an accepted step: springs, friction, dashpots, changes of state.
    !> Also writes the table's energies, shear springs and forces: the table then is that of the step's end.
-   pure subroutine add_contacts(self, parameters, laws, state, trial, dt, table)
+   subroutine add_contacts(self, parameters, laws, state, trial, dt, table)
       class(ledger_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       type(contact_law_type), intent(in) :: laws(:)
@@ -88,6 +152,42 @@ contains
       type(open_close_type), intent(in) :: trial
       real(wp), intent(in) :: dt
       type(contact_table_type), intent(inout) :: table
+      real(wp) :: carried, friction, dissipated, discarded, geometry, stored
+      integer :: p, n
+      n = n_pieces(table%n)
+      call make_room(self, table%n)
+      !$omp parallel do default(none) shared(self, parameters, laws, state, trial, dt, table, n) private(p) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
+      do p = 1, n
+         call end_contacts((p - 1)*piece + 1, min(p*piece, table%n), parameters, laws, state, trial, dt, table, &
+                           self%sums(:, p))
+      end do
+      !$omp end parallel do
+      carried = sum(self%sums(1, 1:n))
+      friction = sum(self%sums(2, 1:n))
+      dissipated = sum(self%sums(3, 1:n))
+      discarded = sum(self%sums(4, 1:n))
+      geometry = sum(self%sums(5, 1:n))
+      stored = sum(self%sums(6, 1:n))
+      ! closed contacts that the search no longer found
+      discarded = discarded + (self%contact_energy - carried)
+      self%contact_energy = stored
+      call add(self, energy%friction, friction)
+      call add(self, energy%dissipated, dissipated)
+      call add(self, energy%discarded, discarded)
+      call add(self, energy%geometry, geometry)
+   end subroutine add_contacts
+
+   !> The part of `add_contacts` for some of the contacts.
+   pure subroutine end_contacts(first, last, parameters, laws, state, trial, dt, table, sums)
+      integer, intent(in) :: first, last
+      type(parameters_type), intent(in) :: parameters
+      type(contact_law_type), intent(in) :: laws(:)
+      type(block_state_type), intent(in) :: state
+      type(open_close_type), intent(in) :: trial
+      real(wp), intent(in) :: dt
+      type(contact_table_type), intent(inout) :: table
+      real(wp), intent(out) :: sums(n_sums)   !! carried, friction, dissipated, discarded, geometry, stored
       real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
       real(wp) :: damping(2)
       integer :: c
@@ -100,7 +200,7 @@ contains
       discarded = 0
       geometry = 0
       stored = 0
-      do c = 1, table%n
+      do c = first, last
          was_closed = table%state(c) /= contact_state%open
          x0 = table%gap(c)
          s0 = table%shear(c)
@@ -149,17 +249,11 @@ contains
          table%energy(c) = 0.5_wp*kn*x1**2 + 0.5_wp*ks*s1**2
          stored = stored + table%energy(c)
       end do
-      ! closed contacts that the search no longer found
-      discarded = discarded + (self%contact_energy - carried)
-      self%contact_energy = stored
-      call add(self, energy%friction, friction)
-      call add(self, energy%dissipated, dissipated)
-      call add(self, energy%discarded, discarded)
-      call add(self, energy%geometry, geometry)
-   end subroutine add_contacts
+      sums = [carried, friction, dissipated, discarded, geometry, stored]
+   end subroutine end_contacts
 
    !> Blocks of an accepted step: loads, elastic dissipation, damping; state is that of the step's start.
-   pure subroutine add_blocks(self, blocks, parameters, matrices, state, loads, dt, d)
+   subroutine add_blocks(self, blocks, parameters, matrices, state, loads, dt, d)
       class(ledger_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -168,24 +262,42 @@ contains
       type(step_loads_type), intent(in) :: loads
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: d(:, :)            !! (6, nb) unknowns of the step
-      real(wp) :: external, gravity, dissipated, stored, lost
-      integer :: i
-      external = 0
-      gravity = 0
-      dissipated = 0
-      do i = 1, blocks%n_blocks
-         external = external + dot_product(loads%external(:, i), d(:, i))
-         gravity = gravity - dot_product(loads%weight(:, i), d(:, i))
-         call elastic_energy(matrices%e(:, :, blocks%block_material(i)), state%stress(:, i), d(4:6, i), &
-                             state%area(i), stored, lost)
-         dissipated = dissipated + lost
-         if (parameters%mass_damping > 0) dissipated = dissipated + mass_damping_dissipation( &
-            parameters%mass_damping, mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), dt, d(:, i))
+      integer :: i, p, n
+      n = n_pieces(blocks%n_blocks)
+      call make_room(self, blocks%n_blocks)
+      !$omp parallel do default(none) shared(self, blocks, parameters, matrices, state, loads, dt, d, n) private(p, i) &
+      !$omp schedule(static) if (blocks%n_blocks > parallel_blocks)
+      do p = 1, n
+         self%sums(1:3, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, blocks%n_blocks)
+            call end_block(i, blocks, parameters, matrices, state, loads, dt, d(:, i), self%sums(1:3, p))
+         end do
       end do
-      call add(self, energy%external, external)
-      call add(self, energy%gravity, gravity)
-      call add(self, energy%dissipated, dissipated)
+      !$omp end parallel do
+      call add(self, energy%external, sum(self%sums(1, 1:n)))
+      call add(self, energy%gravity, sum(self%sums(2, 1:n)))
+      call add(self, energy%dissipated, sum(self%sums(3, 1:n)))
    end subroutine add_blocks
+
+   !> The part of `add_blocks` for one block.
+   pure subroutine end_block(i, blocks, parameters, matrices, state, loads, dt, d, sums)
+      integer, intent(in) :: i
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(material_matrices_type), intent(in) :: matrices
+      type(block_state_type), intent(in) :: state
+      type(step_loads_type), intent(in) :: loads
+      real(wp), intent(in) :: dt, d(6)
+      real(wp), intent(inout) :: sums(3)   !! external work, gravity, dissipated
+      real(wp) :: stored, lost
+      call elastic_energy(matrices%e(:, :, blocks%block_material(i)), state%stress(:, i), d(4:6), state%area(i), &
+                          stored, lost)
+      if (parameters%mass_damping > 0) lost = lost + mass_damping_dissipation( &
+         parameters%mass_damping, mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), dt, d)
+      sums(1) = sums(1) + dot_product(loads%external(:, i), d)
+      sums(2) = sums(2) - dot_product(loads%weight(:, i), d)
+      sums(3) = sums(3) + lost
+   end subroutine end_block
 
    !> Fixed points and bolts of an accepted step; also the support forces. state is that of the step's start.
    pure subroutine add_supports(self, blocks, parameters, state, loads, released, bolts, d, fixed_force, bolt_plastic)

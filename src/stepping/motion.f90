@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Blocks at the start of a run, and their motion at the end of an accepted step.
 module rockdda_stepping_motion
+   use, intrinsic :: ieee_arithmetic, only : ieee_value, ieee_positive_inf
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_assembly_kinematics, only : mass_matrix, move_points, move_point, rotate_stress, rotate_strain_rate, &
+   use rockdda_assembly_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
    use rockdda_assembly_inertia, only : new_velocity
    use rockdda_stepping_loads, only : material_matrices_type
@@ -54,21 +56,28 @@ contains
       if (n > 0) copy = position(:, 1:n)
    end function points_or_none
 
-   !> Largest displacement T d of any vertex.
-   pure real(wp) function largest_displacement(blocks, state, d) result(largest)
+   !> Largest displacement T d of any vertex; infinite when one is not a number.
+   real(wp) function largest_displacement(blocks, state, d) result(largest)
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
-      real(wp) :: u(2)
-      integer :: i, v
+      real(wp) :: u(2), square
+      integer :: i, v, n_bad
       largest = 0
+      n_bad = 0
+      !$omp parallel do default(none) shared(blocks, state, d) private(i, v, u, square) reduction(max:largest) &
+      !$omp reduction(+:n_bad) schedule(static) if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
             u = displacement_at(d(:, i), state%vertices(:, v), state%centroid(:, i))
-            largest = max(largest, u(1)**2 + u(2)**2)
+            square = u(1)**2 + u(2)**2
+            if (.not. square <= huge(square)) n_bad = n_bad + 1
+            largest = max(largest, square)
          end do
       end do
+      !$omp end parallel do
       largest = sqrt(largest)
+      if (n_bad > 0) largest = ieee_value(largest, ieee_positive_inf)
    end function largest_displacement
 
    !> Move everything by the unknowns of an accepted step; stresses, velocities, area and moments follow.
@@ -83,7 +92,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
       type(block_state_type), intent(inout) :: state
-      real(wp) :: m_old(6, 6), m_new(6, 6), v(6), spin
+      real(wp) :: momentum(6), v(6), spin, polar
       integer :: i, p, first, last, side, b
       logical :: exact
       exact = parameters%exact_rotation
@@ -109,13 +118,13 @@ contains
                                     - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
       end do
       !$omp parallel do default(none) shared(blocks, parameters, matrices, dt, d, state, exact) &
-      !$omp private(i, first, last, m_old, m_new, v, spin) if (blocks%n_blocks > 4000)
+      !$omp private(i, first, last, momentum, v, spin, polar) schedule(static) if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
-         m_old = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
          v = new_velocity(d(:, i), state%velocity(:, i), dt)
-         spin = dot_product(m_old(3, :), v)
+         momentum = mass_times(state%mass(i), state%area(i), state%moments(:, i), v)
+         spin = momentum(3)
          call move_points(d(:, i), state%centroid(:, i), exact, state%vertices(:, first:last))
          call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
                                  state%moments(:, i))
@@ -126,8 +135,10 @@ contains
          if (exact) then
             state%stress(:, i) = rotate_stress(state%stress(:, i), d(3, i))
             v(4:6) = rotate_strain_rate(v(4:6), d(3, i))
-            m_new = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
-            v(3) = (spin - dot_product(m_new(3, 4:6), v(4:6)))/m_new(3, 3)
+            v(3) = 0
+            momentum = mass_times(state%mass(i), state%area(i), state%moments(:, i), v)
+            polar = state%mass(i)*(state%moments(1, i) + state%moments(2, i))/state%area(i)
+            v(3) = (spin - momentum(3))/polar
          end if
          state%velocity(:, i) = v
       end do

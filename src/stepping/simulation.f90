@@ -23,7 +23,7 @@ module rockdda_stepping_simulation
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
-   use rockdda_stepping_ledger, only : ledger_type, stored_energies
+   use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_shear_drag, set_link_vectors, set_link_forces, &
       predict_contacts, judge_bolts
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
@@ -352,7 +352,6 @@ contains
       logical, intent(in) :: shortened
       real(wp), intent(in) :: displacement
       real(wp) :: k01, kinetic_predicted, strain_predicted, kinetic_moved, strain_moved
-      type(contact_table_type) :: spare
       integer :: p, b, side
 
       k01 = self%control%k01(self%parameters)
@@ -368,10 +367,10 @@ contains
                             self%line_ends(side:side + 1, p))
          end do
       end do
-      call predicted_energies(self%blocks, self%matrices, self%state, dt, self%equations%x, kinetic_predicted, &
-                              strain_predicted)
+      call self%ledger%predicted_energies(self%blocks, self%matrices, self%state, dt, self%equations%x, &
+                                          kinetic_predicted, strain_predicted)
       call move_blocks(self%blocks, self%parameters, self%matrices, dt, self%equations%x, self%state)
-      call stored_energies(self%blocks, self%matrices, self%state, kinetic_moved, strain_moved)
+      call self%ledger%stored_energies(self%blocks, self%matrices, self%state, kinetic_moved, strain_moved)
       call self%ledger%add_motion(kinetic_predicted, strain_predicted, kinetic_moved, strain_moved, k01)
       call self%ledger%close_step()
       self%state%velocity = k01*self%state%velocity
@@ -380,9 +379,7 @@ contains
       call self%control%accepted(self%parameters, dt, displacement, shortened, k01)
 
       ! the table of this step becomes the last one; the old one is room for the next
-      spare = self%contacts
-      self%contacts = self%table
-      self%table = spare
+      call self%contacts%exchange(self%table)
 
       self%record%step = self%state%step
       self%record%time = self%state%time
@@ -401,30 +398,6 @@ contains
          self%record%measured_rotation(p) = self%state%rotation(b)
       end do
    end subroutine accept
-
-   !> Kinetic and strain energy after the step with the masses and areas of its start (the state given).
-   pure subroutine predicted_energies(blocks, matrices, state, dt, d, kinetic, strain)
-      use rockdda_assembly_kinematics, only : mass_matrix
-      use rockdda_assembly_elastic, only : strain_energy
-      use rockdda_assembly_inertia, only : new_velocity, kinetic_energy
-      type(block_system_type), intent(in) :: blocks
-      type(material_matrices_type), intent(in) :: matrices
-      type(block_state_type), intent(in) :: state
-      real(wp), intent(in) :: dt
-      real(wp), intent(in) :: d(:, :)
-      real(wp), intent(out) :: kinetic, strain
-      real(wp) :: stress(3)
-      integer :: i, m
-      kinetic = 0
-      strain = 0
-      do i = 1, blocks%n_blocks
-         m = blocks%block_material(i)
-         kinetic = kinetic + kinetic_energy(mass_matrix(state%mass(i), state%area(i), state%moments(:, i)), &
-                                            new_velocity(d(:, i), state%velocity(:, i), dt))
-         stress = state%stress(:, i) + matmul(matrices%e(:, :, m), d(4:6, i))
-         strain = strain + strain_energy(stress, matrices%c(:, :, m), state%area(i))
-      end do
-   end subroutine predicted_energies
 
    !> Force of every contact of the last accepted step on its block_a: compression along the edge's outward normal,
    !> shear along the edge. Zero for open contacts.
