@@ -31,9 +31,7 @@ def solve_with_scipy(path: Path) -> dict:
     """Seconds of processor time to factorise and solve, entries of the factors, difference to our solution."""
     matrix, f, x = read_matrix(path)
     begun = time.process_time()
-    factor = splu(
-        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     factorised = time.process_time()
     solution = factor.solve(f)
     solved = time.process_time()
