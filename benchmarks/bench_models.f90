@@ -2,7 +2,8 @@
 !> Models to measure: a wall, a layered roof, a tunnel in jointed rock, a random slope, one sliding block.
 !>
 !> Units: m, kg, s, N, per metre of thickness. Rock and contact stiffness are those of a published tunnel study:
-!> 2500 kg/m2, E = 1e10, nu = 0.25, g0 = 1e9; the stiffness ratio g0/(2m/dt^2) is set through dt.
+!> 2500 kg/m2, E = 1e10, nu = 0.25, g0 = 1e9 (another E can be asked for); the stiffness ratio g0/(2m/dt^2) is set
+!> through dt.
 module bench_models
    use rockdda_base_kinds, only : wp, i8, pi
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -19,7 +20,7 @@ module bench_models
 
    character(len=*), parameter :: model_names = 'wall, roof, tunnel, slope, slide'
 
-   real(wp), parameter :: density = 2500, g = 9.81_wp, stiffness = 1.0e9_wp, youngs_modulus = 1.0e10_wp
+   real(wp), parameter :: density = 2500, g = 9.81_wp, stiffness = 1.0e9_wp
    real(wp), parameter :: brick(2) = [1.0_wp, 0.5_wp]   !! length, height
 
    !> A reproducible stream of numbers in [0, 1).
@@ -41,10 +42,11 @@ module bench_models
 contains
 
    !> Blocks and parameters of a model of about n blocks.
-   subroutine make_model(name, n, ratio, options, blocks, parameters, error)
+   subroutine make_model(name, n, ratio, softness, options, blocks, parameters, error)
       character(len=*), intent(in) :: name             !! one of `model_names`
       integer, intent(in) :: n                         !! wanted number of blocks
       real(wp), intent(in) :: ratio                    !! wall: stiffness over 2m/dt^2
+      real(wp), intent(in) :: softness                 !! contact stiffness over E
       type(run_options_type), intent(in) :: options    !! win over what the model says
       type(block_system_type), intent(out) :: blocks
       type(parameters_type), intent(out) :: parameters
@@ -58,7 +60,7 @@ contains
       allocate (analysis%block_materials(1), analysis%joint_materials(1))
       analysis%block_materials%density = density
       analysis%block_materials%weight = density*g
-      analysis%block_materials%youngs_modulus = youngs_modulus
+      analysis%block_materials%youngs_modulus = stiffness/softness
       analysis%block_materials%poisson_ratio = 0.25_wp
       analysis%joint_materials%friction_angle = 35
       analysis%displacement_ratio = 0.01_wp

@@ -5,6 +5,7 @@
 !>
 !>   blocks=1000       about so many blocks
 !>   ratio=1           wall: contact stiffness over 2m/dt^2
+!>   softness=0.1      contact stiffness over E
 !>   steps=5           steps to do
 !>   threads=1         OpenMP threads
 !>   solver=auto       auto, pcg, cholmod, sor, dense; preconditioner=, tolerance= as in the options file
@@ -46,13 +47,13 @@ program bench_steps
    real(wp), allocatable :: force(:, :)
    integer(i8) :: bytes_before
    integer :: n_wanted, n_steps, n_threads, n_passes, i
-   real(wp) :: ratio
+   real(wp) :: ratio, softness
 
    call read_arguments()
 !$ call omp_set_num_threads(n_threads)
    bytes_before = resident_bytes('VmRSS:')
    call watch%start()
-   call make_model(model, n_wanted, ratio, options, blocks, parameters, error)
+   call make_model(model, n_wanted, ratio, softness, options, blocks, parameters, error)
    call stop_on(error)
    call watch%stop()
    call line%text('model', model)
@@ -110,6 +111,7 @@ contains
       n_threads = 1
       n_passes = 0
       ratio = 1
+      softness = 0.1_wp
       options%method = 'auto'
       do k = 1, command_argument_count()
          call get_command_argument(k, length=length)
@@ -127,6 +129,8 @@ contains
             read (value, *) n_wanted
          case ('ratio')
             read (value, *) ratio
+         case ('softness')
+            read (value, *) softness
          case ('steps')
             read (value, *) n_steps
          case ('threads')

@@ -20,6 +20,7 @@ class Run:
     model: str
     size: int
     ratio: float | None = None
+    softness: float | None = None
     steps: int = 5
     threads: int = 1
     solver: str = "auto"
@@ -33,6 +34,8 @@ class Run:
         parts = [self.model, str(self.size)]
         if self.ratio is not None:
             parts.append(f"ratio {self.ratio:g}")
+        if self.softness is not None:
+            parts.append(f"g0 = {self.softness:g} E")
         if self.kind in ("threads", "output"):
             parts.append(f"{self.threads} thread(s), {self.solver}" if self.kind == "threads" else "with output")
         self.name = ", ".join(parts)
@@ -67,6 +70,8 @@ class Programs:
         words += [f"solver={run.solver}", f"passes={run.passes}"]
         if run.ratio is not None:
             words.append(f"ratio={run.ratio}")
+        if run.softness is not None:
+            words.append(f"softness={run.softness}")
         if run.matrix is not None:
             words.append(f"matrix={run.matrix}")
         if run.output:

@@ -41,12 +41,20 @@ def plan_runs(options: argparse.Namespace) -> list[Run]:
             passes = 0 if options.quick else 5
             runs.append(Run("wall", size, ratio=1, steps=steps, passes=passes, solver=options.solver, kind="scaling"))
         if not options.quick:
-            for size, ratio, steps in ((2000, 10, 30), (2000, 40, 90), (2000, 100, 20), (10_000, 10, 10)):
+            cases = [
+                (2000, 10, 30),
+                (2000, 40, 90),
+                (2000, 100, 20),
+                (10_000, 10, 10),
+                (10_000, 40, 4),
+                (10_000, 100, 4),
+            ]
+            for size, ratio, steps in cases:
                 if size <= max(sizes):
                     runs.append(Run("wall", size, ratio=ratio, steps=steps, solver=options.solver, kind="ratio"))
-            if max(sizes) >= 10_000:
-                for ratio in (40, 100):
-                    runs.append(Run("wall", 10_000, ratio=ratio, steps=4, solver=options.solver, kind="ratio"))
+            # the automatic contact stiffness
+            if max(sizes) >= 2000:
+                runs.append(Run("wall", 2000, ratio=40, softness=50, steps=8, solver=options.solver, kind="soft"))
     for model, size, steps in (("roof", 1000, 8), ("slope", 1000, 12), ("tunnel", 1100, 100), ("slide", 1, 200)):
         if model not in options.models:
             continue
@@ -207,7 +215,7 @@ def read_options(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="default 3, with --quick 1")
     parser.add_argument("--steps", type=int, help="steps of the wall of ratio 1, instead of a number fit for its size")
     parser.add_argument("--solver", default="auto", help="default auto")
-    parser.add_argument("--large", action="store_true", help="also a wall of a million blocks (about 30 GB, minutes)")
+    parser.add_argument("--large", action="store_true", help="also a wall of a million blocks (about 10 GB, minutes)")
     parser.add_argument("--quick", action="store_true", help="seconds instead of minutes: small sizes, one repeat")
     parser.add_argument("--full-tunnel", action="store_true", help="all 2,500 steps of the tunnel instead of 100")
     parser.add_argument("--no-scipy", action="store_true", help="without the comparison with SciPy's direct solver")
