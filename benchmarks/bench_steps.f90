@@ -15,7 +15,7 @@
 !>   passes=0          time so many passes of K x and of PCG on that matrix
 !>
 !> First line: the model. Then one line a step. Last line: memory, checksum of the final state, passes.
-!> Seconds are given twice, on the wall clock and as processor time of all threads.
+!> Seconds are given on the wall clock, as processor time of all threads, and of the first thread alone.
 program bench_steps
    use, intrinsic :: iso_fortran_env, only : output_unit, error_unit
 !$ use omp_lib, only : omp_set_num_threads
@@ -197,6 +197,7 @@ contains
       call line%integer('step', sim%record%step)
       call line%real('wall', watch%wall)
       call line%real('cpu', watch%cpu)
+      call line%real('first_thread', watch%first_thread)
       call line%real('output', writing%cpu)
       call line%integer('rounds', sim%record%open_close_iterations)
       call line%integer('attempts', sim%record%attempts)

@@ -37,6 +37,7 @@ def summarize(run: Run, repeats: list[dict]) -> dict:
         "dt": model["dt"],
         "k01": model["k01"],
         "threads": run.threads,
+        "passive": run.passive,
         "solver": model["solver"],
         "repeats": len(repeats),
         "checksum": end["checksum"],
@@ -49,7 +50,7 @@ def summarize(run: Run, repeats: list[dict]) -> dict:
         same = [repeat["steps"][number] for repeat in repeats]
         row = {name: step[name] for name in COUNTS}
         row["work"] = work_of(step)
-        for clock in ("cpu", "wall", "output"):
+        for clock in ("cpu", "wall", "first_thread", "output"):
             values = [other[clock] for other in same]
             row[clock] = min(values)
             row[clock + "_median"] = statistics.median(values)

@@ -26,6 +26,7 @@ class Run:
     solver: str = "auto"
     passes: int = 0
     output: bool = False
+    passive: bool = False  # threads that wait do not spin
     matrix: Path | None = None
     kind: str = "model"
     name: str = field(init=False)
@@ -38,6 +39,8 @@ class Run:
             parts.append(f"g0 = {self.softness:g} E")
         if self.kind in ("threads", "output"):
             parts.append(f"{self.threads} thread(s), {self.solver}" if self.kind == "threads" else "with output")
+        if self.passive:
+            parts.append("passive")
         self.name = ", ".join(parts)
 
 
@@ -53,10 +56,10 @@ class Programs:
             if name in os.environ:
                 print(f"{name}={os.environ[name]} is in effect", file=sys.stderr)
 
-    def _lines(self, *command: str, threads: int = 1) -> list[dict]:
+    def _lines(self, *command: str, passive: bool = False) -> list[dict]:
         environment = dict(self.environment)
-        if threads > (os.cpu_count() or 1):
-            environment["OMP_WAIT_POLICY"] = "passive"  # waiting threads give way to those that work
+        if passive:
+            environment["OMP_WAIT_POLICY"] = "passive"
         done = subprocess.run(
             [str(self.bin / command[0]), *command[1:]], capture_output=True, text=True, env=environment, check=False
         )
@@ -76,7 +79,7 @@ class Programs:
             words.append(f"matrix={run.matrix}")
         if run.output:
             words.append(f"output={self.folder / 'output.h5'}")
-        lines = self._lines("bench_steps", *words, threads=run.threads)
+        lines = self._lines("bench_steps", *words, passive=run.passive or run.threads > (os.cpu_count() or 1))
         return {"model": lines[0], "steps": lines[1:-1], "end": lines[-1]}
 
     def memory(self, threads: int) -> dict:

@@ -102,7 +102,9 @@ def print_report(results: dict) -> None:
         print(f"exponent of cost, from 1,000 blocks, steps 2 to 6: counted work {work:.3f}, time {seconds:.3f}")
     for count, factor in derived.get("speed_up", {}).items():
         if count != "1":
-            print(f"speed-up with {count} threads: {factor:.2f}")
+            by_work = derived.get("speed_up_by_work", {}).get(count)
+            bound = f" (by the first thread's share of the work: {by_work:.2f})" if by_work else ""
+            print(f"speed-up with {count} threads: {factor:.2f}{bound}")
     if "threads_agree" in derived:
         print("results of all numbers of threads: " + ("the same bits" if derived["threads_agree"] else "DIFFERENT"))
     if "tunnel_seconds" in derived:

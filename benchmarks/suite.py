@@ -14,6 +14,7 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from figures import as_columns, fit_exponent, rounded, summarize
@@ -69,6 +70,8 @@ def plan_runs(options: argparse.Namespace) -> list[Run]:
         steps = 2 if options.quick else 5
         for threads in sorted({1, *options.threads}):
             runs.append(Run("wall", size, ratio=1, steps=steps, threads=threads, solver="pcg", kind="threads"))
+            if 1 < threads <= (os.cpu_count() or 1):
+                runs.append(replace(runs[-1], passive=True))
         runs.append(Run("wall", size, ratio=1, steps=steps, output=True, kind="output"))
     return runs
 
@@ -110,11 +113,17 @@ def derive(results: dict) -> dict:
         points = [(run["blocks"], run["early"][name]) for run in scaling]
         if len(points) > 1:
             derived[f"exponent_of_{name}"] = fit_exponent(points)
-    threads = {run["threads"]: run for run in runs if run["kind"] == "threads"}
+    all_threads = [run for run in runs if run["kind"] == "threads"]
+    threads = {run["threads"]: run for run in all_threads if not run["passive"]}
     if threads:
         base = threads[1]["settled"]["wall"]
         derived["speed_up"] = {str(count): base / run["settled"]["wall"] for count, run in threads.items()}
-        sums = {run["checksum"] for run in threads.values()}
+        derived["speed_up_by_work"] = {
+            str(run["threads"]): threads[1]["settled"]["cpu"] / run["settled"]["first_thread"]
+            for run in all_threads
+            if run["passive"]
+        }
+        sums = {run["checksum"] for run in all_threads}
         derived["threads_agree"] = len(sums) == 1
     for run in runs:
         if run["model"] == "tunnel":
