@@ -3,8 +3,10 @@
 module rockdda_app_arguments
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_random, only : largest_seed
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
+   use rockdda_model_options, only : unset_integer
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_driver_model_input, only : run_request_type
@@ -14,13 +16,14 @@ module rockdda_app_arguments
    public :: command_line_type, parse_command_line, command_names
 
    !> The commands, in the order of the help.
-   character(len=*), parameter :: command_names(4) = [character(len=5) :: 'cut', 'run', 'check', 'info']
+   character(len=*), parameter :: command_names(5) = [character(len=5) :: 'lines', 'cut', 'run', 'check', 'info']
    !> Those that write a file.
-   character(len=*), parameter :: writers = ' cut run '
+   character(len=*), parameter :: writers = ' lines cut run '
 
    type, extends(run_request_type) :: command_line_type
       character(len=:), allocatable :: command       !! '' when none was given
       type(argument_type), allocatable :: files(:)
+      integer :: seed = unset_integer
       logical :: help = .false., version = .false., quiet = .false., json = .false.
    end type command_line_type
 
@@ -30,12 +33,13 @@ module rockdda_app_arguments
    type :: option_type
       character(len=20) :: name
       integer :: takes
-      character(len=12) :: commands                  !! those that know it, between blanks; '' = all
+      character(len=24) :: commands                  !! those that know it, between blanks; '' = all
    end type option_type
 
    character(len=*), parameter :: run_only = ' run '
-   type(option_type), parameter :: known(16) = [ &
+   type(option_type), parameter :: known(17) = [ &
                                    option_type('--output', takes_text, writers), &
+                                   option_type('--seed', takes_whole, ' lines '), &
                                    option_type('--config', takes_text, run_only), &
                                    option_type('--threads', takes_whole, run_only), &
                                    option_type('--solver', takes_text, run_only), &
@@ -166,6 +170,10 @@ contains
             else
                call problem("option --dialect: '"//value//"' is neither peer nor g0")
             end if
+         case ('--seed')
+            call take_whole(name, value, 0, line%seed)
+            if (line%seed > largest_seed) call problem('option --seed: must be '//to_string(largest_seed)// &
+                                                       ' or less, found '//value)
          case ('--threads'); call take_whole(name, value, 1, line%threads)
          case ('--steps'); call take_whole(name, value, 0, line%steps)
          case ('--save-every'); call take_whole(name, value, 1, line%save_every)

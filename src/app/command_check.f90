@@ -8,6 +8,8 @@ module rockdda_app_command_check
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type
+   use rockdda_lines_generate, only : generate_lines, lines_report_type
+   use rockdda_lines_statistics, only : statistics_type
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_analysis_file, only : read_analysis_file
@@ -19,6 +21,7 @@ module rockdda_app_command_check
    use rockdda_io_recognise, only : file_kind, kind_name
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_driver_model_input, only : model_input_type, read_model, recognise_file
+   use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : argument_type, say
@@ -156,6 +159,8 @@ contains
       type(analysis_input_type) :: analysis
       type(run_options_type) :: options
       type(cut_report_type) :: report
+      type(statistics_type) :: statistics
+      type(lines_report_type) :: lines
       type(results_info_type) :: results
       type(error_type), allocatable :: error
       type(origin_type) :: origin
@@ -171,6 +176,9 @@ contains
          call read_block_file(path, blocks, messages)
       case (4)
          call read_options_file(path, options, messages)
+      case (5)
+         call read_statistics_file(path, statistics, messages)
+         if (messages%n_errors == before) call generate_lines(statistics, geometry, lines, messages)
       case (7)
          call read_results_info(path, results, error)
       case default

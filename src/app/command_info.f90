@@ -9,6 +9,7 @@ module rockdda_app_command_info
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type
+   use rockdda_lines_statistics, only : statistics_type
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_io_analysis_file, only : read_analysis_file
    use rockdda_io_block_file, only : read_block_file
@@ -17,6 +18,7 @@ module rockdda_app_command_info
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_recognise, only : file_kind, kind_name
    use rockdda_io_results_info, only : results_info_type, read_results_info
+   use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_io_source, only : source_type, read_source
    use rockdda_driver_model_input, only : model_input_type, recognise_file, read_blocks, count_points
    use rockdda_app_arguments, only : command_line_type
@@ -116,6 +118,7 @@ contains
       case (2); call describe_analysis(line, path, points, facts, messages)
       case (3); call describe_blocks(path, facts, messages)
       case (4); call describe_options(path, facts, messages)
+      case (5); call describe_statistics(path, facts, messages)
       case (7); call describe_results(path, facts, messages)
       case default
          origin%file = path
@@ -123,6 +126,28 @@ contains
                            origin)
       end select
    end subroutine describe_file
+
+   !> A joint statistics file.
+   subroutine describe_statistics(path, facts, messages)
+      character(len=*), intent(in) :: path
+      type(facts_type), intent(inout) :: facts
+      type(diagnostics_type), intent(inout) :: messages
+      type(statistics_type) :: statistics
+      integer :: before, i
+      before = messages%n_errors
+      call read_statistics_file(path, statistics, messages)
+      if (messages%n_errors > before) return
+      call facts%add('seed', statistics%seed)
+      call facts%add('area', abs(polygon_area(statistics%region%vertices)))
+      call facts%add('openings', size(statistics%openings))
+      call facts%add('joint_sets', size(statistics%sets))
+      do i = 1, size(statistics%sets)
+         call facts%add('inclination_'//to_string(i), statistics%sets(i)%inclination)
+         call facts%add('spacing_'//to_string(i), statistics%sets(i)%spacing)
+      end do
+      call facts%add('lines', size(statistics%lines))
+      call facts%add('measured_points', size(statistics%measured, 2))
+   end subroutine describe_statistics
 
    !> A geometry file.
    subroutine describe_geometry(path, facts, messages)

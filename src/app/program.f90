@@ -7,6 +7,7 @@ module rockdda_app_program
    use rockdda_app_command_check, only : run_check
    use rockdda_app_command_cut, only : run_cut
    use rockdda_app_command_info, only : run_info
+   use rockdda_app_command_lines, only : run_lines
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
    use rockdda_app_process, only : argument_type, say, complain
@@ -38,6 +39,7 @@ contains
          call run_version(line, ok)
       else
          select case (line%command)
+         case ('lines'); call run_lines(line, exit_code)
          case ('cut'); call run_cut(line, exit_code)
          case ('run'); call run_run(line, exit_code)
          case ('check'); call run_check(line, exit_code)

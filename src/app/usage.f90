@@ -15,6 +15,7 @@ contains
       character(len=*), intent(in) :: command
       character(len=:), allocatable :: text
       select case (command)
+      case ('lines'); text = lines_text()
       case ('cut'); text = cut_text()
       case ('run'); text = run_text()
       case ('check'); text = check_text()
@@ -30,6 +31,7 @@ contains
              'usage: rockdda COMMAND [OPTION…] FILE…'//nl// &
              nl// &
              'commands:'//nl// &
+             '  lines   draw joint lines from the statistics of joint sets'//nl// &
              '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
              '  run     move the blocks in time and write the results'//nl// &
              '  check   read input files and list every problem; computes nothing'//nl// &
@@ -42,6 +44,26 @@ contains
              nl// &
              exit_text()
    end function program_text
+
+   pure function lines_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda lines MODEL.dl [-o MODEL.dc] [OPTION…]'//nl// &
+             nl// &
+             'Draws the lines of joint sets from their statistics (spacing, trace length, bridge, randomness), cuts'//nl// &
+             'them to the boundary and the openings, and writes a geometry file. Prints what was drawn beside'//nl// &
+             'what was asked for. The same seed gives the same lines on every machine.'//nl// &
+             nl// &
+             'options:'//nl// &
+             '  -o, --output FILE the geometry file; default: the stem of the statistics file + .dc in the current'//nl// &
+             '                    folder'//nl// &
+             '  --seed N          wins over the seed of the file; 0 to 2147483646'//nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda lines tunnel.dl'//nl// &
+             '  rockdda lines tunnel.dl --seed 7 -o tunnel-7.dc'//nl// &
+             '  rockdda lines tunnel.dl --json | python3 -m json.tool'
+   end function lines_text
 
    pure function cut_text() result(text)
       character(len=:), allocatable :: text

@@ -18,18 +18,22 @@ module rockdda_io_csv_table
 
 contains
 
-   !> Read a table; the first column must not decrease. A header, if there is one, must name all columns, in
+   !> Read a table; the first column must not decrease (unless in_any_order). A header, if there is one, must name all columns, in
    !> any order; without one they are in the order of `columns`.
-   subroutine read_csv_table(path, columns, table, messages)
+   subroutine read_csv_table(path, columns, table, messages, in_any_order)
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: columns(:)       !! lower case, at most 16
       real(wp), allocatable, intent(out) :: table(:, :) !! (columns, rows)
       type(diagnostics_type), intent(inout) :: messages
+      logical, intent(in), optional :: in_any_order    !! true: the first column may decrease
       type(source_type) :: source
       type(token_list_type) :: tokens
       type(row_reader_type) :: reader
       integer :: place(size(columns)), n, k
-      logical :: ok
+      logical :: ok, rising
+
+      rising = .true.
+      if (present(in_any_order)) rising = .not. in_any_order
 
       allocate (table(size(columns), 0))
       call read_source(path, source, messages, ok)
@@ -56,7 +60,7 @@ contains
             if (abs(reader%value(k)) > largest_value) call reader%fail(tokens, k, 'row '//to_string(n)// &
                ': must not be larger than '//to_string(largest_value), messages)
          end do
-         if (n == 1) cycle
+         if (n == 1 .or. .not. rising) cycle
          if (table(1, n) < table(1, n - 1)) call reader%fail(tokens, place(1), trim(columns(1))//' of row '// &
             to_string(n)//': must not be smaller than in the row before', messages)
       end do

@@ -6,10 +6,11 @@ module rockdda_io_namelist_file
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_options, only : run_options_type, stage_type, line_load_type, joint_law_type, is_set
    use rockdda_io_csv_table, only : read_csv_table
-   use rockdda_io_namelist_parser, only : namelist_type, group_type, entry_type, parse_namelist
+   use rockdda_io_namelist_parser, only : namelist_type, group_type, entry_type, parse_namelist, find_entry, &
+                                           beside
    use rockdda_io_option_names, only : names_of, group_hint, name_hint
-   use rockdda_io_option_values, only : get_real, get_integer, get_logical, get_text, get_choice, get_reals, &
-                                        get_integers, demand
+   use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_logical, get_text, get_choice, &
+                                        get_reals, get_integers, demand
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_io_source, only : source_type, read_source
    implicit none
@@ -87,13 +88,13 @@ contains
       case ('line_load')
          call require_name(namelist, group, 'ends', messages)
          call require_name(namelist, group, 'force_start', messages)
-         if (.not. has_name(group, 'force_end')) line_load%force_end = line_load%force_start
+         if (find_entry(group, 'force_end') == 0) line_load%force_end = line_load%force_start
          call add_line_load(options%line_loads, line_load)
       case ('joint_law')
          call require_name(namelist, group, 'material', messages)
          call add_joint_law(options%joint_laws, joint_law)
       case ('stage')
-         if (has_name(group, 'until_step') .and. has_name(group, 'until_time')) call messages%add(severity%error, &
+         if (find_entry(group, 'until_step') > 0 .and. find_entry(group, 'until_time') > 0) call messages%add(severity%error, &
             '&stage: give until_step or until_time, not both', namelist%origin(group%place))
          call add_stage(options%stages, stage)
       end select
@@ -150,24 +151,13 @@ contains
       end do
    end function is_repeated
 
-   !> Does the group give this name?
-   pure logical function has_name(group, name)
-      type(group_type), intent(in) :: group
-      character(len=*), intent(in) :: name
-      integer :: k
-      has_name = .false.
-      do k = 1, group%n
-         if (group%entries(k)%name == name) has_name = .true.
-      end do
-   end function has_name
-
    !> An error when the group lacks a name.
    subroutine require_name(namelist, group, name, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
       character(len=*), intent(in) :: name
       type(diagnostics_type), intent(inout) :: messages
-      if (.not. has_name(group, name)) call messages%add(severity%error, '&'//group%name//": '"//name// &
+      if (find_entry(group, name) == 0) call messages%add(severity%error, '&'//group%name//": '"//name// &
                                                          "' is missing", namelist%origin(group%place))
    end subroutine require_name
 
@@ -373,16 +363,6 @@ contains
       end select
    end subroutine read_other
 
-   !> A number greater than 0.
-   subroutine get_positive(namelist, entry, value, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(entry_type), intent(in) :: entry
-      real(wp), intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
-      call get_real(namelist, entry, value, messages)
-      if (is_set(value)) call demand(namelist, entry, value > 0, 'must be greater than 0', messages)
-   end subroutine get_positive
-
    !> A number between 0 and 1.
    subroutine get_k01(namelist, entry, value, messages)
       type(namelist_type), intent(in) :: namelist
@@ -425,13 +405,5 @@ contains
          end associate
       end do
    end subroutine check_stages
-
-   !> A path relative to the folder of another file.
-   pure function beside(file, path) result(joined)
-      character(len=*), intent(in) :: file, path
-      character(len=:), allocatable :: joined
-      joined = path
-      if (path(1:1) /= '/') joined = file(1:index(file, '/', back=.true.))//path
-   end function beside
 
 end module rockdda_io_namelist_file

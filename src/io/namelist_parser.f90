@@ -12,7 +12,7 @@ module rockdda_io_namelist_parser
    use rockdda_io_source, only : source_type
    implicit none
    private
-   public :: namelist_type, group_type, entry_type, value_type, value_kind, parse_namelist
+   public :: namelist_type, group_type, entry_type, value_type, value_kind, parse_namelist, find_entry, beside
 
    type :: value_kind_enum
       integer :: number = 1
@@ -409,5 +409,24 @@ contains
       end do
       origin = self%source%origin(low, place - self%source%line_start(low) + 1)
    end function origin_of_place
+
+   !> Place of the last entry of this name in the group, 0 when there is none.
+   pure integer function find_entry(group, name)
+      type(group_type), intent(in) :: group
+      character(len=*), intent(in) :: name          !! lower case
+      integer :: k
+      find_entry = 0
+      do k = 1, group%n
+         if (group%entries(k)%name == name) find_entry = k
+      end do
+   end function find_entry
+
+   !> A path relative to the folder of another file.
+   pure function beside(file, path) result(joined)
+      character(len=*), intent(in) :: file, path
+      character(len=:), allocatable :: joined
+      joined = path
+      if (path(1:1) /= '/') joined = file(1:index(file, '/', back=.true.))//path
+   end function beside
 
 end module rockdda_io_namelist_parser

@@ -4,13 +4,14 @@ module rockdda_io_option_values
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_record_reader, only : largest_value
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: get_real, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand
+   public :: get_real, get_positive, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand, index_of
 
 contains
 
@@ -23,6 +24,20 @@ contains
       if (.not. is_single(namelist, entry, 'one number', messages)) return
       if (is_number(namelist, entry, 1, messages)) value = entry%values(1)%number
    end subroutine get_real
+
+   !> One number greater than 0.
+   subroutine get_positive(namelist, entry, value, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      real(wp), intent(inout) :: value
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: found
+      found = unset_real
+      call get_real(namelist, entry, found, messages)
+      if (.not. is_set(found)) return
+      call demand(namelist, entry, found > 0, 'must be greater than 0', messages)
+      value = found
+   end subroutine get_positive
 
    !> One whole number of at least `least`.
    subroutine get_integer(namelist, entry, least, value, messages)
@@ -154,6 +169,16 @@ contains
       call messages%add(severity%error, entry%name//': '//rule//", found '"//entry%values(1)%text//"'", &
                         namelist%origin(entry%values(1)%place))
    end subroutine demand
+
+   !> Place of a name in a list of names, 0 when it is not there.
+   pure integer function index_of(name, names)
+      character(len=*), intent(in) :: name, names(:)
+      integer :: i
+      index_of = 0
+      do i = 1, size(names)
+         if (names(i) == name) index_of = i
+      end do
+   end function index_of
 
    !> Has the entry one value? (No value at all was reported by the parser.)
    logical function is_single(namelist, entry, what, messages)

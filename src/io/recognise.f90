@@ -10,6 +10,7 @@ module rockdda_io_recognise
    use rockdda_io_option_names, only : option_groups
    use rockdda_io_peer_block_file, only : fits_peer_blocks
    use rockdda_io_posix, only : get_file_size
+   use rockdda_io_statistics_names, only : statistics_groups
    use rockdda_io_source, only : source_type, read_source, file_text_problem, begins_as_xml
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
@@ -27,10 +28,6 @@ module rockdda_io_recognise
       integer :: hdf5 = 7         !! results or checkpoint
    end type file_kind_enum
    type(file_kind_enum), parameter :: file_kind = file_kind_enum()
-
-   !> Groups of joint statistics files.
-   character(len=*), parameter :: statistics_groups(7) = [character(len=9) :: 'boundary', 'joint_set', 'opening', &
-                                                          'line', 'fixed', 'loading', 'measured']
 
 contains
 

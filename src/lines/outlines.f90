@@ -1,0 +1,180 @@
+! SPDX-License-Identifier: MIT
+!> Outlines of openings and slopes as polygons, counter-clockwise.
+module rockdda_lines_outlines
+   use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : polygon_area, point_in_polygon, distance_to_outline
+   use rockdda_geometry_segments, only : segments_cross
+   use rockdda_lines_statistics, only : opening_type
+   implicit none
+   private
+   public :: opening_outline, slope_outline, inner_point, crosses_itself, counter_clockwise
+
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+contains
+
+   !> Vertices of an opening. Corners of arches and circles lie on the curve.
+   pure function opening_outline(opening) result(vertices)
+      type(opening_type), intent(in) :: opening
+      real(wp), allocatable :: vertices(:, :)   !! (2, n)
+      integer :: i, n
+      real(wp) :: angle
+      select case (opening%shape)
+      case (1)
+         vertices = horseshoe(opening)
+      case (2)
+         n = opening%segments
+         if (n == 0) n = 36
+         allocate (vertices(2, n))
+         do i = 1, n
+            angle = 2*pi*(i - 1)/n
+            vertices(:, i) = opening%center + opening%radius*[cos(angle), sin(angle)]
+         end do
+      case (3)
+         vertices = reshape(0.5_wp*[-opening%width, -opening%height, opening%width, -opening%height, &
+                                    opening%width, opening%height, -opening%width, opening%height], [2, 4])
+         do i = 1, 4
+            vertices(:, i) = vertices(:, i) + opening%center
+         end do
+      case default
+         vertices = opening%vertices
+         do i = 1, size(vertices, 2)
+            vertices(:, i) = vertices(:, i) + opening%center
+         end do
+      end select
+      call counter_clockwise(vertices)
+   end function opening_outline
+
+   !> Upright walls under a circular arch over the whole span (thesis, Fig. 7.1: B = 2a, height b + c).
+   pure function horseshoe(opening) result(vertices)
+      type(opening_type), intent(in) :: opening
+      real(wp), allocatable :: vertices(:, :)
+      real(wp) :: a, radius, half_angle, angle, floor_level, springline
+      integer :: i, n
+      a = 0.5_wp*opening%width
+      floor_level = opening%center(2) - 0.5_wp*(opening%height + opening%rise)
+      springline = floor_level + opening%height
+      ! a circle through both springings and the crown: r = (a^2 + c^2)/(2c)
+      radius = (a**2 + opening%rise**2)/(2*opening%rise)
+      half_angle = 2*atan2(opening%rise, a)
+      n = opening%segments
+      if (n == 0) n = 2*max(2, nint(half_angle/(pi/18)))
+      allocate (vertices(2, n + 1 + merge(2, 0, opening%height > 0)))
+      do i = 0, n
+         angle = half_angle*(1 - 2*real(i, wp)/n)
+         vertices(:, i + 1) = opening%center(1:2)*[1, 0] + [radius*sin(angle), &
+                                                            springline + opening%rise - radius*(1 - cos(angle))]
+      end do
+      ! what trigonometry misses of the corners
+      vertices(:, 1) = [opening%center(1) + a, springline]
+      vertices(:, n + 1) = [opening%center(1) - a, springline]
+      if (modulo(n, 2) == 0) vertices(1, n/2 + 1) = opening%center(1)
+      if (.not. opening%height > 0) return
+      vertices(:, n + 2) = [opening%center(1) - a, floor_level]
+      vertices(:, n + 3) = [opening%center(1) + a, floor_level]
+   end function horseshoe
+
+   !> A window with a slope cut into it: the face rises from the toe at an angle to the window's top; in front of
+   !> it the ground lies level with the toe. Up to 90 degrees the face rises to the right, beyond to the left.
+   !> Empty when the face does not fit into the window.
+   pure function slope_outline(window, toe, angle) result(vertices)
+      real(wp), intent(in) :: window(4)         !! xmin, ymin, xmax, ymax
+      real(wp), intent(in) :: toe(2)
+      real(wp), intent(in) :: angle             !! [deg], 0 < angle < 180
+      real(wp), allocatable :: vertices(:, :)   !! (2, 6)
+      real(wp) :: crest(2)
+      crest(2) = window(4)
+      crest(1) = toe(1) + (window(4) - toe(2))*cos(angle*pi/180)/sin(angle*pi/180)
+      if (abs(angle - 90) <= 0) crest(1) = toe(1)
+      if (.not. (toe(2) > window(2) .and. toe(2) < window(4) .and. min(toe(1), crest(1)) > window(1) .and. &
+                 max(toe(1), crest(1)) < window(3))) then
+         allocate (vertices(2, 0))
+      else if (angle <= 90) then
+         vertices = reshape([window(1), window(2), window(3), window(2), window(3), window(4), crest, toe, &
+                             window(1), toe(2)], [2, 6])
+      else
+         vertices = reshape([window(1), window(2), window(3), window(2), window(3), toe(2), toe, crest, &
+                             window(1), window(4)], [2, 6])
+      end if
+   end function slope_outline
+
+   !> Turn a clockwise polygon round; its first vertex stays the first.
+   pure subroutine counter_clockwise(vertices)
+      real(wp), intent(inout) :: vertices(:, :)
+      if (size(vertices, 2) < 3) return
+      if (polygon_area(vertices) < 0) vertices(:, 2:) = vertices(:, size(vertices, 2):2:-1)
+   end subroutine counter_clockwise
+
+   !> Do two edges of the polygon that are not neighbours meet?
+   pure logical function crosses_itself(vertices)
+      real(wp), intent(in) :: vertices(:, :)
+      integer :: i, k, n
+      n = size(vertices, 2)
+      crosses_itself = .false.
+      do i = 1, n
+         do k = i + 2, n
+            if (i == 1 .and. k == n) cycle
+            if (segments_cross(vertices(:, i), vertices(:, 1 + mod(i, n)), vertices(:, k), vertices(:, 1 + mod(k, n)))) &
+               crosses_itself = .true.
+         end do
+      end do
+   end function crosses_itself
+
+   !> A point inside the polygon, away from its outline: the middle of the widest piece of a level line.
+   pure function inner_point(vertices) result(point)
+      real(wp), intent(in) :: vertices(:, :)    !! (2, n)
+      real(wp) :: point(2)
+      real(wp) :: low, high, y, best, depth, candidate(2)
+      real(wp) :: x(size(vertices, 2))
+      integer :: level, i, n_cross
+      integer, parameter :: levels = 15
+      low = minval(vertices(2, :))
+      high = maxval(vertices(2, :))
+      point = sum(vertices, dim=2)/size(vertices, 2)
+      best = -1
+      if (point_in_polygon(point, vertices)) best = distance_to_outline(point, vertices)
+      do level = 1, levels
+         y = low + (high - low)*level/(levels + 1.0_wp)
+         call crossings(y, x, n_cross)
+         do i = 1, n_cross - 1
+            candidate = [0.5_wp*(x(i) + x(i + 1)), y]
+            if (.not. point_in_polygon(candidate, vertices)) cycle
+            depth = distance_to_outline(candidate, vertices)
+            ! the first of equals counts, whatever the last digit says
+            if (depth > best*(1 + 1.0e-9_wp)) then
+               best = depth
+               point = candidate
+            end if
+         end do
+      end do
+
+   contains
+
+      !> Where a level line meets the edges, in rising order.
+      pure subroutine crossings(y, x, n)
+         real(wp), intent(in) :: y
+         real(wp), intent(out) :: x(:)
+         integer, intent(out) :: n
+         real(wp) :: p(2), q(2), this
+         integer :: e, k
+         n = 0
+         x = 0
+         do e = 1, size(vertices, 2)
+            p = vertices(:, e)
+            q = vertices(:, 1 + mod(e, size(vertices, 2)))
+            if ((p(2) > y) .eqv. (q(2) > y)) cycle
+            this = p(1) + (y - p(2))*(q(1) - p(1))/(q(2) - p(2))
+            k = n
+            do while (k > 0)
+               if (x(k) <= this) exit
+               x(k + 1) = x(k)
+               k = k - 1
+            end do
+            x(k + 1) = this
+            n = n + 1
+         end do
+      end subroutine crossings
+
+   end function inner_point
+
+end module rockdda_lines_outlines

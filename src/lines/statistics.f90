@@ -1,0 +1,84 @@
+! SPDX-License-Identifier: MIT
+!> What the joint survey says: the region, its openings, and the statistics of the joint sets.
+!>
+!> Lengths are in the user's unit L; angles in degrees. What a value means is told in docs/joint-networks.md.
+module rockdda_lines_statistics
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : origin_type
+   implicit none
+   private
+   public :: joint_set_type, opening_type, region_type, extra_line_type, statistics_type, law, shape_kind
+
+   !> Laws of spacing and length.
+   type :: law_enum
+      integer :: uniform = 1      !! Shi and Goodman's perturbation of a lattice
+      integer :: normal = 2       !! randomness is the coefficient of variation
+      integer :: lognormal = 3    !! randomness is the coefficient of variation
+      integer :: exponential = 4  !! coefficient of variation 1
+   end type law_enum
+   type(law_enum), parameter :: law = law_enum()
+
+   type :: shape_enum
+      integer :: horseshoe = 1
+      integer :: circle = 2
+      integer :: rectangle = 3
+      integer :: polygon = 4
+   end type shape_enum
+   type(shape_enum), parameter :: shape_kind = shape_enum()
+
+   type :: joint_set_type
+      type(origin_type) :: origin
+      real(wp) :: inclination = 0       !! of the traces, counter-clockwise from +x
+      real(wp) :: spacing = 0           !! mean distance of neighbouring lines, in the section [L]
+      real(wp) :: trace = huge(1.0_wp)  !! mean length of a trace [L]; huge: endless
+      real(wp) :: bridge = 0            !! mean gap between the traces of a line [L]
+      real(wp) :: randomness = 0        !! degree of randomness D_r of the perturbation, or coefficient of variation
+      real(wp) :: offset = 0            !! distance of a line of the lattice from the origin, along the set's normal [L]
+      real(wp) :: start = 0             !! where a trace of line 0 begins, along the line from the foot of the origin [L]
+      real(wp) :: stagger = 0           !! each line's traces begin this share of trace + bridge further on
+      integer :: spacing_law = 1        !! one of law%...
+      integer :: trace_law = 1
+      integer :: ends_at = 0            !! set between whose neighbouring lines these joints run; 0: none
+      integer :: material = 1           !! joint material
+      logical :: avoid_cantilevers = .false.
+   end type joint_set_type
+
+   type :: opening_type
+      type(origin_type) :: origin
+      integer :: shape = 0                     !! one of shape_kind%...
+      real(wp) :: center(2) = 0                !! of the box around it; polygon: added to the vertices
+      real(wp) :: width = 0, height = 0        !! rectangle; horseshoe: span and height of the walls [L]
+      real(wp) :: rise = 0                     !! horseshoe: height of the arch [L]
+      real(wp) :: radius = 0                   !! circle [L]
+      integer :: segments = 0                  !! straight pieces of the arch or circle; 0: as fine as 10 degrees
+      real(wp), allocatable :: vertices(:, :)  !! (2, n) polygon
+      integer :: material = 1                  !! joint material of the wall
+   end type opening_type
+
+   type :: region_type
+      type(origin_type) :: origin
+      real(wp), allocatable :: vertices(:, :)  !! (2, n) outline, counter-clockwise
+      real(wp) :: frame = 0                    !! thickness of the four fixed blocks around a window [L]; 0: none
+      integer :: material = 1                  !! joint material of the outline
+   end type region_type
+
+   type :: extra_line_type
+      type(origin_type) :: origin
+      real(wp) :: ends(4) = 0
+      integer :: material = 1                  !! joint material, or block material of a material line
+   end type extra_line_type
+
+   type :: statistics_type
+      integer :: seed = 1
+      real(wp) :: edge_node_distance = 0       !! e0 of the geometry [L]; 0: a thousandth of the smallest spacing
+      type(region_type) :: region
+      type(joint_set_type), allocatable :: sets(:)
+      type(opening_type), allocatable :: openings(:)
+      type(extra_line_type), allocatable :: lines(:)
+      type(extra_line_type), allocatable :: material_lines(:)
+      real(wp), allocatable :: fixed(:, :)     !! (4, n) points or lines
+      real(wp), allocatable :: loading(:, :)   !! (2, n)
+      real(wp), allocatable :: measured(:, :)  !! (2, n)
+   end type statistics_type
+
+end module rockdda_lines_statistics

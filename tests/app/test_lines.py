@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Joint statistics to lines, and on to blocks."""
+
+import unittest
+
+from support import ProgramTest
+
+TUNNEL = """\
+&lines seed = 3 /
+&boundary window = -20, -16.5, 20, 33.5, frame = 1 /
+&joint_set inclination = 0, spacing = 1, randomness = 0.25 /
+&joint_set inclination = 90, spacing = 1.5, trace = 25, bridge = 1, avoid_cantilevers = .true. /
+&opening shape = 'horseshoe', span = 10, wall_height = 5, arch_height = 5, center = 0, -5 /
+&measured points = 0,0, 0,4.5, 0,8.5, 0,13.5, 0,18, 0,23, 0,28 /
+"""
+
+
+class Lines(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("tunnel.dl", TUNNEL)
+
+    def test_lines_are_cut_into_blocks(self):
+        outcome = self.run_program("lines", "tunnel.dl")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        self.assertTrue(outcome.out.startswith("tunnel.dc: "), outcome.out)
+        self.assertIn("spacing 1.5 +- 0 (asked: 1.5)", outcome.out)
+        self.assertIn("trace 25 +- 0 (asked: 25)", outcome.out)
+        self.assertIn("bridge 1 +- 0 (asked: 1)", outcome.out)
+        drawn = self.run_program("lines", "tunnel.dl", "--json", "--force").json
+        cut = self.run_program("cut", "tunnel.dc", "--json", "--quiet").json
+        # about 1100 blocks; rock and frame fill the window, and the opening is one hole
+        self.assertGreater(cut["blocks"], 1000)
+        self.assertEqual(cut["holes"], 1)
+        self.assertEqual(cut["measured_points"], 7)
+        self.assertEqual(cut["fixed_points"], 12)
+        frame = 42 * 52 - 40 * 50
+        # sums of a thousand areas
+        self.assertAlmostEqual(cut["area_of_blocks"], drawn["rock_area"] + frame, delta=1e-8)
+
+    def test_same_seed_same_lines(self):
+        texts = {}
+        for seed in ("1", "2", "1", None, "3"):
+            arguments = ["lines", "tunnel.dl", "--force", "--quiet"]
+            self.assertEqual(self.run_program(*arguments, *(["--seed", seed] if seed else [])).code, 0)
+            text = self.path("tunnel.dc").read_text()
+            self.assertEqual(texts.setdefault(seed, text), text)
+        self.assertEqual(texts[None], texts["3"])
+        self.assertNotEqual(texts["1"], texts["2"])
+
+    def test_lines_do_not_depend_on_the_machine(self):
+        """Three lines of the second set, whose law uses a logarithm and a cosine, as they were drawn elsewhere."""
+        text = "&boundary window = 0,0,10,10 / &joint_set inclination = 90, spacing = 2, randomness = 0.4,"
+        self.write("x.dl", text + " distribution = 'normal' /")
+        self.assertEqual(self.run_program("lines", "x.dl", "-o", "x.dc").code, 0)
+        rows = [line.split() for line in self.path("x.dc").read_text().splitlines()]
+        self.assertEqual([row[0] for row in rows if len(row) == 5 and row[0] == row[2]][2:5], EXPECTED)
+
+    def test_bad_statistics(self):
+        self.write("bad.dl", "&boundary window = 0,0,1,1 /\n&joint_set inclination = 0, spacing = 0 /\n")
+        for command in ("lines", "check"):
+            outcome = self.run_program(command, "bad.dl")
+            self.assertFails(
+                outcome,
+                2,
+                "bad.dl:2:39: error: spacing: must be greater than 0, found '0'",
+                "    &joint_set inclination = 0, spacing = 0 /",
+                "                                          ^",
+            )
+        self.assertFalse(self.path("bad.dc").exists())
+
+    def test_usage(self):
+        self.write("tunnel.dc", "mine")
+        self.assertFails(
+            self.run_program("lines", "tunnel.dl"),
+            2,
+            "rockdda: error: tunnel.dc: the file exists; use --force to overwrite it",
+        )
+        self.assertFails(
+            self.run_program("lines", "tunnel.dl", "-o", "tunnel.dl", "--force"),
+            2,
+            "rockdda: error: tunnel.dl: the output would overwrite the input",
+        )
+        self.assertFails(
+            self.run_program("lines", "block.dc"),
+            2,
+            "block.dc: error: expected a joint statistics file, this is of the kind: geometry file",
+        )
+        self.assertFails(
+            self.run_program("lines", "tunnel.dl", "--seed", "-1"),
+            2,
+            "rockdda: error: option --seed: must be 0 or more, found -1",
+        )
+        self.assertFails(
+            self.run_program("cut", "block.dc", "--seed", "1"),
+            2,
+            "rockdda: error: option --seed does not belong to 'rockdda cut'",
+        )
+        self.assertIn("--seed N", self.run_program("lines", "--help").out)
+
+    def test_info(self):
+        outcome = self.run_program("info", "tunnel.dl")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        self.assertRegex(outcome.out, r"joint sets +2\n")
+        self.assertRegex(outcome.out, r"spacing 2 +1.5\n")
+
+
+# Drawn with glibc 2.36 on x86-64.
+EXPECTED = ["9.87069649463", "7.57935204394", "7.44386781496"]
+
+if __name__ == "__main__":
+    unittest.main()
