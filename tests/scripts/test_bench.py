@@ -17,14 +17,20 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
-def figures(tmp_path_factory):
-    """What `scripts/bench --quick` finds with the build under test."""
+def build():
+    """The build under test, when it is an optimised one."""
     if "ROCKDDA_PROGRAM" not in os.environ:
         pytest.skip("ROCKDDA_PROGRAM does not name a program")
-    build = Path(os.environ["ROCKDDA_PROGRAM"]).resolve().parents[1]
-    cache = (build / "CMakeCache.txt").read_text() if (build / "CMakeCache.txt").exists() else ""
+    folder = Path(os.environ["ROCKDDA_PROGRAM"]).resolve().parents[1]
+    cache = (folder / "CMakeCache.txt").read_text() if (folder / "CMakeCache.txt").exists() else ""
     if "CMAKE_BUILD_TYPE:STRING=Rel" not in cache:
         pytest.skip("the program is not an optimised build")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def figures(build, tmp_path_factory):
+    """What `scripts/bench --quick` finds."""
     output = tmp_path_factory.mktemp("bench")
     done = subprocess.run(
         [ROOT / "scripts" / "bench", "--quick", "--quiet", "--threads", "1,2,4", "--output", output],
@@ -69,6 +75,19 @@ def test_every_run_tells_where_its_time_went(figures):
         assert all(run["settled"]["phases"][phase] > 0 for phase in ("search", "assembly", "solve", "update"))
         assert run["first"]["closed"] > 0
     assert any(run["last_output"] > 0 for run in figures["runs"])
+
+
+@pytest.mark.parametrize("model", ["wall blocks=300 ratio=40", "roof blocks=200", "slope blocks=300", "tunnel"])
+def test_a_solver_twice_as_accurate_changes_no_contact(build, figures, model):
+    """The default tolerance is small enough: rounds and states of every step stay (`figures` has built the program)."""
+    runs = []
+    for tolerance in ("1e-10", "5e-11"):
+        words = [build / "bin" / "bench_steps", *model.split(), "steps=8", "solver=pcg", f"tolerance={tolerance}"]
+        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+        steps = [json.loads(line) for line in lines[1:-1]]
+        runs.append([[step[name] for name in ("attempts", "rounds", "closed", "sliding")] for step in steps])
+    assert len(runs[0]) == 8
+    assert runs[0] == runs[1]
 
 
 def test_exponent_of_a_power_law():
