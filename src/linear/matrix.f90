@@ -8,7 +8,8 @@
 !>     values     6x6 each: values(:, :, k) is K_ij with j = column(k) >= i
 !>
 !> The pattern comes from the contact graph and stays while the graph does; `pattern_id` changes with it, so
-!> that a solver knows when its analysis is stale.
+!> that a solver knows when its analysis is stale. `values_id` changes whenever values may have changed: with the same
+!> number, not 0, the matrix is the one that was solved before, and a solver may keep what it made of it.
 module rockdda_linear_matrix
    use rockdda_base_kinds, only : wp
    implicit none
@@ -18,6 +19,7 @@ module rockdda_linear_matrix
    type :: block_matrix_type
       integer :: n = 0                          !! block rows
       integer :: pattern_id = 0                 !! differs whenever the pattern differs
+      integer :: values_id = 0                  !! differs whenever values differ; 0: nobody keeps count
       integer, allocatable :: row_start(:)      !! (n + 1)
       integer, allocatable :: column(:)         !! (number of stored blocks)
       real(wp), allocatable :: values(:, :, :)  !! (6, 6, number of stored blocks)

@@ -7,7 +7,11 @@
 !>
 !>     t = (I + L)^-T p,    q = t + (I + L)^-1 (p + N t),
 !>
-!> that is one backward and one forward sweep, instead of a product and two sweeps.
+!> that is one backward and one forward sweep, instead of a product and two sweeps. The sums that the next step length
+!> needs are taken in the forward sweep, so that a group of blocks is updated, swept backward and, where nothing else
+!> depends on it, forward again while its vectors are in the cache; there is one place per iteration where all
+!> groups have to meet. (The norm of the residual to come follows from the sums, |r - a v|^2 = r r - 2 a r v + a^2 v v;
+!> it is only used for the direction and to stop, and the true norm is taken in the next sweep.)
 !>
 !> The iteration works in single precision on the correction K d = r; after each pass r = f - K x is computed
 !> in working precision, and x is accepted by that residual alone. All sums are taken group by group, in order,
@@ -19,7 +23,6 @@ module rockdda_linear_pcg
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
-   use rockdda_linear_graph, only : graph_type
    use rockdda_linear_splitting, only : splitting_type, sp
    implicit none
    private
@@ -29,18 +32,19 @@ module rockdda_linear_pcg
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       integer :: max_iterations = 3000
       integer :: passes = 0                !! passes of the last solve
+      logical, private :: stale = .true.   !! the splitting is not that of the graph
+      integer, private :: values_id = 0    !! matrix whose splitting is at hand, 0 none
       type(residual_type) :: residual
-      type(graph_type) :: graph
       type(splitting_type) :: splitting
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the splitting's order
-      real(wp), allocatable :: partial(:)  !! (groups) sums
+      real(wp), allocatable :: sums(:, :)  !! (4, groups) r r, p v, r v, v v with v = q + t
    contains
       procedure :: solve => solve_pcg
       procedure :: name => name_pcg
    end type pcg_solver_type
 
    !> What one pass gains at most: with more, the rounding of single precision costs more iterations than a restart.
-   real(wp), parameter :: smallest_reduction = 1.0e-4_wp
+   real(wp), parameter :: smallest_reduction = 1.0e-5_wp
    !> Squared growth of the residual, and curvature of a direction, that no positive definite matrix shows here: the
    !> pass ends before single precision overflows, and the residual in double precision tells the outcome.
    real(wp), parameter :: divergence = 1.0e12_wp, least_curvature = 1.0e-12_wp
@@ -56,9 +60,10 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: relative, before
-      logical :: done, changed
+      logical :: done
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
+      self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
       call self%residual%evaluate(matrix, f, x, relative)
       if (.not. relative <= self%residual%from_zero) then
@@ -68,12 +73,14 @@ contains
       end if
       self%passes = 0
       if (relative > self%tolerance) then
-         call self%graph%update(matrix, changed)
-         if (changed) then
-            call self%splitting%set_pattern(self%graph)
+         if (self%stale) then
+            call self%splitting%set_pattern(self%residual%graph)
             call make_room(self)
+            self%stale = .false.
+            self%values_id = 0
          end if
-         call self%splitting%set_values(matrix)
+         if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) call self%splitting%set_values(matrix)
+         self%values_id = matrix%values_id
       end if
       do while (relative > self%tolerance .and. report%iterations < self%max_iterations)
          before = relative
@@ -93,224 +100,181 @@ contains
       real(wp), intent(in) :: reduction
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
       integer, intent(inout) :: iterations             !! counts on
-      real(wp) :: norm, rho, rho_start, rho_new, pq, weight
+      real(wp) :: norm, rho, rho_start, rho_next, weight, total(4)
       real(sp) :: alpha, beta
-      integer :: i, m, phase
-      logical :: go_on
+      integer :: i, m, phase, done
 
       ! residual of order one, in the variables of the splitting
       norm = self%residual%norm(self%residual%r)
       weight = 1/norm
-      go_on = .true.
-      rho = 0
+      done = iterations
+      alpha = 0
       beta = 0
+      rho_start = 0
       !$omp parallel if(self%splitting%phase(2) > 2) default(none) &
       !$omp shared(self, weight, norm, x, reduction, iterations) &
-      !$omp private(i, m, phase, rho_start, rho_new, pq, alpha) firstprivate(rho, beta, go_on)
-      !$omp do schedule(static)
-      do m = 1, self%splitting%n_groups
-         do i = self%splitting%group(m), self%splitting%group(m + 1) - 1
-            self%r(:, i) = real(weight*matmul(self%splitting%scale(:, :, i), &
-                                              self%residual%r(:, self%splitting%order(i))), sp)
-            self%d(:, i) = 0
-            self%p(:, i) = 0
-         end do
-      end do
-      !$omp end do
+      !$omp private(i, m, phase, rho, rho_next, total) firstprivate(alpha, beta, rho_start, done)
       do phase = 1, 3
          !$omp do schedule(static)
          do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-            call sweep_forward(self%splitting, m, self%r)
+            call begin_group(self, m, weight)
          end do
          !$omp end do
       end do
-      !$omp do schedule(static)
-      do m = 1, self%splitting%n_groups
-         self%partial(m) = group_product(self%splitting, m, self%r, self%r)
-      end do
-      !$omp end do
-      rho = sum(self%partial)
-      rho_start = rho
-      !$omp barrier
-      do while (go_on)
-         do phase = 3, 1, -1
+      do
+         do phase = 3, 2, -1
             !$omp do schedule(static)
             do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-               call sweep_backward(self%splitting, m, beta, self%r, self%p, self%t)
+               call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
+                                self%sums(1, m))
             end do
             !$omp end do
          end do
-         do phase = 1, 3
-            !$omp do schedule(static)
-            do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-               call apply_rest(self%splitting, m, self%p, self%t, self%q)
-               call sweep_forward(self%splitting, m, self%q)
-               self%partial(m) = curvature(self%splitting, m, self%t, self%p, self%q)
-            end do
-            !$omp end do
-         end do
-         pq = sum(self%partial)
-         !$omp barrier
-         alpha = 0
-         if (pq > least_curvature*rho) alpha = real(rho/pq, sp)
          !$omp do schedule(static)
-         do m = 1, self%splitting%n_groups
-            self%partial(m) = step_group(self%splitting, m, alpha, self%t, self%q, self%d, self%r)
+         do m = self%splitting%phase(1), self%splitting%phase(2) - 1
+            call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
+                                self%sums(1, m))
+            if (self%splitting%has_sweeps) call sweep_forward(self%splitting, m, self%r, self%p, self%t, self%q, &
+                                                              self%sums(2:4, m))
          end do
          !$omp end do
-         rho_new = sum(self%partial)
-         beta = 0
-         if (rho > 0) beta = real(rho_new/rho, sp)
-         rho = rho_new
+         do phase = merge(2, 1, self%splitting%has_sweeps), 3
+            !$omp do schedule(static)
+            do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
+               call sweep_forward(self%splitting, m, self%r, self%p, self%t, self%q, self%sums(2:4, m))
+            end do
+            !$omp end do
+         end do
+         total = sum(self%sums, dim=2)
          !$omp barrier
-         !$omp single
-         iterations = iterations + 1
-         !$omp end single
-         go_on = rho > reduction**2*rho_start .and. rho < divergence*rho_start .and. &
-                 iterations < self%max_iterations .and. alpha > 0
-         !$omp barrier
+         done = done + 1
+         rho = total(1)
+         if (.not. rho_start > 0) rho_start = rho
+         alpha = 0
+         if (total(2) > least_curvature*rho) alpha = real(rho/total(2), sp)
+         rho_next = rho - 2*alpha*total(3) + real(alpha, wp)**2*total(4)
+         if (.not. (rho_next > reduction**2*rho_start .and. rho_next < divergence*rho_start)) exit
+         if (done >= self%max_iterations .or. .not. alpha > 0) exit
+         beta = real(rho_next/rho, sp)
       end do
       !$omp do schedule(static)
       do i = 1, self%splitting%n
          x(:, self%splitting%order(i)) = x(:, self%splitting%order(i)) &
-            + norm*matmul(real(self%d(:, i), wp), self%splitting%scale(:, :, i))
+            + norm*matmul(real(self%d(:, i) + alpha*self%t(:, i), wp), self%splitting%scale(:, :, i))
       end do
       !$omp end do
+      !$omp single
+      iterations = done
+      !$omp end single
       !$omp end parallel
    end subroutine correct
 
-   !> p := r + beta p, then t = (I + L)^-T p, in one group.
-   pure subroutine sweep_backward(s, m, beta, r, p, t)
-      type(splitting_type), intent(in) :: s
+   !> The residual of one group in the variables of the splitting, r := (I + L)^-1 G^-1 r, and no correction yet.
+   subroutine begin_group(self, m, weight)
+      class(pcg_solver_type), intent(inout) :: self
       integer, intent(in) :: m            !! group
-      real(sp), intent(in) :: beta
-      real(sp), intent(in), contiguous :: r(:, :)     !! (6, n)
-      real(sp), intent(inout), contiguous :: p(:, :), t(:, :)
+      real(wp), intent(in) :: weight      !! of the residual
       real(sp) :: b(6)
-      integer :: i, k
+      integer :: i
+      associate (s => self%splitting)
+         do i = s%group(m), s%group(m + 1) - 1
+            b = real(weight*matmul(s%scale(:, :, i), self%residual%r(:, s%order(i))), sp)
+            if (s%has_sweeps) call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, &
+                                                s%before, self%r, b)
+            self%r(:, i) = b
+            self%d(:, i) = 0
+            self%p(:, i) = 0
+            self%q(:, i) = 0
+            self%t(:, i) = 0
+         end do
+      end associate
+   end subroutine begin_group
+
+   !> In one group: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p and t := (I + L)^-T p.
+   pure subroutine sweep_backward(s, m, alpha, beta, q, d, r, p, t, square)
+      type(splitting_type), intent(in) :: s
+      integer, intent(in) :: m                     !! group
+      real(sp), intent(in) :: alpha, beta
+      real(sp), intent(in) :: q(6, *)
+      real(sp), intent(inout) :: d(6, *), r(6, *), p(6, *), t(6, *)
+      real(wp), intent(out) :: square              !! sum of r r
+      real(sp) :: b(6)
+      real(wp) :: lane(6)
+      integer :: i
+      lane = 0
       do i = s%group(m + 1) - 1, s%group(m), -1
-         b = r(:, i) + beta*p(:, i)
+         d(:, i) = d(:, i) + alpha*t(:, i)
+         b = r(:, i) - alpha*(q(:, i) + t(:, i))
+         r(:, i) = b
+         lane = lane + real(b, wp)**2
+         b = b + beta*p(:, i)
          p(:, i) = b
-         if (s%has_sweeps) then
-            do k = s%other_after(i), s%other_start(i + 1) - 1
-               call subtract_product(s%other(:, :, k), t(:, s%other_column(k)), b)
-            end do
-            do k = s%upper_start(i), s%upper_start(i + 1) - 1
-               call subtract_product(s%upper(:, :, k), t(:, s%upper_column(k)), b)
-            end do
-         end if
+         if (s%has_sweeps) call subtract_row(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, b)
          t(:, i) = b
       end do
+      square = sum(lane)
    end subroutine sweep_backward
 
-   !> v := (I + L)^-1 v in one group. Each coupling is used where it is stored, in the row of the smaller block.
-   pure subroutine sweep_forward(s, m, v)
+   !> In one group: q := (I + L)^-1 (p + N t).
+   pure subroutine sweep_forward(s, m, r, p, t, q, sums)
       type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                           !! group
-      real(sp), intent(inout), contiguous :: v(:, :)     !! (6, n)
+      integer, intent(in) :: m                     !! group
+      real(sp), intent(in) :: r(6, *), p(6, *), t(6, *)
+      real(sp), intent(inout) :: q(6, *)
+      real(wp), intent(out) :: sums(3)             !! p v, r v, v v with v = q + t
       real(sp) :: b(6)
-      integer :: i, k
-      if (.not. s%has_sweeps) return
-      do i = s%group(m), s%group(m + 1) - 1
-         b = v(:, i)
-         do k = s%other_start(i), s%other_after(i) - 1
-            call subtract_product(s%other(:, :, k), v(:, s%other_column(k)), b)
-         end do
-         v(:, i) = b
-         do k = s%upper_start(i), s%upper_start(i + 1) - 1
-            call subtract_transposed(s%upper(:, :, k), b, v(:, s%upper_column(k)))
-         end do
-      end do
-   end subroutine sweep_forward
-
-   !> q = p + N t in one group.
-   pure subroutine apply_rest(s, m, p, t, q)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                                    !! group
-      real(sp), intent(in), contiguous :: p(:, :), t(:, :)        !! (6, n)
-      real(sp), intent(inout), contiguous :: q(:, :)
-      real(sp) :: b(6)
-      integer :: i, k
+      real(wp) :: v(6), lane(6, 3)
+      integer :: i
+      lane = 0
       do i = s%group(m), s%group(m + 1) - 1
          b = -p(:, i)
-         call subtract_product(s%rest(:, :, i), t(:, i), b)
-         if (.not. s%has_sweeps) then
-            do k = s%other_start(i), s%other_start(i + 1) - 1
-               call subtract_product(s%other(:, :, k), t(:, s%other_column(k)), b)
-            end do
+         call subtract_row(1, 1, [1], s%rest(:, i), t(:, i), b)
+         if (s%has_sweeps) then
+            b = -b
+            call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, q, b)
+         else
+            call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, t, b)
+            call subtract_row(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, b)
+            b = -b
          end if
-         q(:, i) = -b
+         q(:, i) = b
+         v = real(b + t(:, i), wp)
+         lane(:, 1) = lane(:, 1) + real(p(:, i), wp)*v
+         lane(:, 2) = lane(:, 2) + real(r(:, i), wp)*v
+         lane(:, 3) = lane(:, 3) + v*v
       end do
-   end subroutine apply_rest
+      sums = sum(lane, dim=1)
+   end subroutine sweep_forward
 
-   !> y := y - a x.
-   pure subroutine subtract_product(a, x, y)
-      real(sp), intent(in) :: a(6, 6), x(6)
-      real(sp), intent(inout) :: y(6)
-      y = y - ((a(:, 1)*x(1) + a(:, 2)*x(2)) + (a(:, 3)*x(3) + a(:, 4)*x(4)) + (a(:, 5)*x(5) + a(:, 6)*x(6)))
-   end subroutine subtract_product
-
-   !> y := y - a^T x.
-   pure subroutine subtract_transposed(a, x, y)
-      real(sp), intent(in) :: a(6, 6), x(6)
-      real(sp), intent(inout) :: y(6)
-      integer :: c
-      do c = 1, 6
-         y(c) = y(c) - ((a(1, c)*x(1) + a(2, c)*x(2)) + (a(3, c)*x(3) + a(4, c)*x(4)) + (a(5, c)*x(5) + a(6, c)*x(6)))
+   !> b := b - sum over the couplings first to last of a x, with blocks laid out as in rockdda_linear_splitting.
+   pure subroutine subtract_row(first, last, column, a, x, b)
+      integer, intent(in) :: first, last           !! couplings of the row
+      integer, intent(in) :: column(*)
+      real(sp), intent(in) :: a(36, *), x(6, *)
+      real(sp), intent(inout) :: b(6)
+      real(sp) :: upper(4), lower(4)               ! lower holds rows 5 and 6 twice: of odd and of even columns
+      integer :: k, j
+      upper = b(1:4)
+      lower = 0
+      do k = first, last
+         j = column(k)
+         associate (x1 => x(1, j), x2 => x(2, j), x3 => x(3, j), x4 => x(4, j), x5 => x(5, j), x6 => x(6, j))
+            upper = upper - ((a(1:4, k)*x1 + a(5:8, k)*x2) + (a(9:12, k)*x3 + a(13:16, k)*x4) &
+                             + (a(17:20, k)*x5 + a(21:24, k)*x6))
+            lower = lower - (a(25:28, k)*[x1, x1, x2, x2] + a(29:32, k)*[x3, x3, x4, x4] &
+                             + a(33:36, k)*[x5, x5, x6, x6])
+         end associate
       end do
-   end subroutine subtract_transposed
-
-   !> Sum of p (q + t) over one group: q alone is what later groups still need.
-   pure real(wp) function curvature(s, m, t, p, q) result(total)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                                         !! group
-      real(sp), intent(in), contiguous :: t(:, :), p(:, :), q(:, :)    !! (6, n)
-      real(wp) :: lane(6)
-      integer :: i
-      lane = 0
-      do i = s%group(m), s%group(m + 1) - 1
-         lane = lane + real(p(:, i), wp)*real(q(:, i) + t(:, i), wp)
-      end do
-      total = sum(lane)
-   end function curvature
-
-   !> Sum of a b over one group, in working precision.
-   pure real(wp) function group_product(s, m, a, b) result(total)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                    !! group
-      real(sp), intent(in), contiguous :: a(:, :), b(:, :)    !! (6, n)
-      real(wp) :: lane(6)
-      integer :: i
-      lane = 0
-      do i = s%group(m), s%group(m + 1) - 1
-         lane = lane + real(a(:, i), wp)*real(b(:, i), wp)
-      end do
-      total = sum(lane)
-   end function group_product
-
-   !> d := d + alpha t, r := r - alpha (q + t) in one group; the result is the sum of r r.
-   function step_group(s, m, alpha, t, q, d, r) result(total)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                      !! group
-      real(sp), intent(in) :: alpha
-      real(sp), intent(in), contiguous :: t(:, :), q(:, :)      !! (6, n)
-      real(sp), intent(inout), contiguous :: d(:, :), r(:, :)   !! (6, n)
-      real(wp) :: total, lane(6)
-      integer :: i
-      lane = 0
-      do i = s%group(m), s%group(m + 1) - 1
-         d(:, i) = d(:, i) + alpha*t(:, i)
-         r(:, i) = r(:, i) - alpha*(q(:, i) + t(:, i))
-         lane = lane + real(r(:, i), wp)**2
-      end do
-      total = sum(lane)
-   end function step_group
+      b(1:4) = upper
+      b(5) = b(5) + (lower(1) + lower(3))
+      b(6) = b(6) + (lower(2) + lower(4))
+   end subroutine subtract_row
 
    !> Make the vectors fit the splitting.
    subroutine make_room(self)
       type(pcg_solver_type), intent(inout) :: self
-      if (allocated(self%partial)) deallocate (self%partial)
-      allocate (self%partial(self%splitting%n_groups))
+      if (allocated(self%sums)) deallocate (self%sums)
+      allocate (self%sums(4, self%splitting%n_groups))
       if (allocated(self%p)) then
          if (size(self%p, 2) == self%splitting%n) return
          deallocate (self%p, self%q, self%r, self%t, self%d)

@@ -5,7 +5,8 @@ module rockdda_linear_products
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: multiply, residual_vector, rounding_level, sum_of_products, n_stored_blocks, find_block
+   public :: multiply, residual_vector, rounding_level, sum_of_products, n_stored_blocks, find_block, &
+      add_product, add_transposed_product
 
    !> Blocks whose terms are added up together; the partial sums are then added in order, so that the
    !> result does not depend on the number of threads.

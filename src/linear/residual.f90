@@ -13,18 +13,22 @@
 !> contact springs are many orders of magnitude stiffer than inertia that may be above the tolerance; x is
 !> then accepted as long as its residual is no larger than that rounding, and the rounding itself below
 !> `rounding_limit`. Beyond the limit the matrix is too ill-conditioned, and the report says so.
+!>
+!> For threads the rows are cut into chunks, the number of which depends on the size of the model alone. The two
+!> halves of K x are added where no other chunk writes, and sums are taken chunk by chunk, in order.
 module rockdda_linear_residual
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : solve_report_type
-   use rockdda_linear_products, only : residual_vector, rounding_level
+   use rockdda_linear_products, only : rounding_level, add_product, add_transposed_product
+   use rockdda_linear_graph, only : graph_type
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
    private
-   public :: residual_type, rounding_limit, not_positive_definite
+   public :: residual_type, rounding_limit, not_positive_definite, not_finite
 
    !> Largest relative rounding error of K x at which a solution still counts.
    real(wp), parameter :: rounding_limit = 1.0e-6_wp
@@ -32,14 +36,23 @@ module rockdda_linear_residual
    real(wp), parameter :: rounding_factor = 16.0_wp
    !> An iteration whose unknowns are larger has diverged; beyond it squares of forces would overflow.
    real(wp), parameter :: diverged = 1.0e60_wp
-   !> Blocks whose terms are added up together, see rockdda_linear_products.
-   integer, parameter :: chunk = 256
+   !> Blocks in a chunk, at least, and the largest number of chunks.
+   integer, parameter :: chunk_size = 256, max_chunks = 64
+   !> Up to this number of chunks threads cost more than they save.
+   integer, parameter :: few_chunks = 8
 
    !> Measures residuals; keeps its arrays between solves.
    type :: residual_type
       real(wp), allocatable :: factor(:, :, :)   !! (6, 6, n) Cholesky factors of the diagonal blocks
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
       real(wp), allocatable :: work(:, :)        !! (6, n)
+      type(graph_type) :: graph                  !! of the matrix
+      logical :: new_graph = .true.              !! it differs from the one of the system before
+      integer :: n_chunks = 1
+      integer, allocatable, private :: first(:)     !! (chunks + 1) rows first(c) : first(c+1)-1
+      integer, allocatable, private :: trouble(:)   !! (chunks) first block of the chunk with something wrong, or 0
+      real(wp), allocatable, private :: partial(:)  !! (chunks) sums
+      integer :: values_id = 0                   !! matrix whose diagonal blocks are factorised, 0 none
       real(wp) :: load_norm = 0                  !! |f|, or that of the reference load if it is larger
       real(wp) :: from_zero = 1                  !! relative residual of x = 0
    contains
@@ -59,6 +72,25 @@ contains
                       'the stiffness matrix is not positive definite: pivot of block '//to_string(block)//' failed')
    end subroutine not_positive_definite
 
+   !> Error that names the first stored block of the matrix which is not finite, if there is one.
+   pure subroutine not_finite(matrix, error)
+      type(block_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, k
+      do i = 1, matrix%n
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            if (all(ieee_is_finite(matrix%values(:, :, k)))) cycle
+            if (matrix%column(k) == i) then
+               call make_error(error, error_code%computation, 'the stiffness of block '//to_string(i)//' is not finite')
+            else
+               call make_error(error, error_code%computation, 'the stiffness that couples blocks '//to_string(i)// &
+                               ' and '//to_string(matrix%column(k))//' is not finite')
+            end if
+            return
+         end do
+      end do
+   end subroutine not_finite
+
    !> Take a new system: factorise the diagonal blocks and measure the load.
    !>
    !> Without a usable load the report is final: `done` with x = 0 for a zero load, not converged for a
@@ -72,21 +104,16 @@ contains
       type(solve_report_type), intent(inout) :: report
       logical, intent(out) :: done                     !! nothing is left to solve
       type(error_type), allocatable, intent(out) :: error
-      logical :: ok
       integer :: i
 
       done = .true.
-      if (allocated(self%r)) then
-         if (size(self%r, 2) /= matrix%n) deallocate (self%factor, self%r, self%work)
+      call make_room(self, matrix)
+      if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
+         self%values_id = 0
+         call factorize_diagonal(self, matrix, error)
+         if (allocated(error)) return
+         self%values_id = matrix%values_id
       end if
-      if (.not. allocated(self%r)) allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n))
-      do i = 1, matrix%n
-         call factorize_block(matrix%values(:, :, matrix%row_start(i)), self%factor(:, :, i), ok)
-         if (.not. ok) then
-            call not_positive_definite(i, error)
-            return
-         end if
-      end do
       do i = 1, matrix%n
          if (all(ieee_is_finite(f(:, i)))) cycle
          report%detail = 'the load of block '//to_string(i)//' is not finite'
@@ -105,24 +132,77 @@ contains
       report%converged = .true.
    end subroutine start
 
-   !> |v| of a vector of forces.
-   pure real(wp) function norm(self, v)
-      class(residual_type), intent(in) :: self
-      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      real(wp) :: total, part, b(6)
-      integer :: first, i
-      total = 0
-      do first = 1, size(v, 2), chunk
-         part = 0
-         do i = first, min(first + chunk - 1, size(v, 2))
-            b = v(:, i)
-            call solve_lower(self%factor(:, :, i), b)
-            part = part + dot_product(b, b)
+   !> Cholesky factors of the diagonal blocks; an error names the first block that has none.
+   subroutine factorize_diagonal(self, matrix, error)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+      logical :: ok
+      integer :: c, i
+      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, matrix) private(c, i, ok) &
+      !$omp schedule(static)
+      do c = 1, self%n_chunks
+         self%trouble(c) = 0
+         do i = self%first(c), self%first(c + 1) - 1
+            call factorize_block(matrix%values(:, :, matrix%row_start(i)), self%factor(:, :, i), ok)
+            if (ok) cycle
+            self%trouble(c) = i
+            exit
          end do
-         total = total + part
       end do
-      norm = sqrt(total)
+      !$omp end parallel do
+      if (.not. any(self%trouble > 0)) return
+      call not_finite(matrix, error)
+      if (.not. allocated(error)) call not_positive_definite(minval(self%trouble, mask=self%trouble > 0), error)
+   end subroutine factorize_diagonal
+
+   !> Room and chunks for a matrix.
+   subroutine make_room(self, matrix)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      integer :: c
+      if (allocated(self%r)) then
+         if (size(self%r, 2) /= matrix%n) deallocate (self%factor, self%r, self%work, self%first, self%trouble, &
+                                                      self%partial)
+         if (.not. allocated(self%r)) self%values_id = 0
+      end if
+      call self%graph%update(matrix, self%new_graph)
+      if (allocated(self%r)) return
+      self%n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
+      allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n))
+      allocate (self%first(self%n_chunks + 1), self%trouble(self%n_chunks), self%partial(self%n_chunks))
+      do c = 1, self%n_chunks + 1
+         self%first(c) = 1 + int(int(c - 1, i8)*matrix%n/self%n_chunks)
+      end do
+   end subroutine make_room
+
+   !> |v| of a vector of forces.
+   real(wp) function norm(self, v)
+      class(residual_type), intent(inout) :: self
+      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
+      integer :: c
+      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, v) private(c) schedule(static)
+      do c = 1, self%n_chunks
+         self%partial(c) = chunk_square(self, c, v)
+      end do
+      !$omp end parallel do
+      norm = sqrt(sum(self%partial))
    end function norm
+
+   !> Square of the norm over one chunk.
+   pure real(wp) function chunk_square(self, c, v) result(total)
+      class(residual_type), intent(in) :: self
+      integer, intent(in) :: c                      !! chunk
+      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
+      real(wp) :: b(6)
+      integer :: i
+      total = 0
+      do i = self%first(c), self%first(c + 1) - 1
+         b = v(:, i)
+         call solve_lower(self%factor(:, :, i), b)
+         total = total + dot_product(b, b)
+      end do
+   end function chunk_square
 
    !> Relative residual of x; leaves f - K x in `r`. huge() when x is not finite or so large (diverged) that
    !> its square could not be trusted to be.
@@ -131,13 +211,68 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
+      integer :: c
       relative = huge(1.0_wp)
       if (.not. all(ieee_is_finite(x))) return
       if (maxval(abs(x)) > diverged) return
-      call residual_vector(matrix, x, f, self%r)
-      relative = self%norm(self%r)/self%load_norm
+      !$omp parallel if(self%n_chunks > few_chunks) default(none) shared(self, matrix, f, x) private(c)
+      !$omp do schedule(static)
+      do c = 1, self%n_chunks
+         call subtract_own(self, matrix, c, f, x)
+      end do
+      !$omp end do
+      !$omp do schedule(static)
+      do c = 1, self%n_chunks
+         call subtract_foreign(self, matrix, c, x)
+         self%partial(c) = chunk_square(self, c, self%r)
+      end do
+      !$omp end do
+      !$omp end parallel
+      relative = sqrt(sum(self%partial))/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)
    end subroutine evaluate
+
+   !> r := f - K x as far as the rows of one chunk hold it: all of their upper half, and its transpose within the chunk.
+   pure subroutine subtract_own(self, matrix, c, f, x)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: c                               !! chunk
+      real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
+      real(wp) :: y(6), minus(6)
+      integer :: i, j, k, last
+      last = self%first(c + 1) - 1
+      self%r(:, self%first(c):last) = f(:, self%first(c):last)
+      do i = self%first(c), last
+         y = 0
+         minus = -x(:, i)
+         k = matrix%row_start(i)
+         call add_product(matrix%values(:, :, k), x(:, i), y)
+         do k = k + 1, matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            call add_product(matrix%values(:, :, k), x(:, j), y)
+            if (j <= last) call add_transposed_product(matrix%values(:, :, k), minus, self%r(:, j))
+         end do
+         self%r(:, i) = self%r(:, i) - y
+      end do
+   end subroutine subtract_own
+
+   !> r := r - K x as far as rows of earlier chunks hold it.
+   pure subroutine subtract_foreign(self, matrix, c, x)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: c                      !! chunk
+      real(wp), intent(in), contiguous :: x(:, :)   !! (6, n)
+      real(wp) :: y(6)
+      integer :: i, k
+      do i = self%first(c), self%first(c + 1) - 1
+         y = 0
+         do k = self%graph%start(i), self%graph%start(i + 1) - 1
+            if (self%graph%neighbour(k) >= self%first(c)) exit
+            call add_transposed_product(matrix%values(:, :, self%graph%place(k)), x(:, self%graph%neighbour(k)), y)
+         end do
+         self%r(:, i) = self%r(:, i) - y
+      end do
+   end subroutine subtract_foreign
 
    !> Fill the report for x with the given relative residual.
    subroutine judge(self, matrix, f, x, relative, tolerance, report)
@@ -147,12 +282,15 @@ contains
       real(wp), intent(in) :: relative                       !! from `evaluate`
       real(wp), intent(in) :: tolerance                      !! wanted relative residual
       type(solve_report_type), intent(inout) :: report
+      type(error_type), allocatable :: error
       real(wp) :: attainable
       report%residual = relative
       report%converged = relative <= tolerance
       if (report%converged) return
       if (.not. relative < huge(1.0_wp)) then
          report%detail = 'the solution is not finite'
+         call not_finite(matrix, error)
+         if (allocated(error)) report%detail = error%message
          return
       end if
       call rounding_level(matrix, x, f, self%work)

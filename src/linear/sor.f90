@@ -16,7 +16,7 @@ module rockdda_linear_sor
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
-   use rockdda_linear_graph, only : graph_type, colour_blocks
+   use rockdda_linear_graph, only : colour_blocks
    use rockdda_linear_small_blocks, only : solve_block
    implicit none
    private
@@ -31,7 +31,7 @@ module rockdda_linear_sor
       integer :: max_sweeps = 2000
       integer :: check_every = 8           !! sweeps between two looks at the residual
       type(residual_type) :: residual
-      type(graph_type) :: graph
+      logical, private :: stale = .true.   !! the colours are not those of the graph
       integer, allocatable :: first(:)     !! (colours + 1) order(first(c) : first(c+1)-1) has colour c
       integer, allocatable :: order(:)     !! (n) blocks by colour
    contains
@@ -50,13 +50,14 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: relative
-      logical :: done, changed
+      logical :: done
       integer :: sweeps
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
+      self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
-      call self%graph%update(matrix, changed)
-      if (changed) call colour_blocks(self%graph, self%first, self%order)
+      if (self%stale) call colour_blocks(self%residual%graph, self%first, self%order)
+      self%stale = .false.
       call self%residual%evaluate(matrix, f, x, relative)
       if (.not. relative < huge(1.0_wp)) then
          x = 0
@@ -105,10 +106,10 @@ contains
       real(wp) :: b(6), y(6)
       integer :: j, k, c
       b = f(:, i)
-      do k = self%graph%start(i), self%graph%start(i + 1) - 1
-         j = self%graph%neighbour(k)
+      do k = self%residual%graph%start(i), self%residual%graph%start(i + 1) - 1
+         j = self%residual%graph%neighbour(k)
          y = x(:, j)
-         associate (a => matrix%values(:, :, self%graph%place(k)))
+         associate (a => matrix%values(:, :, self%residual%graph%place(k)))
             if (j > i) then
                b = b - ((a(:, 1)*y(1) + a(:, 2)*y(2)) + (a(:, 3)*y(3) + a(:, 4)*y(4)) + (a(:, 5)*y(5) + a(:, 6)*y(6)))
             else

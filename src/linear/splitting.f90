@@ -18,8 +18,11 @@
 !> For threads the blocks are ordered in groups, the number of which depends on the size of the model alone:
 !> parts of the graph that do not touch each other (phase 1), the separators between them (phase 2), and what
 !> of the separators touches another separator (phase 3, mostly empty). The groups of a phase are independent,
-!> and no coupling is dropped. Couplings inside a group are stored once, above the diagonal; those between
-!> groups in both rows, so that no two groups write to the same place.
+!> and no coupling is dropped.
+!>
+!> Both sweeps gather: row i of L^ is `before`, row i of L^T is `after`, the same numbers twice. That costs memory but
+!> no time (each sweep reads its half once), and no two groups ever write to the same place. A block of 36 numbers is
+!> laid out for processors that work on four at a time: rows 1 to 4 column by column, then rows 5 and 6.
 !>
 !> Single precision is enough because the solver corrects with residuals in working precision.
 module rockdda_linear_splitting
@@ -44,17 +47,17 @@ module rockdda_linear_splitting
       integer, allocatable :: group(:)         !! (n_groups + 1) blocks group(g) : group(g+1)-1 in the new order
       integer :: phase(4) = 1                  !! groups phase(f) : phase(f+1)-1 belong to phase f
       integer, allocatable :: order(:)         !! (n) old number of the block in place i
-      integer, allocatable :: upper_start(:)   !! (n + 1) couplings inside groups, above the diagonal
-      integer, allocatable :: upper_column(:)
-      integer, allocatable :: upper_place(:)   !! place in the matrix, negative: transposed
-      integer, allocatable :: other_start(:)   !! (n + 1) couplings between groups, both directions
-      integer, allocatable :: other_after(:)   !! (n) first of those with a group of a later phase
-      integer, allocatable :: other_column(:)
-      integer, allocatable :: other_place(:)   !! place in the matrix, negative: transposed
-      real(sp), allocatable :: upper(:, :, :)  !! (6, 6, couplings) scaled
-      real(sp), allocatable :: other(:, :, :)  !! (6, 6, couplings) scaled
-      real(sp), allocatable :: rest(:, :, :)   !! (6, 6, n) G^-1 D G^-T - 2 I
+      integer, allocatable :: before_start(:)  !! (n + 1) couplings with blocks of a lower place
+      integer, allocatable :: before_column(:)
+      integer, allocatable :: before_place(:)  !! place in the matrix, negative: transposed
+      integer, allocatable :: twin(:)          !! the same coupling in `after`
+      integer, allocatable :: after_start(:)   !! (0:n) couplings with blocks of a higher place, see set_pattern
+      integer, allocatable :: after_column(:)
+      real(sp), allocatable :: before(:, :)    !! (36, couplings) scaled, see above
+      real(sp), allocatable :: after(:, :)     !! (36, couplings) the transposes
+      real(sp), allocatable :: rest(:, :)      !! (36, n) G^-1 D G^-T - 2 I
       real(wp), allocatable :: scale(:, :, :)  !! (6, 6, n) G^-1, lower triangle
+      integer :: most_before = 0               !! largest number of couplings before a block
       integer :: replaced_pivots = 0           !! pivots of ic0 that were not well positive
       logical :: has_sweeps = .true.           !! false for jacobi
       logical, private :: modify_pivots = .true.
@@ -88,69 +91,73 @@ contains
    end subroutine choose
 
    !> Order the blocks of a new graph and lay out the couplings.
+   !>
+   !> Memory is fastest when it is read upwards, and the backward sweep visits the last block first: the rows of `after`
+   !> lie in that order. Row i has the places after_start(i) : after_start(i - 1) - 1.
    subroutine set_pattern(self, graph)
       class(splitting_type), intent(inout) :: self
       type(graph_type), intent(in) :: graph
-      integer, allocatable :: new_number(:), owner(:)
-      integer :: n, i, j, k, n_upper, n_other, pass, from
+      integer, allocatable :: new_number(:), next(:)
+      integer :: n, n_couplings, i, j, k, m
 
       n = graph%n
       self%n = n
-      if (allocated(self%group)) deallocate (self%group, self%order, self%upper_start, self%other_start, &
-         self%other_after, self%upper_column, self%upper_place, self%other_column, self%other_place, self%upper, &
-         self%other, self%rest, self%scale)
-      allocate (self%order(n), self%upper_start(n + 1), self%other_start(n + 1), self%other_after(n))
-      allocate (new_number(n), owner(n), self%rest(6, 6, n), self%scale(6, 6, n))
+      if (allocated(self%group)) deallocate (self%group, self%order, self%before_start, self%after_start, self%scale, &
+         self%before_column, self%before_place, self%twin, self%after_column, self%before, self%after, self%rest)
+      n_couplings = size(graph%neighbour)/2
+      allocate (self%order(n), self%before_start(n + 1), self%after_start(0:n), new_number(n), next(n))
+      allocate (self%before_column(n_couplings), self%before_place(n_couplings), self%twin(n_couplings), &
+                self%after_column(n_couplings), self%before(36, n_couplings), self%after(36, n_couplings))
+      allocate (self%rest(36, n), self%scale(6, 6, n))
       call make_groups(self, graph)
-      do k = 1, self%n_groups
-         do i = self%group(k), self%group(k + 1) - 1
-            new_number(self%order(i)) = i
-            owner(i) = merge(k, -i, self%has_sweeps)
-         end do
+      do i = 1, n
+         new_number(self%order(i)) = i
       end do
 
-      ! first count, then fill
-      do pass = 1, 2
-         n_upper = 0
-         n_other = 0
-         do i = 1, n
-            self%upper_start(i) = n_upper + 1
-            self%other_start(i) = n_other + 1
-            do k = graph%start(self%order(i)), graph%start(self%order(i) + 1) - 1
-               j = new_number(graph%neighbour(k))
-               from = merge(graph%place(k), -graph%place(k), graph%neighbour(k) > self%order(i))
-               if (owner(j) /= owner(i)) then
-                  n_other = n_other + 1
-                  if (pass == 2) call insert(j, from, self%other_start(i), n_other, self%other_column, self%other_place)
-               else if (j > i) then
-                  n_upper = n_upper + 1
-                  if (pass == 2) call insert(j, from, self%upper_start(i), n_upper, self%upper_column, self%upper_place)
-               end if
-            end do
-            if (pass == 2) self%other_after(i) = self%other_start(i) + &
-               count(self%other_column(self%other_start(i):n_other) < i)
+      self%before_start(1) = 1
+      self%most_before = 0
+      do i = 1, n
+         m = 0
+         do k = graph%start(self%order(i)), graph%start(self%order(i) + 1) - 1
+            j = new_number(graph%neighbour(k))
+            if (j > i) cycle
+            m = m + 1
+            call insert(j, merge(graph%place(k), -graph%place(k), graph%neighbour(k) > self%order(i)), &
+                        self%before_start(i), self%before_start(i) + m - 1)
          end do
-         self%upper_start(n + 1) = n_upper + 1
-         self%other_start(n + 1) = n_other + 1
-         if (pass == 1) allocate (self%upper_column(n_upper), self%upper_place(n_upper), self%upper(6, 6, n_upper), &
-                                  self%other_column(n_other), self%other_place(n_other), self%other(6, 6, n_other))
+         self%most_before = max(self%most_before, m)
+         self%before_start(i + 1) = self%before_start(i) + m
+         self%after_start(i - 1) = graph%start(self%order(i) + 1) - graph%start(self%order(i)) - m
+      end do
+      self%after_start(n) = 1
+      do i = n, 1, -1
+         self%after_start(i - 1) = self%after_start(i) + self%after_start(i - 1)
+      end do
+      ! rows are visited in order, so that the columns of each row of `after` come ascending
+      next = self%after_start(1:n)
+      do i = 1, n
+         do k = self%before_start(i), self%before_start(i + 1) - 1
+            j = self%before_column(k)
+            self%twin(k) = next(j)
+            self%after_column(next(j)) = i
+            next(j) = next(j) + 1
+         end do
       end do
 
    contains
 
-      !> Put a coupling into its row, columns ascending.
-      pure subroutine insert(to, place, first, last, columns, places)
+      !> Put a coupling into its row of `before`, columns ascending.
+      subroutine insert(to, place, first, last)
          integer, intent(in) :: to, place           !! column in the new order, place in the matrix
          integer, intent(in) :: first, last         !! the row so far; last is free
-         integer, intent(inout) :: columns(:), places(:)
-         integer :: m
-         do m = last, first + 1, -1
-            if (columns(m - 1) < to) exit
-            columns(m) = columns(m - 1)
-            places(m) = places(m - 1)
+         integer :: at
+         do at = last, first + 1, -1
+            if (self%before_column(at - 1) < to) exit
+            self%before_column(at) = self%before_column(at - 1)
+            self%before_place(at) = self%before_place(at - 1)
          end do
-         columns(m) = to
-         places(m) = place
+         self%before_column(at) = to
+         self%before_place(at) = place
       end subroutine insert
 
    end subroutine set_pattern
@@ -170,7 +177,7 @@ contains
          part(order(i)) = 1 + int(int(i - 1, i8)*n_parts/graph%n)
       end do
       phase = 1
-      do i = 1, merge(graph%n, 0, self%has_sweeps)
+      do i = 1, graph%n
          do k = graph%start(i), graph%start(i + 1) - 1
             if (part(graph%neighbour(k)) < part(i)) phase(i) = 2
          end do
@@ -217,11 +224,10 @@ contains
    subroutine set_values(self, matrix)
       class(splitting_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
-      integer :: f, g, i, k, replaced
-      real(wp) :: a(6, 6)
+      integer :: f, g, replaced
 
       replaced = 0
-      !$omp parallel if(self%n > part_size) default(none) shared(self, matrix, replaced) private(f, g, i, k, a)
+      !$omp parallel if(self%n_groups > 3) default(none) shared(self, matrix, replaced) private(f, g)
       do f = 1, 3
          !$omp do schedule(static) reduction(+:replaced)
          do g = self%phase(f), self%phase(f + 1) - 1
@@ -229,48 +235,29 @@ contains
          end do
          !$omp end do
       end do
-      !$omp do schedule(static)
-      do i = 1, self%n
-         do k = self%upper_start(i), self%upper_start(i + 1) - 1
-            ! G_i^-1 K_ij is there already
-            a = self%upper(:, :, k)
-            call times_transposed(a, self%scale(:, :, self%upper_column(k)))
-            self%upper(:, :, k) = real(a, sp)
-         end do
-         do k = self%other_start(i), self%other_start(i + 1) - 1
-            call take(matrix, self%other_place(k), a)
-            call scale_rows(self%scale(:, :, i), a)
-            call times_transposed(a, self%scale(:, :, self%other_column(k)))
-            self%other(:, :, k) = real(a, sp)
-         end do
-      end do
-      !$omp end do
       !$omp end parallel
       self%replaced_pivots = replaced
    end subroutine set_values
 
-   !> Pivots of one group; leaves G_i^-1 K_ij in `upper`.
+   !> Pivots and couplings of one group.
    subroutine factorize_group(self, matrix, g, replaced)
       class(splitting_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: g                !! group
       integer, intent(inout) :: replaced      !! counts pivots replaced
-      real(wp) :: a(6, 6), d(6, 6), l(6, 6)
+      real(wp) :: b(6, 6, self%most_before), d(6, 6), pivot(6, 6), l(6, 6)
       logical :: ok
-      integer :: i, k, c
+      integer :: i, k, m, c
       do i = self%group(g), self%group(g + 1) - 1
-         self%scale(:, :, i) = matrix%values(:, :, matrix%row_start(self%order(i)))
-      end do
-      do i = self%group(g), self%group(g + 1) - 1
-         if (self%modify_pivots) then
-            do k = self%other_start(i), self%other_after(i) - 1
-               call take(matrix, -self%other_place(k), a)
-               call scale_rows(self%scale(:, :, self%other_column(k)), a)
-               call subtract_square(a, self%scale(:, :, i))
-            end do
-         end if
          d = matrix%values(:, :, matrix%row_start(self%order(i)))
-         call factorize_block(self%scale(:, :, i), l, ok)
+         pivot = d
+         do k = self%before_start(i), self%before_start(i + 1) - 1
+            m = k - self%before_start(i) + 1
+            call take(matrix, self%before_place(k), b(:, :, m))
+            call times_transposed(b(:, :, m), self%scale(:, :, self%before_column(k)))
+            if (self%modify_pivots) call subtract_square(b(:, :, m), pivot)
+         end do
+         call factorize_block(pivot, l, ok)
          if (ok .and. self%modify_pivots) then
             do c = 1, 6
                ok = ok .and. l(c, c)**2*d(c, c) < 1.0e4_wp
@@ -286,15 +273,26 @@ contains
          do c = 1, 6
             d(c, c) = d(c, c) - 2
          end do
-         self%rest(:, :, i) = real(d, sp)
-         do k = self%upper_start(i), self%upper_start(i + 1) - 1
-            call take(matrix, self%upper_place(k), a)
-            call scale_rows(self%scale(:, :, i), a)
-            self%upper(:, :, k) = real(a, sp)
-            if (self%modify_pivots) call subtract_square(a, self%scale(:, :, self%upper_column(k)))
+         call lay_out(d, self%rest(:, i))
+         do k = self%before_start(i), self%before_start(i + 1) - 1
+            m = k - self%before_start(i) + 1
+            call scale_rows(self%scale(:, :, i), b(:, :, m))
+            call lay_out(b(:, :, m), self%before(:, k))
+            call lay_out(transpose(b(:, :, m)), self%after(:, self%twin(k)))
          end do
       end do
    end subroutine factorize_group
+
+   !> A block in single precision: rows 1 to 4 column by column, then rows 5 and 6.
+   pure subroutine lay_out(a, v)
+      real(wp), intent(in) :: a(6, 6)
+      real(sp), intent(out) :: v(36)
+      integer :: c
+      do c = 1, 6
+         v(4*c - 3:4*c) = real(a(1:4, c), sp)
+         v(2*c + 23:2*c + 24) = real(a(5:6, c), sp)
+      end do
+   end subroutine lay_out
 
    !> The block in a place of the matrix, transposed when the place is negative.
    pure subroutine take(matrix, place, a)
@@ -333,16 +331,14 @@ contains
       a(:, 1) = a(:, 1)*s(1, 1)
    end subroutine times_transposed
 
-   !> d := d - a^T a.
+   !> d := d - a a^T.
    pure subroutine subtract_square(a, d)
       real(wp), intent(in) :: a(6, 6)
       real(wp), intent(inout) :: d(6, 6)
-      real(wp) :: b(6, 6)
       integer :: j
-      b = transpose(a)
       do j = 1, 6
-         d(:, j) = d(:, j) - ((b(:, 1)*a(1, j) + b(:, 2)*a(2, j)) + (b(:, 3)*a(3, j) + b(:, 4)*a(4, j)) &
-                              + (b(:, 5)*a(5, j) + b(:, 6)*a(6, j)))
+         d(:, j) = d(:, j) - ((a(:, 1)*a(j, 1) + a(:, 2)*a(j, 2)) + (a(:, 3)*a(j, 3) + a(:, 4)*a(j, 4)) &
+                              + (a(:, 5)*a(j, 5) + a(:, 6)*a(j, 6)))
       end do
    end subroutine subtract_square
 
