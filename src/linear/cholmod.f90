@@ -10,7 +10,7 @@ module rockdda_linear_cholmod
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_direct, only : direct_solver_type
+   use rockdda_linear_direct, only : direct_solver_type, least_pivot
    use rockdda_linear_residual, only : not_positive_definite
    use rockdda_linear_products, only : n_stored_blocks
    implicit none
@@ -57,12 +57,13 @@ module rockdda_linear_cholmod
          integer(c_int) :: status
       end function rockdda_cholmod_analyze
 
-      function rockdda_cholmod_factorize(handle, n, p, i, x, failed) result(status) bind(c)
+      function rockdda_cholmod_factorize(handle, n, p, i, x, least, failed) result(status) bind(c)
          import :: c_ptr, c_int, c_int64_t, c_double
          type(c_ptr), value :: handle
          integer(c_int64_t), value :: n
          integer(c_int64_t), intent(in) :: p(*), i(*)
          real(c_double), intent(in) :: x(*)
+         real(c_double), value :: least
          integer(c_int64_t), intent(out) :: failed
          integer(c_int) :: status
       end function rockdda_cholmod_factorize
@@ -137,7 +138,7 @@ contains
       if (allocated(error)) return
       call fill_entries(matrix, self%entries)
       status = rockdda_cholmod_factorize(self%handle, 6_c_int64_t*matrix%n, self%column_start, self%row, &
-                                         self%entries, failed)
+                                         self%entries, least_pivot, failed)
       if (status == cholmod_not_positive_definite) then
          call not_positive_definite(int(failed/6) + 1, error)
       else if (status /= cholmod_ok) then

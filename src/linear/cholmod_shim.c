@@ -136,9 +136,32 @@ int rockdda_cholmod_analyze(void *handle, int64_t nb, const int64_t *bp, const i
    return s->factor ? CHOLMOD_OK : c->status;
 }
 
+/* The unknown with the first pivot that is not above `least` times its diagonal entry (0-based, in the order of the
+ * matrix), or -1. The diagonal entry comes first in each column of the lower triangle. */
+static int64_t small_pivot(const cholmod_factor *f, const int64_t *p, const double *x, double least)
+{
+   const SuiteSparse_long *perm = f->Perm, *super = f->super, *pi = f->pi, *px = f->px, *fp = f->p;
+   const double *fx = f->x;
+   int64_t s, c;
+   if (!f->is_super) {
+      for (c = 0; c < (int64_t)f->n; c++)
+         if (!(fx[fp[c]]*fx[fp[c]] > least*x[p[perm[c]]])) return perm[c];
+      return -1;
+   }
+   for (s = 0; s < (int64_t)f->nsuper; s++) {
+      int64_t rows = pi[s + 1] - pi[s];
+      for (c = super[s]; c < super[s + 1]; c++) {
+         double pivot = fx[px[s] + (c - super[s])*(rows + 1)];
+         if (!(pivot*pivot > least*x[p[perm[c]]])) return perm[c];
+      }
+   }
+   return -1;
+}
+
 /* Numerical factorisation. When the matrix is not positive definite, status CHOLMOD_NOT_POSDEF and the 0-based
- * number of the unknown whose pivot failed. */
-int rockdda_cholmod_factorize(void *handle, int64_t n, const int64_t *p, const int64_t *i, const double *x, int64_t *failed)
+ * number of the unknown whose pivot failed; so too for a pivot not above `least` times its diagonal entry. */
+int rockdda_cholmod_factorize(void *handle, int64_t n, const int64_t *p, const int64_t *i, const double *x,
+                              double least, int64_t *failed)
 {
    solver_t *s = handle;
    cholmod_sparse a = lower_matrix(n, p, i, x);
@@ -152,7 +175,8 @@ int rockdda_cholmod_factorize(void *handle, int64_t n, const int64_t *p, const i
       *failed = ((SuiteSparse_long *)s->factor->Perm)[s->factor->minor];
       return CHOLMOD_NOT_POSDEF;
    }
-   return CHOLMOD_OK;
+   *failed = small_pivot(s->factor, p, x, least);
+   return *failed < 0 ? CHOLMOD_OK : CHOLMOD_NOT_POSDEF;
 }
 
 /* x = A^-1 b. */

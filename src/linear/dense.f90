@@ -5,7 +5,7 @@ module rockdda_linear_dense
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_direct, only : direct_solver_type
+   use rockdda_linear_direct, only : direct_solver_type, least_pivot
    use rockdda_linear_residual, only : not_positive_definite
    implicit none
    private
@@ -90,6 +90,16 @@ contains
       end do
       call dpotrf('U', 6*matrix%n, self%a, 6*matrix%n, info)
       if (info > 0) call not_positive_definite((info + 5)/6, error)
+      if (info /= 0) return
+      do i = 1, matrix%n
+         do j = 1, 6
+            k = 6*i - 6 + j
+            ! written so that a pivot that is not a number fails too
+            if (self%a(k, k)**2 > least_pivot*matrix%values(j, j, matrix%row_start(i))) cycle
+            call not_positive_definite(i, error)
+            return
+         end do
+      end do
    end subroutine factorize_dense
 
    !> x = K^-1 b.

@@ -2,17 +2,21 @@
 !> What the direct solvers have in common: factorise, solve, look at the residual, refine once if need be.
 module rockdda_linear_direct
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type
+   use rockdda_base_error, only : error_type, error_code
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
-   use rockdda_linear_residual, only : residual_type
+   use rockdda_linear_residual, only : residual_type, not_finite
    implicit none
    private
-   public :: direct_solver_type
+   public :: direct_solver_type, least_pivot
+
+   !> A pivot that is smaller than this share of the diagonal entry it came from is what rounding has left of zero.
+   real(wp), parameter :: least_pivot = 64*epsilon(1.0_wp)
 
    type, abstract, extends(linear_solver_type) :: direct_solver_type
       real(wp) :: tolerance = 1.0e-10_wp     !! wanted relative residual, see rockdda_linear_residual
       type(residual_type) :: residual
+      integer :: values_id = 0               !! matrix whose factor is at hand, 0 none
       real(wp), allocatable :: correction(:, :) !! (6, n) of the refinement step
    contains
       procedure :: solve => solve_direct
@@ -60,13 +64,22 @@ contains
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: cause
       real(wp) :: relative, refined
       logical :: done
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
-      call self%factorize(matrix, error)
-      if (allocated(error)) return
+      if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
+         self%values_id = 0
+         call self%factorize(matrix, error)
+         if (allocated(error)) then
+            if (error%code == error_code%computation) call not_finite(matrix, cause)
+            if (allocated(cause)) call move_alloc(cause, error)
+            return
+         end if
+         self%values_id = matrix%values_id
+      end if
       call self%backsolve(f, x, error)
       if (allocated(error)) return
       call self%residual%evaluate(matrix, f, x, relative)
