@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
+
+Blocks: `blocks`, `stress_crosses`, `contact_forces`, `displacements`; curves: `history`, `profile`, `energy`,
+`iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
+is named.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import OutputError
+from .plot_blocks import blocks, contact_forces, displacements, stress_crosses
+from .plot_curves import energy, history, iterations, profile, profile_data
+from .plot_interactive import interactive
+from .plot_style import PAPER_WIDTH, Units, field_label, limits_of, nice_ticks, style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .results import Results
+
+__all__ = [
+    "KINDS",
+    "Units",
+    "blocks",
+    "contact_forces",
+    "displacements",
+    "energy",
+    "history",
+    "interactive",
+    "iterations",
+    "plot",
+    "profile",
+    "profile_data",
+    "save",
+    "small_multiples",
+    "stress_crosses",
+]
+
+
+def small_multiples(
+    runs: Sequence[Results],
+    field: str = "displacement",
+    frame: int = -1,
+    *,
+    labels: Sequence[str] | None = None,
+    columns: int | None = None,
+    scale: float = 1.0,
+    limits: tuple[float, float] | None = None,
+    units: str | Units | None = None,
+    outline: bool = True,
+) -> npt.NDArray[Any]:
+    """One frame of several runs side by side, with one colour scale; returns their axes, one for each run.
+
+    `labels` name the runs (by default their files), `columns` is the number of pictures in a row.
+    """
+    import matplotlib.pyplot as plt
+
+    if not runs:
+        raise ValueError("small multiples need at least one run")
+    units = Units.parse(units)
+    names = list(labels) if labels is not None else [run.path.stem for run in runs]
+    if len(names) != len(runs):
+        raise ValueError(f"{len(runs)} runs, but {len(names)} labels")
+    values = np.concatenate([run.frames[frame].field(field) for run in runs])
+    low, high, colour_map = limits_of(field, values, limits)
+    columns = columns or math.ceil(math.sqrt(len(runs)))
+    rows = math.ceil(len(runs) / columns)
+    sizes = np.array([np.ptp(run.vertices, axis=0) for run in runs])
+    extents, alike = sizes.max(axis=0), bool(np.allclose(sizes, sizes[0]))
+    width = (PAPER_WIDTH - 0.9) / columns
+    height = rows * min(max(width * extents[1] / extents[0], 0.5) + 0.35, 6.0) + 0.5
+    with style():
+        figure, grid = plt.subplots(rows, columns, figsize=(PAPER_WIDTH, height), layout="constrained", squeeze=False)
+        for axes, run, name in zip(grid.flat, runs, names, strict=False):
+            blocks(
+                run, field, frame, axes=axes, scale=scale, limits=(low, high), colour_map=colour_map, colour_bar=False,
+                units=units, title=name, outline=outline,
+            )  # fmt: skip
+            if alike:
+                axes.label_outer()
+        for axes in grid.flat[len(runs) :]:
+            axes.set_visible(False)
+        shown = list(grid.flat[: len(runs)])
+        if field != "material":
+            bar = figure.colorbar(shown[0].collections[0], ax=grid, shrink=0.8, aspect=30, pad=0.01)
+            bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+            bar.set_label(field_label(field, units))
+            nice_ticks(bar.ax.yaxis)
+    return np.array(shown)
+
+
+KINDS: dict[str, Callable[..., Any]] = {
+    "blocks": blocks,
+    "stress": stress_crosses,
+    "contacts": contact_forces,
+    "displacements": displacements,
+    "history": history,
+    "profile": profile,
+    "energy": energy,
+    "iterations": iterations,
+}
+
+
+def plot(results: Results, field: str | None = None, frame: int = -1, kind: str = "blocks", **options: Any) -> Any:
+    """Draw a picture and return its axes (an array of them where there are several panels).
+
+    `kind` is one of KINDS; `field` colours the blocks or is drawn along the line of a profile; `options` go to the
+    function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")
+    draw = KINDS[kind]
+    known = inspect.signature(draw).parameters
+    if "field" in known and field is not None:
+        options["field"] = field
+    if "frame" in known:
+        options["frame"] = frame
+    elif "frames" in known:
+        options.setdefault("frames", (frame,))
+    unknown = set(options) - set(known)
+    if unknown:
+        raise TypeError(f"a picture of kind {kind!r} has no option {sorted(unknown)[0]!r}; it has: {', '.join(known)}")
+    return draw(results, **options)
+
+
+def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
+    """Write the figure of some axes (.pdf, .svg, .png, …) and close it."""
+    import matplotlib.pyplot as plt
+
+    path = Path(path)
+    first = np.ravel(np.asarray(axes, dtype=object))[0]
+    figure: Figure = first.get_figure()
+    try:
+        with style():
+            figure.savefig(path, dpi=dpi, bbox_inches="tight", pad_inches=0.03)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        plt.close(figure)
+    return path

@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of the blocks of one frame: fields, principal stresses, contact forces, displacements."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .plot_style import (
+    COMPRESSION,
+    MATERIALS,
+    SEQUENTIAL,
+    STATES,
+    TENSION,
+    Units,
+    field_label,
+    limits_of,
+    new_axes,
+    nice_ticks,
+    size_of,
+    style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import Collection, PolyCollection
+
+    from .results import Frame, Results
+
+FloatArray = npt.NDArray[np.float64]
+MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files
+STATE_NAMES = ("open", "sliding", "locked")
+
+
+def outlines(vertices: FloatArray, offset: npt.NDArray[Any]) -> Any:
+    """All polygons as one matplotlib path: much faster than one for each."""
+    from matplotlib.path import Path
+
+    count = np.diff(offset)
+    n = len(vertices) + len(count)
+    points = np.empty((n, 2))
+    codes = np.full(n, Path.LINETO, dtype=np.uint8)
+    closing = offset[1:] + np.arange(len(count))
+    starts = offset[:-1] + np.arange(len(count))
+    keep = np.ones(n, dtype=bool)
+    keep[closing] = False
+    points[keep] = vertices
+    points[closing] = vertices[offset[:-1]]
+    codes[starts] = Path.MOVETO
+    codes[closing] = Path.CLOSEPOLY
+    return Path(points, codes)
+
+
+def add_blocks(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **options: Any) -> PolyCollection:
+    """Add polygons to axes, one for each block."""
+    from matplotlib.collections import PolyCollection
+
+    many = len(offset) - 1 > MANY
+    options.setdefault("edgecolors", "face" if many else "#333333")
+    options.setdefault("linewidths", 0.1 if many else 0.5)
+    options.setdefault("rasterized", many)
+    corners = np.diff(offset)
+    if len(corners) and np.all(corners == corners[0]):  # one array is faster than a list of arrays
+        polygons: Any = vertices.reshape(len(corners), corners[0], 2)
+    else:
+        polygons = np.split(vertices, offset[1:-1])
+    collection = PolyCollection(polygons, **options)
+    collection.set_in_layout(False)  # it lies within the axes: its extent need not be found
+    axes.add_collection(collection, autolim=False)
+    return collection
+
+
+def add_outline(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **options: Any) -> None:
+    """Add the outlines of all blocks as one artist."""
+    from matplotlib.patches import PathPatch
+
+    options = {"facecolor": "none", "edgecolor": "#8A8A8A", "linewidth": 0.5, "linestyle": (0, (4, 2))} | options
+    if len(offset) - 1 > MANY:  # dashes take long, and cannot be seen
+        options |= {"linestyle": "solid", "linewidth": 0.15, "rasterized": True}
+    patch = PathPatch(outlines(vertices, offset), label="start", **options)
+    patch.set_in_layout(False)
+    axes.add_artist(patch)  # add_patch would look for its extent
+
+
+def add_start(axes: Axes, results: Results, shown: FloatArray) -> None:
+    """Add the outlines at the start of those blocks whose present place can be told from it."""
+    offset = results.vertex_offset
+    shift = np.hypot(*(shown - results.vertices).T)
+    moved = np.maximum.reduceat(shift, offset[:-1]) > 0.002 * np.ptp(shown, axis=0).max()
+    corners = np.diff(offset)
+    of_moved = np.concatenate([[0], np.cumsum(corners[moved])])
+    add_outline(axes, results.vertices[np.repeat(moved, corners)], of_moved)
+
+
+def frame_axes(
+    results: Results, frame: Frame, shown: FloatArray, axes: Axes | None, units: Units, title: str | None
+) -> Axes:
+    """Axes for a map of the blocks: equal scales, limits around start and frame, labels, title with the time."""
+    corners = np.concatenate([results.vertices, shown])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    margin = 0.03 * float((high - low).max())
+    width, height = high - low + 2 * margin
+    _, axes = new_axes(axes, size_of(float(width), float(height)))
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel(units.label("x", "length"))
+    axes.set_ylabel(units.label("y", "length"))
+    time = f"t = {frame.time:.4g}" + (f" {units.time}" if units.time else "")
+    axes.set_title(f"{results.title}, {time}" if title is None and results.title else time if title is None else title)
+    return axes
+
+
+def _moved(frame: Frame, scale: float) -> FloatArray:
+    return frame.results.vertices + scale * frame.vertex_displacement if scale != 1 else frame.vertices
+
+
+def _fixed_points(axes: Axes, results: Results) -> None:
+    points = results.fixed_points
+    if len(points):
+        axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
+
+
+def _enlarged(axes: Axes, scale: float) -> None:
+    if scale != 1:
+        axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
+
+
+def _colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
+    figure = axes.get_figure()
+    assert figure is not None
+    beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
+    bar = figure.colorbar(mappable, cax=beside)
+    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.set_label(label)
+    nice_ticks(bar.ax.yaxis)
+
+
+def blocks(
+    results: Results,
+    field: str | None = "displacement",
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    scale: float = 1.0,
+    outline: bool = True,
+    limits: tuple[float, float] | None = None,
+    colour_map: str | None = None,
+    colour_bar: bool = True,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """The blocks of a frame, coloured by a field (None: plain), with their outlines at the start.
+
+    `scale` enlarges the displacements, `limits` are the ends of the colour scale (by default those of the values;
+    symmetric, with white at zero, when both signs occur).
+    """
+    now, units = results.frames[frame], Units.parse(units)
+    shown = _moved(now, scale)
+    with style():
+        axes = frame_axes(results, now, shown, axes, units, title)
+        offset = results.vertex_offset
+        if field is None:
+            add_blocks(axes, shown, offset, facecolors="#DDE3E8")
+        elif field == "material":
+            _material_blocks(axes, results, shown, colour_bar)
+        else:
+            values = now.field(field)
+            low, high, chosen = limits_of(field, values, limits)
+            drawn = add_blocks(axes, shown, offset, array=values, cmap=colour_map or chosen)
+            drawn.set_clim(low, high)
+            if colour_bar:
+                _colour_bar(axes, drawn, field_label(field, units))
+        if outline and now.index != 0:
+            add_start(axes, results, shown)
+        _fixed_points(axes, results)
+        _enlarged(axes, scale)
+    return axes
+
+
+def _material_blocks(axes: Axes, results: Results, shown: FloatArray, legend: bool) -> None:
+    from matplotlib.patches import Patch
+
+    material = results.block_material
+    colours = [MATERIALS[(m - 1) % len(MATERIALS)] for m in material]
+    add_blocks(axes, shown, results.vertex_offset, facecolors=colours)
+    if legend:
+        found = [int(m) for m in np.unique(material)]
+        handles = [Patch(facecolor=MATERIALS[(m - 1) % len(MATERIALS)], edgecolor="#333333", lw=0.5) for m in found]
+        axes.legend(handles, [f"block material {m}" for m in found], loc="upper left", bbox_to_anchor=(1.01, 1))
+
+
+def _plain_blocks(axes: Axes, results: Results, shown: FloatArray) -> None:
+    edges = {"edgecolors": "#A8A8A8"} if results.n_blocks <= MANY else {}
+    add_blocks(axes, shown, results.vertex_offset, facecolors="#F0F1F2", **edges)
+
+
+def stress_crosses(
+    results: Results,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    size: float = 1.0,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """Principal stresses at the centroids: directions and sizes as crosses, compression and tension by colour.
+
+    `size` is a factor on their length; where blocks differ in size, the 95th percentile of the stresses fits a block of
+    middle size.
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
+
+    now, units = results.frames[frame], Units.parse(units)
+    principal, angle = now.principal_stress()
+    sizes = np.abs(principal)
+    reference = float(np.percentile(sizes.max(axis=1), 95)) or 1.0
+    half = 0.45 * size * float(np.median(np.sqrt(results.block_area))) / reference
+    turned = np.stack([angle, angle + np.pi / 2], axis=1)
+    arm = (half * sizes)[..., None] * np.stack([np.cos(turned), np.sin(turned)], axis=-1)
+    centre = now.centroid[:, None, :]
+    segments = np.stack([centre - arm, centre + arm], axis=2).reshape(-1, 2, 2)
+    colours = np.where(principal.ravel() > 0, TENSION, COMPRESSION)
+    order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
+    with style():
+        axes = frame_axes(results, now, now.vertices, axes, units, title)
+        _plain_blocks(axes, results, now.vertices)
+        many = results.n_blocks > MANY
+        axes.add_collection(
+            LineCollection(segments[order], colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
+            autolim=False,
+        )
+        _fixed_points(axes, results)
+        handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
+        axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
+        _scale_bar(axes, 2 * half * reference, f"{_short(reference)} {units.of('stress')}")
+    return axes
+
+
+def contact_forces(
+    results: Results,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    size: float = 1.0,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """Contact forces: strokes along the force through the contact, width and length by size, colour by state.
+
+    Contacts that carry nothing are small dots. `size` is a factor on widths and lengths.
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
+
+    now, units = results.frames[frame], Units.parse(units)
+    contacts = now.contacts
+    force = np.hypot(*contacts.force.T) if len(contacts) else np.zeros(0)
+    largest = float(force.max()) if len(force) and force.max() > 0 else 1.0
+    reference = float(np.percentile(force[force > 0], 99)) if (force > 0).any() else 1.0
+    extent = float(np.ptp(results.vertices, axis=0).max())
+    longest = size * min(0.06 * extent, 0.8 * float(np.median(np.sqrt(results.block_area))))  # half of it
+    carrying = force > 1e-9 * largest
+    share = np.minimum(force / reference, 1.5)
+    colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
+    with style():
+        axes = frame_axes(results, now, now.vertices, axes, units, title)
+        _plain_blocks(axes, results, now.vertices)
+        if carrying.any():
+            order = np.flatnonzero(carrying)[np.argsort(-force[carrying])]
+            direction = contacts.force[order] / force[order, None]
+            reach = longest * (0.1 + 0.9 * share[order, None])
+            ends = np.stack([contacts.point[order] - reach * direction, contacts.point[order] + reach * direction], 1)
+            widths = size * (0.3 + 1.9 * share[order])
+            strokes = LineCollection(ends, colors=colours[order], linewidths=widths, zorder=3, capstyle="round")
+            axes.add_collection(strokes, autolim=False)
+        idle = contacts.point[~carrying]
+        if len(idle):
+            axes.plot(idle[:, 0], idle[:, 1], ".", color=STATES["open"], markersize=2, zorder=3)
+        counts = np.bincount(contacts.state, minlength=3)
+        handles = [Line2D([], [], color=STATES[name], lw=2) for name in STATE_NAMES[1:]]
+        handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
+        labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
+        axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
+        _fixed_points(axes, results)
+        _scale_bar(axes, 2 * longest, f"{_short(reference)} {units.of('force')}", 2.2 * size)
+    return axes
+
+
+def displacements(
+    results: Results,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    scale: float | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+    limits: tuple[float, float] | None = None,
+) -> Axes:
+    """Displacement of every centroid since the start, as arrows from where it was, coloured by size.
+
+    `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model.
+    """
+    now, units = results.frames[frame], Units.parse(units)
+    vector = now.displacement
+    length = np.hypot(*vector.T)
+    extent = float(np.ptp(results.vertices, axis=0).max())
+    largest = float(length.max())
+    if scale is None:
+        scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
+    with style():
+        axes = frame_axes(results, now, now.vertices, axes, units, title)
+        _plain_blocks(axes, results, results.vertices)
+        start = results.block_centroid
+        arrows = axes.quiver(
+            *start.T, *(scale * vector).T, length, angles="xy", scale_units="xy", scale=1,
+            cmap=f"{SEQUENTIAL}_r", width=0.0028,             headwidth=4.5, headlength=5, headaxislength=4.5, zorder=3,
+        )  # fmt: skip
+        arrows.set_clim(*(limits or (0.0, largest or 1.0)))
+        _colour_bar(axes, arrows, field_label("displacement", units))
+        _fixed_points(axes, results)
+        if scale != 1:
+            axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
+    return axes
+
+
+def _short(value: float) -> str:
+    """Two digits."""
+    from matplotlib.ticker import ScalarFormatter
+
+    text = f"{value:.2g}"
+    return f"${ScalarFormatter(useMathText=True).format_data(float(text))}$" if "e" in text else text
+
+
+def _short_factor(value: float) -> float:
+    """1, 2 or 5 times a power of ten, not above the value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(f for f in (1, 2, 5) if f * power <= value * (1 + 1e-12)) * power)
+
+
+def _scale_bar(axes: Axes, length: float, text: str, width: float = 0.9) -> None:
+    """A stroke of a length in the axes' units beside the picture, and what it stands for."""
+    left, right = axes.get_xlim()
+    start = right + 0.03 * (right - left)
+    low, high = axes.get_ylim()
+    place = low + 0.45 * (high - low)
+    axes.plot([start, start + length], [place, place], color="black", lw=width, clip_on=False, solid_capstyle="round")
+    axes.annotate(
+        text, (start, place), xytext=(0, -4), textcoords="offset points", va="top", fontsize=8, annotation_clip=False
+    )

@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: MIT
+"""Curves: time histories, profiles along a line, the energy ledger, iterations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .plot_style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, Units, field_label, new_axes, nice_ticks, style
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+    from .results import Results
+
+FloatArray = npt.NDArray[np.float64]
+DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
+STORED = ("kinetic", "strain", "gravity", "springs")
+CHECKS = ("geometry", "residual")
+
+
+def _line_style(i: int) -> dict[str, Any]:
+    """Colour and dashes of the i-th curve: both change, so that grey prints can be read, too."""
+    return {"color": PALETTE[i % len(PALETTE)], "linestyle": DASHES[(i // len(PALETTE) + i) % len(DASHES)]}
+
+
+def _legend(axes: Axes, columns: int = 1) -> None:
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), ncols=columns, handlelength=2.2)
+
+
+def _time_axis(axes: Axes, units: Units, largest: float) -> None:
+    axes.set_xlabel(units.label("time", "time"))
+    axes.set_xlim(0, largest or 1.0)
+    axes.grid(color="#E4E4E4", lw=0.5)
+
+
+def _dimension(column: str) -> str:
+    """What a column of the history table is measured in."""
+    for part, dimension in (("displacement", "length"), ("stress", "stress"), ("rotation", "rad"), ("force", "force")):
+        if part in column:
+            return dimension
+    if column.startswith("energy"):
+        return "energy"
+    return "time" if column in ("time", "dt") else ""
+
+
+def _readable(column: str) -> str:
+    """'measured_displacement_0_x' as 'displacement x, point 1'."""
+    parts = column.split("_")
+    digits = [i for i, part in enumerate(parts) if part.isdigit()]
+    if not digits:
+        return column.replace("_", " ")
+    i = digits[0]
+    what = " ".join(parts[1:i] + parts[i + 1 :])
+    owner = "support" if parts[0] == "fixed" else "point"
+    return f"{what}, {owner} {int(parts[i]) + 1}"
+
+
+def default_columns(results: Results) -> list[str]:
+    """Displacements of the first measured points, or the largest displacement of the steps."""
+    n = min(len(results.measured_points), 4)
+    if n:
+        return [f"measured_displacement_{i}_{k}" for i in range(n) for k in "xy"]
+    return ["max_displacement"]
+
+
+def history(
+    results: Results,
+    columns: Sequence[str] | str | None = None,
+    *,
+    axes: Axes | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """Columns of `results.history()` over time; by default what the measured points did.
+
+    Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
+    """
+    units = Units.parse(units)
+    table = results.history()
+    wanted = [columns] if isinstance(columns, str) else list(columns or default_columns(results))
+    chosen: list[str] = []
+    for name in wanted:
+        found = [c for c in table.columns if c == name] or [c for c in table.columns if str(c).startswith(f"{name}_")]
+        if not found:
+            raise ValueError(f"there is no column {name!r}; the columns are: {', '.join(map(str, table.columns))}")
+        chosen += found
+    kinds = {_dimension(name) for name in chosen}
+    if len(kinds) > 1:
+        raise ValueError(f"columns of different kinds cannot share an axis: {', '.join(chosen)}")
+    with style():
+        _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
+        time = np.concatenate([[0.0], table["time"]])
+        cumulative = kinds == {"length"} and "max_displacement" not in chosen
+        for i, name in enumerate(chosen):
+            values = np.concatenate([[0.0 if cumulative else table[name].iloc[0]], table[name]])
+            axes.plot(time, values, label=_readable(name), **_line_style(i))
+        _time_axis(axes, units, float(time[-1]))
+        what = {_readable(name).split(",")[0].removesuffix(" x").removesuffix(" y") for name in chosen}
+        axes.set_ylabel(units.label(what.pop() if len(what) == 1 else "value", kinds.pop()))
+        nice_ticks(axes.yaxis)
+        _legend(axes)
+        axes.set_title(results.title if title is None else title)
+    return axes
+
+
+def profile_data(
+    results: Results, field: str, line: Sequence[float], frame: int = -1
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+    """(n,) distances along the line x1 y1 x2 y2, (n,) values there, (n,) blocks; two points for each block it crosses.
+
+    The line is drawn through the blocks at the start. Displacements are those of the points of the line, which move
+    with their blocks; other fields have one value for each block.
+    """
+    start, end = np.array(line[:2], dtype=float), np.array(line[2:], dtype=float)
+    length = float(np.hypot(*(end - start)))
+    if length == 0 or not np.isfinite(length):
+        raise ValueError("the ends of the line of a profile must differ")
+    now = results.frames[frame]
+    pieces = sorted((a, b, i) for i, parts in _crossings(results, start, end) for a, b in parts)
+    distance = np.array([s for a, b, _ in pieces for s in (a, b)])
+    owner = np.array([i for _, _, i in pieces for _ in range(2)], dtype=np.int64)
+    if not field.startswith("displacement"):
+        return distance * length, now.field(field)[owner].astype(float), owner
+    points = start + distance[:, None] * (end - start)
+    moved = np.empty_like(points)
+    offset = results.vertex_offset
+    for i in np.unique(owner):
+        here = owner == i
+        corners = slice(offset[i], offset[i + 1])
+        origin = results.block_centroid[i]
+        # blocks deform by affine maps: fit it through the corners
+        system = np.column_stack([results.vertices[corners] - origin, np.ones(offset[i + 1] - offset[i])])
+        matrix = np.linalg.lstsq(system, now.vertices[corners], rcond=None)[0]
+        moved[here] = np.column_stack([points[here] - origin, np.ones(here.sum())]) @ matrix
+    shift = moved - points
+    values = {"displacement_x": shift[:, 0], "displacement_y": shift[:, 1]}.get(field, np.hypot(*shift.T))
+    return distance * length, values, owner
+
+
+def _crossings(results: Results, start: FloatArray, end: FloatArray) -> list[tuple[int, list[tuple[float, float]]]]:
+    """For each block that the line crosses at the start: the parts of the line in it, as parameters 0 … 1."""
+    along = end - start
+    offset, vertices = results.vertex_offset, results.vertices
+    relative = vertices - start
+    side = along[0] * relative[:, 1] - along[1] * relative[:, 0]
+    place = relative @ along / (along @ along)
+    low, high = np.minimum.reduceat(side, offset[:-1]), np.maximum.reduceat(side, offset[:-1])
+    first, last = np.minimum.reduceat(place, offset[:-1]), np.maximum.reduceat(place, offset[:-1])
+    found = []
+    for i in np.flatnonzero((low < 0) & (high > 0) & (last > 0) & (first < 1)):
+        s, t = side[offset[i] : offset[i + 1]], place[offset[i] : offset[i + 1]]
+        up = s > 0
+        crossing = np.flatnonzero(up != np.roll(up, -1))
+        after = (crossing + 1) % len(s)
+        cuts = np.sort(t[crossing] + (t[after] - t[crossing]) * s[crossing] / (s[crossing] - s[after]))
+        parts = [(max(a, 0.0), min(b, 1.0)) for a, b in cuts.reshape(-1, 2) if b > 0 and a < 1]
+        if parts:
+            found.append((int(i), parts))
+    return found
+
+
+def profile(
+    results: Results,
+    field: str = "displacement_y",
+    line: Sequence[float] | None = None,
+    frames: Sequence[int] = (-1,),
+    *,
+    axes: Axes | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """A field along a line x1 y1 x2 y2 (by default horizontal at half the height) through the start geometry."""
+    units = Units.parse(units)
+    if line is None:
+        low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
+        # not quite the middle: where that is a joint, the line would run between the blocks
+        middle = low[1] + 0.487 * (high[1] - low[1])
+        line = (float(low[0]), float(middle), float(high[0]), float(middle))
+    with style():
+        _, axes = new_axes(axes, (PAPER_WIDTH, 2.7))
+        for k, frame in enumerate(frames):
+            distance, values, _ = profile_data(results, field, line, frame)
+            if not len(distance):
+                raise ValueError("the line of the profile meets no block")
+            label = f"t = {results.frames[frame].time:.4g}" + (f" {units.time}" if units.time else "")
+            gaps = np.flatnonzero(np.diff(distance)[1::2] > 1e-9 * distance[-1]) * 2 + 2
+            axes.plot(np.insert(distance, gaps, np.nan), np.insert(values, gaps, np.nan), label=label, **_line_style(k))
+        x1, y1, x2, y2 = line
+        axes.set_xlabel(units.label(f"distance from ({x1:.4g}, {y1:.4g}) towards ({x2:.4g}, {y2:.4g})", "length"))
+        axes.set_ylabel(field_label(field, units) if field in DIMENSIONS else field)
+        axes.grid(color="#E4E4E4", lw=0.5)
+        nice_ticks(axes.yaxis)
+        _legend(axes)
+        axes.set_title(results.title if title is None else title)
+    return axes
+
+
+def energy(
+    results: Results,
+    *,
+    axes: Sequence[Axes] | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> npt.NDArray[Any]:
+    """The energy ledger: what is stored and what went where, and below what does not close, against the turnover.
+
+    Returns the two axes.
+    """
+    import matplotlib.pyplot as plt
+
+    units = Units.parse(units)
+    table: pandas.DataFrame = results.history()
+    names = [name for name in results.energy_names if name not in CHECKS]
+    time = table["time"].to_numpy()
+    turnover = float(np.max([table[f"energy_{name}"].abs().max() for name in names])) or 1.0
+    with style():
+        if axes is None:
+            _, panels = plt.subplots(
+                2, figsize=(PAPER_WIDTH, 4.4), sharex=True, layout="constrained", height_ratios=(2.4, 1)
+            )
+        else:
+            panels = np.asarray(axes)
+        for i, name in enumerate(names):
+            values = table[f"energy_{name}"]
+            kind: dict[str, Any] = {"linestyle": "-" if name in STORED else (0, (4, 1.5))}
+            none = values.abs().max() <= 1e-3 * turnover
+            label = name.replace("_", " ") + (" (≈ 0)" if none else "")
+            kind["linewidth"] = 0.7 if none else 1.3
+            panels[0].plot(time, values, label=label, **_line_style(i) | kind)
+        panels[0].set_ylabel(units.label("energy", "energy"))
+        panels[0].axhline(0, color="#777777", lw=0.5, zorder=1)
+        nice_ticks(panels[0].yaxis)
+        _legend(panels[0])
+        for i, name in enumerate(CHECKS):
+            share = np.maximum(np.abs(table[f"energy_{name}"].to_numpy()) / turnover, 1e-16)
+            panels[1].semilogy(time, share, label=f"|{name}|", **_line_style(i))
+        panels[1].set_ylabel("share of\nlargest energy")
+        panels[1].set_ylim(1e-16, max(1.0, panels[1].get_ylim()[1]))
+        _legend(panels[1])
+        for panel in panels:
+            _time_axis(panel, units, float(time[-1]) if len(time) else 1.0)
+        panels[0].set_xlabel("")
+        panels[0].set_title(results.title if title is None else title)
+    return panels
+
+
+def iterations(
+    results: Results,
+    *,
+    axes: Sequence[Axes] | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> npt.NDArray[Any]:
+    """Step size, rounds of the open-close loop and attempts, and numbers of contacts, over the steps.
+
+    Returns the three axes.
+    """
+    import matplotlib.pyplot as plt
+    from matplotlib.ticker import MaxNLocator
+
+    units = Units.parse(units)
+    table = results.history()
+    step = table.index.to_numpy()
+    with style():
+        if axes is None:
+            _, panels = plt.subplots(3, figsize=(PAPER_WIDTH, 5.0), sharex=True, layout="constrained")
+        else:
+            panels = np.asarray(axes)
+        panels[0].step(step, table["dt"], where="mid", color=PALETTE[0])
+        panels[0].set_ylabel(units.label("time step", "time"))
+        panels[0].set_ylim(bottom=0)
+        nice_ticks(panels[0].yaxis, 4)
+        panels[1].step(step, table["open_close_iterations"], where="mid", label="open–close rounds", color=PALETTE[1])
+        panels[1].step(step, table["attempts"], where="mid", label="attempts", color=PALETTE[2], ls=(0, (4, 1.5)))
+        if table["solver_iterations"].any():
+            beside = panels[1].twinx()
+            beside.step(step, table["solver_iterations"], where="mid", color=PALETTE[3], lw=0.8)
+            beside.set_ylabel("solver iterations", color=PALETTE[3])
+            beside.spines.right.set_visible(True)
+        panels[1].set_ylabel("number")
+        panels[1].set_ylim(bottom=0)
+        panels[1].yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        _legend(panels[1])
+        names = ("locked", "sliding", "open")
+        colours = [STATES[name] for name in names]
+        panels[2].stackplot(step, *(table[name] for name in names), labels=names, colors=colours, linewidth=0)
+        panels[2].set_ylabel("contacts")
+        panels[2].set_xlabel("step")
+        panels[2].yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        _legend(panels[2])
+        for panel in panels:
+            panel.set_xlim(step[0] if len(step) else 0, step[-1] if len(step) > 1 else 1)
+            panel.grid(color="#E4E4E4", lw=0.5)
+        panels[0].set_title(results.title if title is None else title)
+    return panels

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""A window with the blocks, to turn through the frames with a slider and pick blocks. Needs PyVista and a display."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import RockddaError
+from .plot_style import SEQUENTIAL, Units, field_label, limits_of
+
+if TYPE_CHECKING:
+    from .results import Results
+
+
+def polygons_mesh(results: Results, frame: int = -1) -> Any:
+    """The blocks of a frame as a PyVista mesh with one polygon for each."""
+    pyvista = _pyvista()
+    offset = results.vertex_offset
+    count = np.diff(offset)
+    faces = np.insert(np.arange(offset[-1]), offset[:-1], count)
+    vertices = results.frames[frame].vertices
+    return pyvista.PolyData(np.column_stack([vertices, np.zeros(len(vertices))]), faces=faces)
+
+
+def interactive(
+    results: Results,
+    field: str = "displacement",
+    frame: int = -1,
+    *,
+    units: str | Units | None = None,
+    show: bool = True,
+) -> Any:
+    """Open a window with a slider for the frames; a click on a block tells its number and value.
+
+    With `show=False` the plotter is returned without a window.
+    """
+    pyvista = _pyvista()
+    units = Units.parse(units)
+    frames = results.frames
+    start = frames[frame].index
+    mesh = polygons_mesh(results, start)
+    mesh.cell_data[field] = frames[start].field(field)
+    plotter = pyvista.Plotter(off_screen=not show, title=f"RockDDA: {results.title}")
+    label = field_label(field, units).replace("$", "").replace("\\", "")
+    low, high, _ = limits_of(field, np.concatenate([frames[k].field(field) for k in (0, start, -1)]), None)
+    plotter.add_mesh(
+        mesh, scalars=field, clim=(low, high), cmap=SEQUENTIAL, show_edges=True, scalar_bar_args={"title": label}
+    )
+
+    def turn(value: float) -> None:
+        now = frames[round(value)]
+        mesh.points[:, :2] = now.vertices
+        mesh.cell_data[field] = now.field(field)
+        plotter.add_text(f"t = {now.time:.4g} {units.time}", name="time", font_size=10)
+
+    def picked(cell: Any) -> None:
+        if cell is not None and cell.n_cells:
+            number = int(mesh.find_closest_cell(cell.center))
+            text = f"block {number}: {mesh.cell_data[field][number]:.6g}"
+            plotter.add_text(text, position="lower_left", name="picked", font_size=10)
+
+    if len(frames) > 1:
+        plotter.add_slider_widget(turn, (0, len(frames) - 1), value=start, title="frame", fmt="%.0f")
+    turn(start)
+    plotter.enable_cell_picking(picked, through=False, show_message=False)
+    plotter.view_xy()
+    plotter.enable_image_style() if not show else plotter.enable_2d_style()
+    if show:
+        plotter.show()
+    return plotter
+
+
+def _pyvista() -> Any:
+    try:
+        import pyvista
+    except ImportError as error:
+        raise RockddaError(f"PyVista is needed for this: python -m pip install pyvista ({error})") from error
+    return pyvista

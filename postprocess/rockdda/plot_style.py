@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: MIT
+"""How pictures look: sizes, colours, units. Colours can be told apart with any kind of colour vision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+# Okabe and Ito (2008): black, blue, vermillion, green, orange, sky blue, purple, yellow
+PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")
+MATERIALS = ("#B8C4CE", "#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00")
+STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
+COMPRESSION, TENSION = "#0072B2", "#D55E00"
+PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
+SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
+RC: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.6,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "figure.dpi": 120,
+    "font.family": "sans-serif",
+    "font.size": 9,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "pdf.fonttype": 42,  # text stays text in vector files
+    "savefig.dpi": 200,
+    "svg.fonttype": "none",
+    "xtick.labelsize": 8,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": 8,
+    "ytick.major.width": 0.6,
+}
+# What each field is made of, for its unit.
+DIMENSIONS = {
+    "displacement": "length",
+    "displacement_x": "length",
+    "displacement_y": "length",
+    "rotation": "rad",
+    "velocity": "speed",
+    "velocity_x": "speed",
+    "velocity_y": "speed",
+    "spin": "spin",
+    "stress": "stress",
+    "stress_max": "stress",
+    "stress_mean": "stress",
+    "stress_shear": "stress",
+    "stress_x": "stress",
+    "stress_y": "stress",
+    "stress_xy": "stress",
+    "material": "",
+    "block": "",
+}
+SYMBOLS = {"σx": r"$\sigma_x$", "σy": r"$\sigma_y$", "τxy": r"$\tau_{xy}$"}
+PASCALS = {("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa", ("N", "mm"): "MPa"}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """matplotlib with the settings of this package."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(RC):
+        yield
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of the units of length, time and force; what is not named is called by its quantity."""
+
+    length: str = ""
+    time: str = ""
+    force: str = ""
+
+    @classmethod
+    def parse(cls, text: str | Units | None) -> Units:
+        """From 'm,s,N'; 'SI' is the same."""
+        if isinstance(text, Units):
+            return text
+        if not text:
+            return cls()
+        parts = ["m", "s", "N"] if text.upper() == "SI" else [part.strip() for part in text.split(",")]
+        if len(parts) != 3 or not all(parts):
+            raise ValueError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
+        return cls(*parts)
+
+    def of(self, dimension: str) -> str:
+        """The unit of a quantity, such as 'stress' or 'speed'; '' for pure numbers."""
+        known = bool(self.length)
+        length, time, force = (self.length, self.time, self.force) if known else ("length", "time", "force")
+        names = {
+            "length": length,
+            "time": time,
+            "force": force,
+            "speed": f"{length}/{time}",
+            "spin": f"rad/{time}",
+            "stress": PASCALS.get((force, length), f"{force}/{length}²"),
+            "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",
+            "rad": "rad",
+        }
+        return names.get(dimension, "")
+
+    def label(self, text: str, dimension: str) -> str:
+        """'text [unit]'."""
+        unit = self.of(dimension)
+        return f"{text} [{unit}]" if unit else text
+
+
+def field_label(name: str, units: Units) -> str:
+    """What a colour bar or an axis says about a field."""
+    from .results import FIELDS
+
+    text = FIELDS[name].label.split(" [")[0]
+    return units.label(SYMBOLS.get(text, text), DIMENSIONS.get(name, ""))
+
+
+def nice_ticks(axis: Axis, most: int = 5) -> None:
+    """Few round ticks; a common power of ten is taken out."""
+    from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+    formatter = ScalarFormatter(useMathText=True)
+    formatter.set_powerlimits((-3, 4))
+    axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+    axis.set_major_formatter(formatter)
+    axis.get_offset_text().set_fontsize(8)
+
+
+def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | None) -> tuple[float, float, str]:
+    """Smallest and largest value of a colour scale, and its colour map: with both signs, zero is white."""
+    low, high = given if given is not None else (float(np.min(values)), float(np.max(values)))
+    largest = max(abs(low), abs(high))
+    if given is None and low < 0 < high and min(-low, high) > 0.02 * largest:
+        return -largest, largest, DIVERGING
+    if low == high:  # one value: a scale of some width around it
+        margin = 0.5 * largest or 0.5
+        low, high = low - margin, high + margin
+    if low < 0 < high and math.isclose(-low, high):
+        return low, high, DIVERGING
+    if given is None and 0 < low < 0.1 * high:
+        low = 0.0
+    # what is small in size is dark for positive and negative fields alike
+    return low, high, SEQUENTIAL + ("_r" if name.startswith("stress") and high <= 0.02 * largest else "")
+
+
+def size_of(width: float, height: float, extra_right: float = 1.1, extra_top: float = 0.75) -> tuple[float, float]:
+    """Size in inches of a figure that holds a map of this shape at equal scales, and what stands around it."""
+    inner = PAPER_WIDTH - extra_right
+    tall = inner * height / max(width, 1e-300)
+    return PAPER_WIDTH, min(max(tall, 1.2), 7.0) + extra_top
+
+
+def new_axes(axes: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:
+    """The given axes, or those of a new figure."""
+    import matplotlib.pyplot as plt
+
+    if axes is not None:
+        figure = axes.get_figure()
+        assert figure is not None
+        return figure.get_figure(root=True) if hasattr(figure, "get_figure") else figure, axes  # type: ignore[return-value]
+    return plt.subplots(figsize=size, layout="constrained")

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: MIT
+"""Pictures, by what they hold: polygons, limits, labels, widths, colours."""
+
+import time
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import rockdda
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.patches import PathPatch
+from matplotlib.quiver import Quiver
+from rockdda import plot as pictures
+from rockdda.plot_style import STATES, Units, limits_of
+from synthetic import write_wall
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def wall(tmp_path_factory):
+    """5 × 4 squares, 3 frames."""
+    return rockdda.open(write_wall(tmp_path_factory.mktemp("wall") / "wall.h5", 5, 4))
+
+
+def artists(axes, kind):
+    return [artist for artist in axes.get_children() if isinstance(artist, kind)]
+
+
+def test_blocks_show_every_polygon_where_it_is(wall):
+    axes = wall.plot("stress_x")
+    (drawn,) = artists(axes, PolyCollection)
+    assert len(drawn.get_paths()) == wall.n_blocks
+    np.testing.assert_allclose(drawn.get_paths()[7].vertices[:4], wall.polygons(-1)[7])
+    np.testing.assert_array_equal(drawn.get_array(), wall.field("stress_x", -1))
+    assert axes.get_aspect() == 1
+    low, high = wall.frames[-1].vertices.min(axis=0), wall.frames[-1].vertices.max(axis=0)
+    assert axes.get_xlim()[0] < low[0] < high[0] < axes.get_xlim()[1]
+    assert axes.get_ylim()[0] < low[1] < high[1] < axes.get_ylim()[1]
+    assert axes.get_title(loc="left") == "wall, t = 0.2"
+    assert axes.get_xlabel() == "x [length]"
+
+
+def test_the_start_is_outlined_where_blocks_have_moved(wall):
+    (outline,) = artists(wall.plot("material"), PathPatch)
+    assert np.sum(outline.get_path().codes == 1) == wall.n_blocks  # one MOVETO for each
+    assert not artists(wall.plot("material", frame=0), PathPatch)
+    assert not artists(wall.plot("material", outline=False), PathPatch)
+
+
+def test_colour_scales(wall):
+    def scale(field, **options):
+        (drawn,) = artists(wall.plot(field, **options), PolyCollection)
+        return (*drawn.get_clim(), drawn.get_cmap().name)
+
+    assert scale("stress_x") == (-9.0, -1.0, "viridis_r")  # all compression
+    assert scale("displacement")[0] > 0
+    # both signs: symmetric, white at zero
+    assert limits_of("stress_x", np.array([-1.0, 0.5]), None) == (-1.0, 1.0, "RdBu_r")
+    assert scale("stress_x", limits=(-20, 0))[:2] == (-20, 0)
+    assert scale("stress_xy") == (0.5, 1.5, "viridis")  # one value everywhere
+
+
+def test_colour_bar_says_what_and_in_which_unit(wall):
+    def label(units):
+        axes = wall.plot("stress_x", units=units)
+        return next(a for a in axes.child_axes).get_ylabel()
+
+    assert label(None) == r"$\sigma_x$ [force/length²]"
+    assert label("m,s,N") == r"$\sigma_x$ [Pa]"
+    assert label("m,s,kN") == r"$\sigma_x$ [kPa]"
+    assert label("ft,s,lbf") == r"$\sigma_x$ [lbf/ft²]"
+    with pytest.raises(ValueError, match="expected length, time, force"):
+        wall.plot("stress_x", units="m,s")
+
+
+def test_materials_have_a_legend(wall):
+    axes = wall.plot("material")
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["block material 1", "block material 2"]
+
+
+def test_displacements_can_be_enlarged(wall):
+    axes = wall.plot(scale=10)
+    drawn = artists(axes, PolyCollection)[0].get_paths()[19].vertices[2]
+    start = wall.polygons(0)[19][2]
+    np.testing.assert_allclose(drawn, start + 10 * (wall.polygons(-1)[19][2] - start))
+    assert "displacements × 10" in axes.get_title(loc="left")
+
+
+def test_stress_crosses_have_directions_sizes_and_signs(wall):
+    axes = pictures.stress_crosses(wall)
+    (crosses,) = artists(axes, LineCollection)
+    segments = np.array(crosses.get_segments())
+    assert len(segments) == 2 * wall.n_blocks
+    principal, angle = wall.frames[-1].principal_stress()
+    # find the arms of block 13 by their middle
+    middle = segments.mean(axis=1)
+    mine = np.flatnonzero(np.hypot(*(middle - wall.frames[-1].centroid[13]).T) < 1e-9)
+    arms = segments[mine][:, 1] - segments[mine][:, 0]
+    lengths = np.hypot(*arms.T)
+    ratio = np.sort(np.abs(principal[13]))
+    assert np.sort(lengths)[1] / np.sort(lengths)[0] == pytest.approx(ratio[1] / ratio[0])
+    along = arms[np.argmin(np.abs(np.arctan(arms[:, 1] / arms[:, 0]) - angle[13]))]
+    assert np.arctan(along[1] / along[0]) == pytest.approx(angle[13])
+    tension = sum(np.all(colour == to_rgba("#D55E00")) for colour in crosses.get_colors())
+    assert tension == np.sum(principal > 0)
+
+
+def test_contact_forces_have_widths_and_colours(wall):
+    axes = pictures.contact_forces(wall)
+    (strokes,) = artists(axes, LineCollection)
+    assert len(strokes.get_segments()) == 2  # the open one is a dot
+    widths = strokes.get_linewidths()
+    assert widths[0] > widths[1]  # the larger force first
+    np.testing.assert_allclose(strokes.get_colors()[0], to_rgba(STATES["locked"]))
+    np.testing.assert_allclose(strokes.get_colors()[1], to_rgba(STATES["sliding"]))
+    ends = strokes.get_segments()[0]
+    np.testing.assert_allclose(ends.mean(axis=0), [1.5, 1.0])
+    assert ends[0][0] == ends[1][0]  # upright, as the force
+    assert [t.get_text() for t in axes.get_legend().get_texts()] == ["sliding (1)", "locked (1)", "open (1)"]
+
+
+def test_arrows_are_displacements(wall):
+    axes = pictures.displacements(wall, scale=5)
+    (arrows,) = artists(axes, Quiver)
+    np.testing.assert_allclose(np.column_stack([arrows.U, arrows.V]), 5 * wall.frames[-1].displacement)
+    np.testing.assert_allclose(arrows.XY, wall.block_centroid)
+    assert axes.get_title(loc="left").endswith("arrows × 5")
+
+
+def test_history_of_measured_points(wall):
+    axes = pictures.history(wall, units="m,s,N")
+    curves = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    assert [line.get_label() for line in curves] == ["displacement x, point 1", "displacement y, point 1"]
+    np.testing.assert_allclose(curves[1].get_ydata(), [0, -0.02, -0.04])
+    assert axes.get_ylabel() == "displacement [m]"
+    assert len(pictures.history(wall, "fixed_force").lines) == 2
+    with pytest.raises(ValueError, match="no column 'speed'; the columns are: time, dt"):
+        pictures.history(wall, "speed")
+    with pytest.raises(ValueError, match="of different kinds"):
+        pictures.history(wall, ["dt", "energy_kinetic"])
+
+
+def test_profile_is_exact_for_affine_motion(wall):
+    distance, values, owner = pictures.profile_data(wall, "displacement_x", (0, 0.25, 5, 3.25))
+    assert list(owner[::2]) == list(owner[1::2])
+    assert distance[-1] == pytest.approx(np.hypot(5, 3))
+    y = 0.25 + distance / distance[-1] * 3
+    np.testing.assert_allclose(values, 2 * y / 100, atol=1e-14)  # u = 2 y/100 in frame 2; rounding
+    distance, values, owner = pictures.profile_data(wall, "stress_x", (-1, 1.5, 6, 1.5))
+    np.testing.assert_array_equal(owner, np.repeat([5, 6, 7, 8, 9], 2))
+    np.testing.assert_allclose(distance, [1, 2, 2, 3, 3, 4, 4, 5, 5, 6])
+    np.testing.assert_allclose(values, np.repeat(-2 * (np.arange(5) + 0.5), 2))
+    axes = pictures.profile(wall, "displacement_y", frames=(1, -1))
+    assert [line.get_label() for line in axes.lines] == ["t = 0.1", "t = 0.2"]
+    with pytest.raises(ValueError, match="meets no block"):
+        pictures.profile(wall, line=(0, 9, 5, 9))
+
+
+def test_energy_ledger_shows_all_columns(wall):
+    panels = pictures.energy(wall)
+    names = {line.get_label().split(" (")[0].strip("|").replace(" ", "_") for panel in panels for line in panel.lines}
+    assert set(wall.energy_names) <= names
+
+
+def test_iterations(wall):
+    panels = pictures.iterations(wall)
+    np.testing.assert_array_equal(panels[1].lines[0].get_ydata(), wall["history/open_close_iterations"])
+    assert len(panels[2].collections) == 3
+
+
+def test_small_multiples_share_one_scale(wall, flat_arch):
+    arch = rockdda.open(flat_arch)
+    grid = pictures.small_multiples([wall, arch, wall], "stress_y", labels=["a", "b", "c"])
+    scales = {artists(axes, PolyCollection)[0].get_clim() for axes in grid}
+    assert len(scales) == 1
+    low, high = scales.pop()
+    assert low <= min(wall.field("stress_y").min(), arch.field("stress_y").min())
+    assert high >= max(wall.field("stress_y").max(), arch.field("stress_y").max())
+    assert [axes.get_title(loc="left") for axes in grid] == ["a", "b", "c"]
+    with pytest.raises(ValueError, match="1 runs, but 2 labels"):
+        pictures.small_multiples([wall], labels=["a", "b"])
+
+
+def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
+    results = rockdda.open(flat_arch)
+    for kind in pictures.KINDS:
+        axes = results.plot(kind=kind)
+        for ending in ("pdf", "svg", "png") if kind == "blocks" else ("svg",):
+            path = pictures.save(axes, tmp_path / f"{kind}.{ending}")
+            assert path.stat().st_size > 1000
+            if ending == "svg":
+                assert "</svg>" in path.read_text()
+    assert results.plot("stress") is not None  # the three lines of the README
+
+
+def test_wrong_requests_name_what_there_is(wall):
+    with pytest.raises(ValueError, match="no kind of picture 'pie'; the kinds are: blocks, stress"):
+        wall.plot(kind="pie")
+    with pytest.raises(ValueError, match="there is no field 'colour'"):
+        wall.plot("colour")
+    with pytest.raises(TypeError, match="has no option 'scala'; it has: results, field"):
+        wall.plot(scala=3)
+    with pytest.raises(IndexError, match="has 3 frames"):
+        wall.plot(frame=7)
+
+
+def test_units():
+    assert Units.parse("SI") == Units("m", "s", "N")
+    assert Units.parse("mm,s,N").of("stress") == "MPa"
+    assert Units().of("speed") == "length/time"
+
+
+def test_a_hundred_thousand_blocks_are_drawn_in_time(tmp_path):
+    results = rockdda.open(write_wall(tmp_path / "large.h5", 400, 250, frames=2))
+    begin = time.process_time()
+    pictures.save(results.plot("stress_y"), tmp_path / "large.png")
+    assert time.process_time() - begin < 5
+
+
+def test_interactive_mesh(wall):
+    pyvista = pytest.importorskip("pyvista")
+    from rockdda.plot_interactive import polygons_mesh
+
+    mesh = polygons_mesh(wall)
+    assert isinstance(mesh, pyvista.PolyData)
+    assert mesh.n_cells == wall.n_blocks
+    np.testing.assert_allclose(mesh.compute_cell_sizes()["Area"], 1, rtol=1e-3)  # the wall shears by 2 %
