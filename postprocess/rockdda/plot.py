@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import OutputError
+from .errors import InputError, OutputError
 from .plot_blocks import blocks, contact_forces, displacements, stress_crosses
 from .plot_curves import energy, history, iterations, profile, profile_data
 from .plot_interactive import interactive
@@ -67,11 +67,11 @@ def small_multiples(
     import matplotlib.pyplot as plt
 
     if not runs:
-        raise ValueError("small multiples need at least one run")
+        raise InputError("small multiples need at least one run")
     units = Units.parse(units)
     names = list(labels) if labels is not None else [run.path.stem for run in runs]
     if len(names) != len(runs):
-        raise ValueError(f"{len(runs)} runs, but {len(names)} labels")
+        raise InputError(f"{len(runs)} runs, but {len(names)} labels")
     values = np.concatenate([run.frames[frame].field(field) for run in runs])
     low, high, colour_map = limits_of(field, values, limits)
     columns = columns or math.ceil(math.sqrt(len(runs)))
@@ -119,7 +119,7 @@ def plot(results: Results, field: str | None = None, frame: int = -1, kind: str 
     function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
     """
     if kind not in KINDS:
-        raise ValueError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")
+        raise InputError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")
     draw = KINDS[kind]
     known = inspect.signature(draw).parameters
     if "field" in known and field is not None:
@@ -130,7 +130,7 @@ def plot(results: Results, field: str | None = None, frame: int = -1, kind: str 
         options.setdefault("frames", (frame,))
     unknown = set(options) - set(known)
     if unknown:
-        raise TypeError(f"a picture of kind {kind!r} has no option {sorted(unknown)[0]!r}; it has: {', '.join(known)}")
+        raise InputError(f"a picture of kind {kind!r} has no option {sorted(unknown)[0]!r}; it has: {', '.join(known)}")
     return draw(results, **options)
 
 
@@ -141,6 +141,9 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
     path = Path(path)
     first = np.ravel(np.asarray(axes, dtype=object))[0]
     figure: Figure = first.get_figure()
+    known = figure.canvas.get_supported_filetypes()
+    if path.suffix.lower().lstrip(".") not in known:
+        raise InputError(f"pictures end in .{', .'.join(sorted(known))}, not in {path.suffix or 'nothing'!r}", path)
     try:
         with style():
             figure.savefig(path, dpi=dpi, bbox_inches="tight", pad_inches=0.03)

@@ -117,7 +117,8 @@ def _moved(frame: Frame, scale: float) -> FloatArray:
     return frame.results.vertices + scale * frame.vertex_displacement if scale != 1 else frame.vertices
 
 
-def _fixed_points(axes: Axes, results: Results) -> None:
+def add_fixed_points(axes: Axes, results: Results) -> None:
+    """Add the fixed points as white triangles."""
     points = results.fixed_points
     if len(points):
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
@@ -128,7 +129,8 @@ def _enlarged(axes: Axes, scale: float) -> None:
         axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
 
 
-def _colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
+def add_colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
+    """Add a colour bar at the right of the axes."""
     figure = axes.get_figure()
     assert figure is not None
     beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
@@ -172,10 +174,10 @@ def blocks(
             drawn = add_blocks(axes, shown, offset, array=values, cmap=colour_map or chosen)
             drawn.set_clim(low, high)
             if colour_bar:
-                _colour_bar(axes, drawn, field_label(field, units))
+                add_colour_bar(axes, drawn, field_label(field, units))
         if outline and now.index != 0:
             add_start(axes, results, shown)
-        _fixed_points(axes, results)
+        add_fixed_points(axes, results)
         _enlarged(axes, scale)
     return axes
 
@@ -233,7 +235,7 @@ def stress_crosses(
             LineCollection(segments[order], colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
-        _fixed_points(axes, results)
+        add_fixed_points(axes, results)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         _scale_bar(axes, 2 * half * reference, f"{_short(reference)} {units.of('stress')}")
@@ -285,7 +287,7 @@ def contact_forces(
         handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
         labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
-        _fixed_points(axes, results)
+        add_fixed_points(axes, results)
         _scale_bar(axes, 2 * longest, f"{_short(reference)} {units.of('force')}", 2.2 * size)
     return axes
 
@@ -320,8 +322,8 @@ def displacements(
             cmap=f"{SEQUENTIAL}_r", width=0.0028,             headwidth=4.5, headlength=5, headaxislength=4.5, zorder=3,
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
-        _colour_bar(axes, arrows, field_label("displacement", units))
-        _fixed_points(axes, results)
+        add_colour_bar(axes, arrows, field_label("displacement", units))
+        add_fixed_points(axes, results)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
 from .plot_style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, Units, field_label, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
@@ -87,11 +88,11 @@ def history(
     for name in wanted:
         found = [c for c in table.columns if c == name] or [c for c in table.columns if str(c).startswith(f"{name}_")]
         if not found:
-            raise ValueError(f"there is no column {name!r}; the columns are: {', '.join(map(str, table.columns))}")
+            raise InputError(f"there is no column {name!r}; the columns are: {', '.join(map(str, table.columns))}")
         chosen += found
     kinds = {_dimension(name) for name in chosen}
     if len(kinds) > 1:
-        raise ValueError(f"columns of different kinds cannot share an axis: {', '.join(chosen)}")
+        raise InputError(f"columns of different kinds cannot share an axis: {', '.join(chosen)}")
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
         time = np.concatenate([[0.0], table["time"]])
@@ -119,7 +120,7 @@ def profile_data(
     start, end = np.array(line[:2], dtype=float), np.array(line[2:], dtype=float)
     length = float(np.hypot(*(end - start)))
     if length == 0 or not np.isfinite(length):
-        raise ValueError("the ends of the line of a profile must differ")
+        raise InputError("the ends of the line of a profile must differ")
     now = results.frames[frame]
     pieces = sorted((a, b, i) for i, parts in _crossings(results, start, end) for a, b in parts)
     distance = np.array([s for a, b, _ in pieces for s in (a, b)])
@@ -186,7 +187,7 @@ def profile(
         for k, frame in enumerate(frames):
             distance, values, _ = profile_data(results, field, line, frame)
             if not len(distance):
-                raise ValueError("the line of the profile meets no block")
+                raise InputError("the line of the profile meets no block")
             label = f"t = {results.frames[frame].time:.4g}" + (f" {units.time}" if units.time else "")
             gaps = np.flatnonzero(np.diff(distance)[1::2] > 1e-9 * distance[-1]) * 2 + 2
             axes.plot(np.insert(distance, gaps, np.nan), np.insert(values, gaps, np.nan), label=label, **_line_style(k))

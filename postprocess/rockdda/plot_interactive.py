@@ -46,7 +46,13 @@ def interactive(
     label = field_label(field, units).replace("$", "").replace("\\", "")
     low, high, _ = limits_of(field, np.concatenate([frames[k].field(field) for k in (0, start, -1)]), None)
     plotter.add_mesh(
-        mesh, scalars=field, clim=(low, high), cmap=SEQUENTIAL, show_edges=True, scalar_bar_args={"title": label}
+        mesh,
+        scalars=field,
+        clim=(low, high),
+        cmap=SEQUENTIAL,
+        show_edges=True,
+        lighting=False,
+        scalar_bar_args={"title": label},
     )
 
     def turn(value: float) -> None:
@@ -62,7 +68,7 @@ def interactive(
             plotter.add_text(text, position="lower_left", name="picked", font_size=10)
 
     if len(frames) > 1:
-        plotter.add_slider_widget(turn, (0, len(frames) - 1), value=start, title="frame", fmt="%.0f")
+        plotter.add_slider_widget(turn, (0, len(frames) - 1), value=start, title="frame", fmt="%.0f", style="modern")
     turn(start)
     plotter.enable_cell_picking(picked, through=False, show_message=False)
     plotter.view_xy()

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -96,7 +98,7 @@ class Units:
             return cls()
         parts = ["m", "s", "N"] if text.upper() == "SI" else [part.strip() for part in text.split(",")]
         if len(parts) != 3 or not all(parts):
-            raise ValueError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
+            raise InputError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
         return cls(*parts)
 
     def of(self, dimension: str) -> str:

@@ -208,7 +208,7 @@ def test_wrong_requests_name_what_there_is(wall):
         wall.plot(kind="pie")
     with pytest.raises(ValueError, match="there is no field 'colour'"):
         wall.plot("colour")
-    with pytest.raises(TypeError, match="has no option 'scala'; it has: results, field"):
+    with pytest.raises(rockdda.InputError, match="has no option 'scala'; it has: results, field"):
         wall.plot(scala=3)
     with pytest.raises(IndexError, match="has 3 frames"):
         wall.plot(frame=7)

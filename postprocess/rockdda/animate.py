@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""Films of the blocks: .mp4 and .gif drawn with matplotlib, .html as one page that plays in any browser."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .animate_html import SHOWN_FIELDS, film_page
+from .errors import InputError, OutputError
+from .plot_blocks import MANY, add_colour_bar, add_fixed_points, add_outline
+from .plot_style import MATERIALS, Units, field_label, limits_of, size_of, style
+from .results import FIELDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
+
+    from .results import Results
+
+__all__ = ["animate"]
+
+Progress = Callable[[int, int], None]
+ENDINGS = (".mp4", ".gif", ".html")
+
+
+def animate(
+    results: Results,
+    output: str | os.PathLike[str],
+    field: str = "displacement",
+    *,
+    every: int = 1,
+    fps: float = 20.0,
+    scale: float = 1.0,
+    outline: bool = True,
+    limits: tuple[float, float] | None = None,
+    units: str | Units | None = None,
+    fields: Sequence[str] | None = None,
+    title: str | None = None,
+    dpi: int = 120,
+    progress: Progress | None = None,
+) -> Path:
+    """Make a film of all frames (or every n-th and the last); returns its path.
+
+    The ending of `output` says the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
+    `fields`, beginning with `field`. `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the
+    number of frames done and their number. An existing film is replaced.
+    """
+    path = Path(output)
+    units = Units.parse(units)
+    if path.suffix.lower() not in ENDINGS:
+        raise InputError(f"a film ends in {', '.join(ENDINGS)}, not in {path.suffix or 'nothing'!r}", path)
+    for name in (field, *(fields or ())):
+        if name not in FIELDS:
+            raise InputError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
+    if every < 1:
+        raise InputError("every: must be 1 or more")
+    frames = list(range(0, results.n_frames, every))
+    if not frames:
+        raise InputError("there are no frames yet", results.path)
+    if frames[-1] != results.n_frames - 1:
+        frames.append(results.n_frames - 1)
+    part = path.with_name(f".{path.stem}.part{path.suffix}")  # nobody shall see half a film
+    try:
+        if path.suffix.lower() == ".html":
+            chosen = list(dict.fromkeys([field, *(fields or SHOWN_FIELDS)]))
+            name = title or results.title or results.path.stem
+            part.write_text(film_page(results, frames, chosen, units, name, progress), encoding="utf-8")
+        else:
+            _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
+        part.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+    return path
+
+
+def _draw(
+    results: Results, path: Path, frames: list[int], field: str, fps: float, scale: float, outline: bool,
+    limits: tuple[float, float] | None, units: Units, title: str | None, dpi: int, progress: Progress | None,
+) -> None:  # fmt: skip
+    """Draw all frames into one figure and hand them to a writer."""
+    from matplotlib import pyplot as plt
+
+    with style():
+        axes, drawn = _scene(results, frames, field, scale, outline, limits, units)
+        figure = axes.get_figure()
+        assert figure is not None
+        stamp = title if title is not None else results.title
+        first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
+        clock = axes.set_title(" ")
+        (bar,) = axes.plot([], [], color="#0072B2", lw=2.5, transform=axes.transAxes, clip_on=False)
+        figure.get_layout_engine().execute(figure)  # type: ignore[union-attr]
+        figure.set_layout_engine("none")  # the picture must not move within the film
+        writer = _writer(path, fps)
+        try:
+            with writer.saving(figure, str(path), dpi):
+                for k, index in enumerate(frames):
+                    now = results.frames[index]
+                    drawn.set_verts(np.split(_moved(results, now.vertices, scale), results.vertex_offset[1:-1]))
+                    if field != "material":
+                        drawn.set_array(now.field(field))
+                    share = (now.time - first) / (last - first) if last > first else 1.0
+                    bar.set_data([0, share], [1.005, 1.005])
+                    time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
+                    clock.set_text(", ".join(part for part in (stamp, time) if part))
+                    writer.grab_frame()
+                    if progress is not None:
+                        progress(k + 1, len(frames))
+        finally:
+            plt.close(figure)
+
+
+def _moved(results: Results, vertices: Any, scale: float) -> Any:
+    return results.vertices + scale * (vertices - results.vertices)
+
+
+def _scene(
+    results: Results, frames: list[int], field: str, scale: float, outline: bool,
+    limits: tuple[float, float] | None, units: Units,
+) -> tuple[Axes, PolyCollection]:  # fmt: skip
+    """Axes for all frames: limits around all of them, one colour scale."""
+    import matplotlib.pyplot as plt
+    from matplotlib.collections import PolyCollection
+
+    low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
+    values = []
+    for index in frames:
+        now = results.frames[index]
+        shown = _moved(results, now.vertices, scale)
+        low, high = np.minimum(low, shown.min(axis=0)), np.maximum(high, shown.max(axis=0))
+        found = now.field(field)
+        values += [found.min(), found.max()]
+    margin = 0.03 * float((high - low).max())
+    _, axes = plt.subplots(figsize=size_of(*(high - low + 2 * margin)), layout="constrained")
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel(units.label("x", "length"))
+    axes.set_ylabel(units.label("y", "length"))
+    many = results.n_blocks > MANY
+    drawn = PolyCollection([], edgecolors="face" if many else "#333333", linewidths=0.1 if many else 0.5)
+    drawn.set_in_layout(False)
+    axes.add_collection(drawn, autolim=False)
+    if field == "material":
+        drawn.set_facecolors([MATERIALS[(m - 1) % len(MATERIALS)] for m in results.block_material])
+    else:
+        bottom, top, colour_map = limits_of(field, np.array(values), limits)
+        drawn.set(cmap=colour_map, clim=(bottom, top), array=np.zeros(results.n_blocks))
+        add_colour_bar(axes, drawn, field_label(field, units))
+    if outline:
+        add_outline(axes, results.vertices, results.vertex_offset)
+    add_fixed_points(axes, results)
+    return axes, drawn
+
+
+def _writer(path: Path, fps: float) -> Any:
+    """What puts pictures together: Pillow for .gif, ffmpeg (that of imageio-ffmpeg, or the system's) for .mp4."""
+    import matplotlib as mpl
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    if path.suffix.lower() == ".gif":
+        return PillowWriter(fps=fps)
+    program = shutil.which("ffmpeg")
+    if program is None:
+        try:
+            import imageio_ffmpeg
+
+            program = imageio_ffmpeg.get_ffmpeg_exe()
+        except (ImportError, RuntimeError) as error:
+            raise InputError("an .mp4 needs ffmpeg: install imageio-ffmpeg, or make a .gif or .html", path) from error
+    mpl.rcParams["animation.ffmpeg_path"] = program
+    # even numbers of pixels, and colours that every player knows
+    arguments = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-crf", "20"]
+    return FFMpegWriter(fps=fps, codec="libx264", extra_args=arguments)

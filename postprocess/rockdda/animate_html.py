@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""The page that plays frames in a browser, with its data in it or for the local viewer."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .plot_style import DIVERGING, MATERIALS, SEQUENTIAL, Units, field_label, limits_of
+
+if TYPE_CHECKING:
+    from .results import Results
+
+SHOWN_FIELDS = (
+    "displacement", "displacement_x", "displacement_y", "rotation", "velocity", "stress", "stress_max", "stress_x",
+    "stress_y", "stress_xy", "material",
+)  # fmt: skip
+
+
+def pack(array: npt.NDArray[Any], kind: str) -> str:
+    """Numbers as compressed base64, little endian."""
+    data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+    return base64.b64encode(zlib.compress(data, 9)).decode()
+
+
+def colour_maps() -> dict[str, str]:
+    """The colours of the scales, six hexadecimal digits each, one after the other."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    def colours(name: str) -> str:
+        return "".join(to_hex(colormaps[name](i / 63))[1:] for i in range(64))
+
+    return {
+        "sequential": colours(SEQUENTIAL),
+        "reversed": colours(f"{SEQUENTIAL}_r"),
+        "diverging": colours(DIVERGING),
+        "materials": "".join(colour[1:] for colour in MATERIALS),
+    }
+
+
+def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str, Any]:
+    """What the page needs to know beside the frames; `fields` without their values."""
+    now = results.frames[-1].vertices
+    corners = np.concatenate([results.vertices, now])
+    return {
+        "blocks": results.n_blocks,
+        "vertices": results.n_vertices,
+        "offset": pack(results.vertex_offset, "i4"),
+        "start": pack(results.vertices, "f4"),
+        "box": [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()],
+        "areas": [float(f"{area:.6g}") for area in results.block_area],
+        "fixed": results.fixed_points.tolist(),
+        "maps": colour_maps(),
+        "unit": f" {units.time}" if units.time else "",
+        "fields": [
+            {"name": name, "label": _plain(field_label(name, units))}
+            | ({"map": "materials"} if name == "material" else {})
+            for name in fields
+        ],
+    }
+
+
+def _plain(label: str) -> str:
+    """A label without TeX."""
+    for tex, text in ((r"$\sigma_x$", "σx"), (r"$\sigma_y$", "σy"), (r"$\tau_{xy}$", "τxy")):
+        label = label.replace(tex, text)
+    return label
+
+
+def page(title: str, setup: dict[str, Any]) -> str:
+    """The whole page: markup, style, program and data."""
+    web = files("rockdda").joinpath("web")
+    parts = {
+        "title": html.escape(title),
+        "css": web.joinpath("player.css").read_text(encoding="utf-8"),
+        "script": web.joinpath("player.js").read_text(encoding="utf-8"),
+        "setup": json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c"),  # no end tag within
+    }
+    text = web.joinpath("player.html").read_text(encoding="utf-8")
+    for name, part in parts.items():
+        text = text.replace("{{" + name + "}}", part)
+    return text
+
+
+def film_page(
+    results: Results,
+    frames: Sequence[int],
+    fields: Sequence[str],
+    units: Units,
+    title: str,
+    progress: Callable[[int, int], None] | None = None,
+) -> str:
+    """A page with the data of some frames in it.
+
+    Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range.
+    """
+    setup = describe(results, fields, units)
+    moves = np.empty((len(frames), results.n_vertices, 2), dtype=np.float32)
+    values = {name: np.empty((len(frames), results.n_blocks), dtype=np.float32) for name in fields}
+    for k, index in enumerate(frames):
+        now = results.frames[index]
+        moves[k] = now.vertex_displacement
+        for name in fields:
+            values[name][k] = now.field(name)
+        if progress is not None:
+            progress(k + 1, len(frames))
+    unit = float(np.abs(moves).max()) / 32767 or 1.0
+    setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}
+    corners = (results.vertices + moves).reshape(-1, 2)
+    setup["box"] = [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()]
+    for entry in setup["fields"]:
+        found = values[entry["name"]].astype(float)
+        low, high = float(found.min()), float(found.max())
+        if entry["name"] != "material":
+            low, high, _ = limits_of(entry["name"], found, None)
+        span = high - low or 1.0
+        entry |= {"low": low, "high": low + span, "data": pack(np.rint((found - low) / span * 65535), "u2")}
+    setup["times"] = [float(results.times[index]) for index in frames]
+    setup["steps"] = [int(results.steps[index]) for index in frames]
+    return page(title, setup)

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""A local page that shows a results file in the browser, also while the run goes on.
+
+The server listens on this machine only and answers reading requests only.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import webbrowser
+from collections.abc import Callable
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+import numpy as np
+
+from .animate_html import SHOWN_FIELDS, describe, page
+from .errors import InputError, RockddaError
+from .plot_style import Units
+from .results import FIELDS, Results
+
+__all__ = ["Viewer", "view"]
+
+MOST_LOOKED_AT = 25  # frames whose values make the colour scale of a long run
+
+
+class Viewer:
+    """What the page asks for. One results file, used by one request at a time."""
+
+    def __init__(self, results: Results, field: str = "displacement", units: str | Units | None = None) -> None:
+        self.results = results
+        self.units = Units.parse(units)
+        self.fields = list(dict.fromkeys([field, *SHOWN_FIELDS]))
+        self._lock = threading.Lock()
+        self._limits: dict[str, dict[int, tuple[float, float]]] = {}
+
+    def answer(self, path: str) -> tuple[str, bytes]:
+        """Type and content for a path; KeyError for one that is not there."""
+        parts = [unquote(part) for part in urlsplit(path).path.strip("/").split("/")]
+        with self._lock:
+            if parts == [""]:
+                return "text/html; charset=utf-8", self._page().encode()
+            if parts == ["state"]:
+                return "application/json", json.dumps(self._state()).encode()
+            if len(parts) == 2 and parts[0] == "limits" and parts[1] in FIELDS:
+                return "application/json", json.dumps(self._range(parts[1])).encode()
+            if len(parts) == 2 and parts[0] == "displacement":
+                return self._floats(self._frame(parts[1]).vertex_displacement)
+            if len(parts) == 3 and parts[0] == "field" and parts[1] in FIELDS:
+                return self._floats(self._frame(parts[2]).field(parts[1]))
+            if len(parts) == 3 and parts[0] == "history" and parts[1] in FIELDS:
+                return "application/json", json.dumps(self._history(parts[1], int(parts[2]))).encode()
+        raise KeyError(path)
+
+    def _floats(self, values: Any) -> tuple[str, bytes]:
+        return "application/octet-stream", np.ascontiguousarray(values, dtype="<f4").tobytes()
+
+    def _frame(self, text: str) -> Any:
+        return self.results.frames[int(text)]
+
+    def _state(self) -> dict[str, Any]:
+        results = self.results
+        if not results.complete:
+            results.refresh()
+        running = not results.complete and results.exit_reason == "running"
+        return {
+            "times": results.times.tolist(),
+            "steps": results.steps.tolist(),
+            "running": running,
+            "state": f"running, step {results.n_steps}" if running else results.exit_reason,
+        }
+
+    def _page(self) -> str:
+        state = self._state()
+        if not state["times"]:
+            raise InputError("there are no frames yet", self.results.path)
+        title = self.results.title or self.results.path.stem
+        return page(title, describe(self.results, self.fields, self.units) | state | {"live": True})
+
+    def _range(self, name: str) -> tuple[float, float]:
+        """Smallest and largest value of a field, in some frames of a long run, else in all."""
+        known = self._limits.setdefault(name, {})
+        n = self.results.n_frames
+        for k in np.unique(np.linspace(0, n - 1, min(n, MOST_LOOKED_AT)).round().astype(int)):
+            if int(k) not in known:
+                values = self.results.frames[int(k)].field(name)
+                known[int(k)] = (float(values.min()), float(values.max()))
+        return min(low for low, _ in known.values()), max(high for _, high in known.values())
+
+    def _history(self, name: str, block: int) -> list[float]:
+        if not 0 <= block < self.results.n_blocks:
+            raise KeyError(block)
+        return [float(now.field(name)[block]) for now in self.results.frames]
+
+
+def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            # a page from elsewhere must not read results by giving this machine another name
+            if (self.headers.get("Host") or "").lower() not in names:
+                self._send(403, "text/plain", b"this server answers to 127.0.0.1 and localhost only")
+                return
+            try:
+                kind, content = viewer.answer(self.path)
+            except (KeyError, ValueError, IndexError):
+                self._send(404, "text/plain", f"there is no {self.path}".encode())
+            except RockddaError as error:
+                self._send(503, "text/plain; charset=utf-8", str(error).encode())
+            else:
+                self._send(200, kind, content)
+
+        def _send(self, status: int, kind: str, content: bytes) -> None:
+            try:
+                self.send_response(status)
+                self.send_header("Content-Type", kind)
+                self.send_header("Content-Length", str(len(content)))
+                self.send_header("Cache-Control", "no-store")
+                self.send_header("X-Content-Type-Options", "nosniff")
+                self.end_headers()
+                self.wfile.write(content)
+            except (BrokenPipeError, ConnectionResetError):  # the browser has gone on to another frame
+                self.close_connection = True
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    return Handler
+
+
+def serve(viewer: Viewer, port: int = 0) -> ThreadingHTTPServer:
+    """A server on 127.0.0.1 (port 0: any free one) that has not begun to answer yet."""
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", port), BaseHTTPRequestHandler)
+    except OSError as error:
+        raise InputError(f"port {port} cannot be used: {error.strerror}; --port 0 takes a free one") from error
+    server.daemon_threads = True
+    number = server.server_address[1]
+    server.RequestHandlerClass = _handler(viewer, {f"127.0.0.1:{number}", f"localhost:{number}"})
+    return server
+
+
+def view(
+    path: str | os.PathLike[str] | Results,
+    port: int = 0,
+    browser: bool = True,
+    field: str = "displacement",
+    units: str | None = None,
+    ready: Callable[[str], None] | None = None,
+) -> None:
+    """Serve the page until interrupted (Ctrl-C); `ready` is called with its address."""
+    results = path if isinstance(path, Results) else Results(path)
+    if field not in FIELDS:
+        raise InputError(f"there is no field {field!r}; the fields are: {', '.join(FIELDS)}")
+    server = serve(Viewer(results, field, units), port)
+    address = f"http://127.0.0.1:{server.server_address[1]}/"
+    try:
+        if ready is not None:
+            ready(address)
+        if browser:
+            webbrowser.open(address)
+        server.serve_forever(poll_interval=0.2)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        server.server_close()

@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: MIT
+// Plays the frames of a results file on a canvas: from data within this page (a film), or asking the local server that
+// `rockdda-post view` runs. The address may say where to begin: #frame=12&field=stress&pick=3&enlarge=10
+"use strict";
+
+const $ = (id) => document.getElementById(id);
+const setup = JSON.parse($("setup").textContent);
+const hash = new URLSearchParams(location.hash.slice(1));
+
+// ---- data ------------------------------------------------------------------------------------------------------
+
+async function unpack(text, Kind) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Kind(await new Response(stream).arrayBuffer());
+}
+
+async function fetched(path) {
+  const answer = await fetch(path, { cache: "no-store" });
+  if (!answer.ok) throw new Error((await answer.text()) || `${path}: ${answer.status}`);
+  return answer;
+}
+
+class Film { // everything is in the page, as whole numbers within ranges
+  constructor(data) { this.data = data; this.values = {}; }
+  async open() { this.moves = await unpack(this.data.moves.data, Int16Array); }
+  async displacement(k) {
+    const n = 2 * this.data.vertices, unit = this.data.moves.unit, out = new Float32Array(n);
+    for (let i = 0; i < n; i++) out[i] = unit * this.moves[k * n + i];
+    return out;
+  }
+  async all(field) {
+    if (!this.values[field.name]) {
+      const whole = await unpack(field.data, Uint16Array), unit = (field.high - field.low) / 65535;
+      this.values[field.name] = Float32Array.from(whole, (v) => field.low + unit * v);
+    }
+    return this.values[field.name];
+  }
+  async field(field, k) {
+    const n = this.data.blocks;
+    return (await this.all(field)).subarray(k * n, (k + 1) * n);
+  }
+  async limits(field) { return [field.low, field.high]; }
+  async history(field, block) {
+    const values = await this.all(field);
+    return this.data.times.map((_, k) => values[k * this.data.blocks + block]);
+  }
+  async poll() { return null; }
+}
+
+class Live { // a server on this machine
+  constructor() { this.cache = new Map(); }
+  async open() {}
+  async floats(path) {
+    if (!this.cache.has(path)) {
+      if (this.cache.size > 64) this.cache.delete(this.cache.keys().next().value);
+      this.cache.set(path, new Float32Array(await (await fetched(path)).arrayBuffer()));
+    }
+    return this.cache.get(path);
+  }
+  displacement(k) { return this.floats(`displacement/${k}`); }
+  field(field, k) { return this.floats(`field/${field.name}/${k}`); }
+  async limits(field) { return (await fetched(`limits/${field.name}`)).json(); }
+  async history(field, block) { return (await fetched(`history/${field.name}/${block}`)).json(); }
+  async poll() { return (await fetched("state")).json(); }
+}
+
+const source = setup.live ? new Live() : new Film(setup);
+let offset, start;
+let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [0, 1];
+let moved, values, drawn = 0;
+let fitted = true; // nobody has zoomed or moved the picture
+let view = null; // scale in pixels per length, and the place at the middle of the canvas
+
+// ---- numbers ---------------------------------------------------------------------------------------------------
+
+function text(value) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(3) : String(Number(value.toPrecision(5)));
+}
+
+function ticks(low, high, most) {
+  const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * [1, 2, 2.5, 5, 10].find((f) => f * power >= raw);
+  const found = [];
+  for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + 1e-9 * step; v += step) found.push(Math.abs(v) < 1e-9 * step ? 0 : v);
+  return found;
+}
+
+const maps = {};
+for (const [name, packed] of Object.entries(setup.maps)) {
+  maps[name] = packed.match(/.{6}/g).map((hex) => `#${hex}`);
+}
+
+function mapOf(low, high) {
+  return low < 0 && high > 0 && Math.min(-low, high) > 0.02 * Math.max(-low, high) ? "diverging"
+    : high <= 0.02 * Math.max(-low, 0) ? "reversed" : "sequential";
+}
+
+// ---- the picture -----------------------------------------------------------------------------------------------
+
+const canvas = $("picture"), pen = canvas.getContext("2d");
+
+function resize(target, context) {
+  const box = target.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
+  const width = Math.max(1, Math.round(box.width * ratio)), height = Math.max(1, Math.round(box.height * ratio));
+  if (target.width !== width || target.height !== height) { target.width = width; target.height = height; }
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return [box.width, box.height];
+}
+
+function fit() {
+  fitted = true;
+  const [low, high] = setup.box, box = canvas.getBoundingClientRect();
+  const right = 110, margin = 24;
+  const scale = Math.min((box.width - right - 2 * margin) / (high[0] - low[0] || 1), (box.height - 2 * margin) / (high[1] - low[1] || 1));
+  view = { scale: Math.max(scale, 1e-12), x: (low[0] + high[0]) / 2 + right / 2 / scale, y: (low[1] + high[1]) / 2 };
+}
+
+function places(points) { // lengths to pixels
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight], out = new Float32Array(points.length);
+  for (let i = 0; i < points.length; i += 2) {
+    out[i] = width / 2 + (points[i] - view.x) * view.scale;
+    out[i + 1] = height / 2 - (points[i + 1] - view.y) * view.scale;
+  }
+  return out;
+}
+
+function trace(path, at, i) {
+  path.moveTo(at[2 * offset[i]], at[2 * offset[i] + 1]);
+  for (let v = offset[i] + 1; v < offset[i + 1]; v++) path.lineTo(at[2 * v], at[2 * v + 1]);
+  path.closePath();
+}
+
+function present() { // vertices as shown
+  const enlarge = Number($("enlarge").value);
+  const factor = Number.isFinite(enlarge) ? enlarge : 1, out = new Float32Array(start.length);
+  for (let i = 0; i < out.length; i++) out[i] = start[i] + factor * moved[i];
+  return out;
+}
+
+function draw() {
+  const [width, height] = resize(canvas, pen);
+  if (fitted) fit();
+  pen.fillStyle = "#ffffff";
+  pen.fillRect(0, 0, width, height);
+  const at = places(present()), colours = maps[field.map || mapOf(...limits)];
+  const [low, high] = limits, span = high - low || 1;
+  const buckets = new Map(); // one path for each colour is faster than one for each block
+  for (let i = 0; i < setup.blocks; i++) {
+    const share = Math.min(Math.max((values[i] - low) / span, 0), 1);
+    const colour = field.map === "materials" ? (values[i] - 1) % colours.length : Math.round(share * (colours.length - 1));
+    if (!buckets.has(colour)) buckets.set(colour, new Path2D());
+    trace(buckets.get(colour), at, i);
+  }
+  for (const [colour, path] of buckets) {
+    pen.fillStyle = colours[colour];
+    pen.fill(path);
+  }
+  const edges = new Path2D();
+  for (let i = 0; i < setup.blocks; i++) trace(edges, at, i);
+  pen.strokeStyle = "#333333";
+  pen.lineWidth = setup.blocks > 20000 ? 0.15 : setup.blocks > 2000 ? 0.4 : 0.8;
+  pen.stroke(edges);
+  if ($("outline").checked && frame > 0) {
+    const first = places(start), path = new Path2D();
+    for (let i = 0; i < setup.blocks; i++) trace(path, first, i);
+    pen.strokeStyle = "#8a8a8a";
+    pen.lineWidth = 0.7;
+    pen.setLineDash([4, 3]);
+    pen.stroke(path);
+    pen.setLineDash([]);
+  }
+  if (picked >= 0) {
+    const path = new Path2D();
+    trace(path, at, picked);
+    pen.strokeStyle = "#d55e00";
+    pen.lineWidth = 3;
+    pen.stroke(path);
+  }
+  for (const [x, y] of setup.fixed) {
+    const [px, py] = places([x, y]);
+    pen.beginPath();
+    pen.moveTo(px, py - 4); pen.lineTo(px - 4, py + 4); pen.lineTo(px + 4, py + 4); pen.closePath();
+    pen.fillStyle = "#ffffff"; pen.strokeStyle = "#000000"; pen.lineWidth = 1;
+    pen.fill(); pen.stroke();
+  }
+  drawScale(width, height, colours);
+  document.body.dataset.drawn = String(++drawn);
+}
+
+function drawScale(width, height, colours) {
+  const [low, high] = limits, x = width - 96, top = 46, tall = Math.min(height - 90, 320);
+  pen.fillStyle = "#ffffffd8";
+  pen.fillRect(x - 12, 8, 108, tall + 60);
+  pen.font = "12px system-ui, sans-serif";
+  pen.fillStyle = "#1d232a";
+  pen.textBaseline = "middle";
+  pen.textAlign = "right";
+  pen.fillText(field.label, width - 10, 24, 260);
+  pen.textAlign = "left";
+  if (field.map === "materials") {
+    for (let m = 1; m <= Math.min(high, colours.length); m++) {
+      pen.fillStyle = colours[m - 1]; pen.fillRect(x, top + 20 * (m - 1), 14, 14);
+      pen.fillStyle = "#1d232a"; pen.fillText(String(m), x + 22, top + 20 * (m - 1) + 7);
+    }
+    return;
+  }
+  for (let i = 0; i < colours.length; i++) {
+    pen.fillStyle = colours[i];
+    pen.fillRect(x, top + tall * (1 - (i + 1) / colours.length), 14, tall / colours.length + 1);
+  }
+  pen.fillStyle = "#1d232a";
+  pen.strokeStyle = "#1d232a";
+  pen.lineWidth = 0.8;
+  for (const v of high > low ? ticks(low, high, 5) : [low]) {
+    const y = top + tall * (1 - (v - low) / (high - low || 1));
+    pen.beginPath(); pen.moveTo(x + 14, y); pen.lineTo(x + 18, y); pen.stroke();
+    pen.fillText(text(v), x + 21, y);
+  }
+}
+
+// ---- what is shown ---------------------------------------------------------------------------------------------
+
+let wanted = 0;
+async function show(k) { // the last request wins
+  const ticket = ++wanted;
+  const last = setup.times.length - 1;
+  k = Math.min(Math.max(Math.round(k) || 0, 0), last);
+  const [m, v, l] = await Promise.all([source.displacement(k), source.field(field, k), source.limits(field)]);
+  if (ticket !== wanted) return;
+  frame = k; moved = m; values = v;
+  let [low, high] = $("range").value === "one" ? extremes(v) : l;
+  if (!field.map && mapOf(low, high) === "diverging") { high = Math.max(-low, high); low = -high; }
+  limits = [low, high];
+  $("slider").max = last;
+  $("slider").value = k;
+  $("clock").textContent = `t = ${text(setup.times[k])}${setup.unit} · step ${setup.steps[k]} · frame ${k} of ${last}`;
+  document.body.dataset.frame = k;
+  document.body.dataset.field = field.name;
+  draw();
+  if (picked >= 0) await tell();
+}
+
+function extremes(v) {
+  let low = Infinity, high = -Infinity;
+  for (const x of v) { if (x < low) low = x; if (x > high) high = x; }
+  return [low, high];
+}
+
+async function tell() { // the panel of the picked block
+  $("picked").hidden = false;
+  $("name").textContent = `block ${picked}`;
+  const rows = [];
+  for (const f of setup.fields) rows.push([f.label, text((await source.field(f, frame))[picked])]);
+  rows.push(["area at the start", text(setup.areas[picked])]);
+  $("values").replaceChildren(...rows.map(([name, value]) => {
+    const row = document.createElement("tr");
+    for (const content of [name, value]) row.appendChild(document.createElement("td")).textContent = content;
+    return row;
+  }));
+  chart(await source.history(field, picked));
+}
+
+function chart(history) {
+  const target = $("chart"), ink = target.getContext("2d"), [width, height] = resize(target, ink);
+  const left = 62, right = 8, top = 20, bottom = 24, times = setup.times.slice(0, history.length);
+  let [low, high] = extremes(history);
+  if (!(high > low)) { low -= Math.abs(low) / 2 || 1; high += Math.abs(high) / 2 || 1; }
+  const t0 = times[0], t1 = times[times.length - 1] > t0 ? times[times.length - 1] : t0 + 1;
+  const x = (t) => left + (width - left - right) * (t - t0) / (t1 - t0);
+  const y = (v) => top + (height - top - bottom) * (1 - (v - low) / (high - low));
+  ink.fillStyle = "#ffffff"; ink.fillRect(0, 0, width, height);
+  ink.font = "11px system-ui, sans-serif"; ink.fillStyle = "#66707a"; ink.strokeStyle = "#e4e7e9"; ink.lineWidth = 1;
+  ink.textAlign = "left"; ink.textBaseline = "top";
+  ink.fillText(field.label, 0, 2);
+  ink.textAlign = "right"; ink.textBaseline = "middle";
+  for (const v of ticks(low, high, 4)) {
+    ink.beginPath(); ink.moveTo(left, y(v)); ink.lineTo(width - right, y(v)); ink.stroke();
+    ink.fillText(text(v), left - 5, y(v));
+  }
+  ink.textAlign = "center"; ink.textBaseline = "top";
+  for (const t of ticks(t0, t1, 4)) ink.fillText(text(t), Math.min(x(t), width - 14), height - bottom + 6);
+  ink.strokeStyle = "#0072b2"; ink.lineWidth = 1.6;
+  ink.beginPath();
+  history.forEach((v, k) => (k ? ink.lineTo(x(times[k]), y(v)) : ink.moveTo(x(times[k]), y(v))));
+  ink.stroke();
+  if (frame < history.length) {
+    ink.fillStyle = "#d55e00";
+    ink.beginPath(); ink.arc(x(times[frame]), y(history[frame]), 4, 0, 2 * Math.PI); ink.fill();
+  }
+  document.body.dataset.history = history.length;
+}
+
+function blockAt(px, py) {
+  const at = places(present());
+  for (let i = setup.blocks - 1; i >= 0; i--) {
+    let inside = false;
+    for (let v = offset[i], w = offset[i + 1] - 1; v < offset[i + 1]; w = v++) {
+      const [x1, y1, x2, y2] = [at[2 * v], at[2 * v + 1], at[2 * w], at[2 * w + 1]];
+      if (y1 > py !== y2 > py && px < ((x2 - x1) * (py - y1)) / (y2 - y1) + x1) inside = !inside;
+    }
+    if (inside) return i;
+  }
+  return -1;
+}
+
+function pick(block) {
+  picked = block;
+  document.body.dataset.picked = block;
+  if (block < 0) { $("picked").hidden = true; resize(canvas, pen); }
+  guarded(() => show(frame));
+}
+
+// ---- hands -----------------------------------------------------------------------------------------------------
+
+function guarded(work) {
+  return Promise.resolve().then(work).then(() => { $("error").textContent = ""; }, (error) => { $("error").textContent = String(error.message || error); });
+}
+
+let last = 0;
+async function play(now) {
+  if (!playing) return;
+  if (now - last >= 1000 / Number($("speed").value)) {
+    last = now;
+    if (frame >= setup.times.length - 1) setPlaying(false); else await guarded(() => show(frame + 1));
+  }
+  requestAnimationFrame(play);
+}
+
+function setPlaying(on) {
+  playing = on;
+  $("play").textContent = on ? "❚❚" : "▶";
+  if (on) requestAnimationFrame(play);
+}
+
+function togglePlay() {
+  if (!playing && frame >= setup.times.length - 1) guarded(() => show(0)).then(() => setPlaying(true)); else setPlaying(!playing);
+}
+
+function zoom(factor, px, py) {
+  fitted = false;
+  const dx = (px - canvas.clientWidth / 2) / view.scale, dy = (canvas.clientHeight / 2 - py) / view.scale;
+  view.x += dx * (1 - 1 / factor);
+  view.y += dy * (1 - 1 / factor);
+  view.scale *= factor;
+  draw();
+}
+
+function connect() {
+  for (const f of setup.fields) $("field").add(new Option(f.label, f.name));
+  $("field").onchange = () => { field = setup.fields[$("field").selectedIndex]; guarded(() => show(frame)); };
+  $("range").onchange = () => guarded(() => show(frame));
+  $("enlarge").oninput = () => draw();
+  $("outline").onchange = () => draw();
+  $("slider").oninput = () => { setPlaying(false); guarded(() => show(Number($("slider").value))); };
+  $("play").onclick = togglePlay;
+  $("fit").onclick = () => { fit(); draw(); };
+  $("unpick").onclick = () => pick(-1);
+  new ResizeObserver(() => draw()).observe($("stage"));
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(Math.exp(-event.deltaY * 0.0015), event.offsetX, event.offsetY);
+  }, { passive: false });
+  const fingers = new Map();
+  let from = null, far = false;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    from = [event.offsetX, event.offsetY];
+    far = fingers.size > 1;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const here = [event.offsetX, event.offsetY], before = fingers.get(event.pointerId);
+    if (!before) { hover(here); return; }
+    fingers.set(event.pointerId, here);
+    if (fingers.size === 2) {
+      const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
+      zoom(Math.hypot(here[0] - other[0], here[1] - other[1]) / (Math.hypot(before[0] - other[0], before[1] - other[1]) || 1), ...other);
+      return;
+    }
+    far ||= Math.hypot(here[0] - from[0], here[1] - from[1]) > 4;
+    if (far) {
+      fitted = false;
+      view.x -= (here[0] - before[0]) / view.scale;
+      view.y += (here[1] - before[1]) / view.scale;
+      draw();
+    }
+  });
+  const lift = (event) => {
+    fingers.delete(event.pointerId);
+    if (event.type === "pointerup" && !far) pick(blockAt(event.offsetX, event.offsetY));
+  };
+  canvas.addEventListener("pointerup", lift);
+  canvas.addEventListener("pointercancel", lift);
+  canvas.addEventListener("dblclick", () => { fit(); draw(); });
+  window.addEventListener("keydown", (event) => {
+    if (["INPUT", "SELECT"].includes(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox") return;
+    const step = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10, Home: -1e9, End: 1e9 }[event.key];
+    if (step) { event.preventDefault(); setPlaying(false); guarded(() => show(frame + step)); }
+    else if (event.key === " " && event.target.tagName !== "BUTTON") { event.preventDefault(); togglePlay(); }
+    else if (event.key === "0") { fit(); draw(); }
+    else if (event.key === "Escape") pick(-1);
+  });
+}
+
+function hover([px, py]) {
+  const block = blockAt(px, py);
+  const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
+  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (block >= 0 ? ` · block ${block}: ${text(values[block])}` : "");
+}
+
+async function follow() { // new frames of a running job
+  try {
+    const news = await source.poll();
+    if (!news) return;
+    const atEnd = frame === setup.times.length - 1;
+    const grown = news.times.length > setup.times.length;
+    setup.times = news.times;
+    setup.steps = news.steps;
+    $("state").textContent = news.state;
+    $("state").classList.toggle("running", news.running);
+    document.body.dataset.frames = news.times.length;
+    if (grown && !playing) await show(atEnd ? setup.times.length - 1 : frame);
+    $("error").textContent = "";
+  } catch (error) {
+    $("error").textContent = `no answer from rockdda-post view: ${error.message}`;
+  }
+  setTimeout(follow, 1000);
+}
+
+guarded(async () => {
+  offset = await unpack(setup.offset, Int32Array);
+  start = await unpack(setup.start, Float32Array);
+  await source.open();
+  field = setup.fields.find((f) => f.name === hash.get("field")) || field;
+  connect();
+  $("field").value = field.name;
+  if (hash.has("enlarge")) $("enlarge").value = hash.get("enlarge");
+  if (hash.has("pick") && Number(hash.get("pick")) < setup.blocks) picked = Number(hash.get("pick"));
+  $("state").textContent = setup.state;
+  $("state").classList.toggle("running", Boolean(setup.running));
+  await show(hash.has("frame") ? Number(hash.get("frame")) : setup.live ? setup.times.length - 1 : 0);
+  document.body.dataset.ready = "yes";
+  document.body.dataset.blocks = setup.blocks;
+  document.body.dataset.frames = setup.times.length;
+  if (setup.live) setTimeout(follow, 1000);
+  if (hash.has("play")) togglePlay();
+});

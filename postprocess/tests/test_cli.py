@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: MIT
+"""The command: what it writes, says and returns."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+
+import numpy as np
+import pytest
+import rockdda
+from conftest import ROOT
+from PIL import Image
+from rockdda.cli import main
+from synthetic import write_wall
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with results of 5 × 4 squares."""
+    write_wall(tmp_path / "wall.h5", 5, 4)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(capsys, *arguments):
+    """Exit code, standard output and standard error."""
+    code = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.mark.parametrize(
+    "kind", ["blocks", "stress", "contacts", "displacements", "history", "profile", "energy", "iterations"]
+)
+def test_plot_of_every_kind(folder, capsys, kind):
+    assert run(capsys, "plot", "wall.h5", "--kind", kind, "--dpi", 50) == (0, f"wall_{kind}.png\n", "")
+    with Image.open(folder / f"wall_{kind}.png") as image:
+        assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 10
+
+
+def test_plot_options(folder, capsys):
+    options = [
+        "--field",
+        "stress_x",
+        "--time",
+        0.11,
+        "--limits",
+        -5,
+        5,
+        "--units",
+        "m,s,kN",
+        "--scale",
+        10,
+        "--title",
+        "T",
+    ]
+    code, out, err = run(capsys, "plot", "wall.h5", "-o", "a.svg", "--json", "--no-outline", *options)
+    assert (code, err) == (0, "")
+    assert json.loads(out) == {"status": "done", "exit_code": 0, "output": "a.svg", "kind": "blocks", "frame": 1}
+    text = (folder / "a.svg").read_text()
+    assert "[kPa]" in text
+    assert "T, displacements × 10" in text
+    assert run(capsys, "plot", "wall.h5", "wall.h5", "--label", "a", "--label", "b", "-q", "-o", "m.pdf") == (0, "", "")
+    assert (folder / "m.pdf").read_bytes().startswith(b"%PDF")
+    assert run(capsys, "plot", "wall.h5", "-k", "profile", "--line=0,1.5,5,1.5", "--dpi", 50)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["plot"], 2, "rockdda-post: error: Missing argument 'OUT.h5...'"),
+        (["plot", "wall.h5", "--colour", "x"], 2, "rockdda-post: error: No such option: --colour"),
+        (["sing", "wall.h5"], 2, "rockdda-post: error: No such command 'sing'"),
+        (["plot", "none.h5"], 2, "none.h5: error: no such file"),
+        (["plot", "text.h5"], 2, "text.h5: error: is not a results file: it is no HDF5 file"),
+        (["plot", "wall.h5", "--field", "heat"], 2, "rockdda-post: error: there is no field 'heat'; the fields are:"),
+        (["plot", "wall.h5", "--kind", "pie"], 2, "rockdda-post: error: there is no kind of picture 'pie'"),
+        (["plot", "wall.h5", "--frame", "3"], 2, "wall.h5: error: there are frames 0 to 2, not 3"),
+        (["plot", "wall.h5", "-o", "wall.h5"], 2, "wall.h5: error: would overwrite results"),
+        (["plot", "wall.h5", "-o", "wall.xyz"], 2, "wall.xyz: error: pictures end in "),
+        (["plot", "wall.h5", "-o", "no/where.png"], 5, "rockdda-post: error: no/where.png: cannot be written"),
+        (["plot", "wall.h5", "-k", "profile", "--line", "1,2,3"], 2, "rockdda-post: error: line '1,2,3': expected"),
+        (["plot", "wall.h5", "-k", "history", "-c", "heat"], 2, "rockdda-post: error: there is no column 'heat'"),
+        (["plot", "wall.h5", "-k", "energy", "--scale", "2"], 2, "rockdda-post: error: a picture of kind 'energy'"),
+        (["animate", "wall.h5", "-o", "film.avi"], 2, "film.avi: error: a film ends in .mp4, .gif, .html"),
+        (["export", "wall.h5", "-o", "wall.doc"], 2, "wall.doc: error: unknown format 'doc'"),
+        (["export", "wall.h5", "--frames", "7"], 2, "wall.h5: error: there are frames 0 to 2, not 7"),
+        (["export", "wall.h5", "-o", "a.vtu", "--frames", "0:2"], 2, "rockdda-post: error: .vtu takes one frame"),
+        (["convert", "text.h5"], 2, "text.h5: error: is neither DDAML nor DXF nor GeoJSON"),
+        (["convert", "a.dxf", "--layer", "x"], 2, "rockdda-post: error: layer 'x': expected NAME=KIND"),
+        (["convert", "a.dxf", "--e0", "-1"], 2, "rockdda-post: error: e0 must be positive, found -1"),
+        (["compare", "wall.h5", "none.h5"], 2, "none.h5: error: no such file"),
+        (["view", "wall.h5", "--port", "70000"], 2, "rockdda-post: error: Invalid value for '--port'"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told_in_one_line(folder, capsys, arguments, code, message):
+    (folder / "text.h5").write_text("no HDF5\n")
+    before = sorted(folder.iterdir())
+    found, out, err = run(capsys, *arguments)
+    assert (found, out) == (code, "")
+    assert err.startswith(message)
+    assert err.count("\n") == 1
+    assert sorted(folder.iterdir()) == before
+
+
+def test_bugs_ask_for_a_report(folder, capsys, monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr("rockdda.cli.open_results", broken)
+    code, _, err = run(capsys, "plot", "wall.h5")
+    assert code == 1
+    assert "internal error: ZeroDivisionError: oh. This is a bug, please report it" in err
+    assert "Traceback" not in err
+
+
+def test_animate(folder, capsys):
+    code, out, _ = run(capsys, "animate", "wall.h5", "-o", "wall.html", "--every", 2)
+    assert code == 0
+    assert out.startswith("wall.html: 2 frames, 0.")
+    code, out, _ = run(capsys, "animate", "wall.h5", "-o", "wall.gif", "--dpi", 40, "--json")
+    assert json.loads(out)["frames"] == 3
+
+
+def test_export(folder, capsys):
+    assert run(capsys, "export", "wall.h5") == (0, "wall.pvd: 3 frames\n", "")
+    assert len(list((folder / "wall").glob("*.vtu"))) == 3
+    assert run(capsys, "export", "wall.h5", "-o", "h.csv") == (0, "h.csv: 2 steps\n", "")
+    assert run(capsys, "export", "wall.h5", "-o", "b.csv", "--table", "blocks", "--frames", "-1")[0] == 0
+    assert len((folder / "b.csv").read_text().splitlines()) == 21
+    assert run(capsys, "export", "wall.h5", "-o", "outlines", "--format", "txt", "--frames", "::2")[0] == 0
+    assert np.loadtxt(folder / "outlines").shape == (200, 4)
+    assert run(capsys, "export", "wall.h5", "-o", "end.dxf") == (0, "end.dxf: 1 frames\n", "")
+    assert run(capsys, "export", "wall.h5", "-o", "end.vtu", "-q") == (0, "", "")
+
+
+def test_compare_says_where_and_when(folder, capsys):
+    import h5py
+
+    write_wall(folder / "b.h5", 5, 4)
+    code, out, err = run(capsys, "compare", "wall.h5", "b.h5")
+    assert (code, err) == (0, "")
+    assert out == "wall.h5 and b.h5: the same bits in 33 datasets\n"
+    with h5py.File("b.h5", "a") as file:
+        file["frames/stress"][1, 7, 1] += 0.5
+    code, out, err = run(capsys, "compare", "wall.h5", "b.h5")
+    assert (code, err) == (1, "")
+    assert out.startswith("they part in frames/stress: step 1, time 0.1, block 7: [7, 1] -3.0 and -2.5; at most 0.5 (")
+    code, out, _ = run(capsys, "compare", "wall.h5", "b.h5", "--json")
+    assert json.loads(out)["differences"][0]["block"] == 7
+    assert run(capsys, "compare", "wall.h5", "b.h5", "--tol", 0.1)[0] == 0
+
+
+def test_convert_shows_warnings_and_keeps_files(folder, capsys):
+    (folder / "a.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 0]]]}')
+    code, out, err = run(capsys, "convert", "a.geojson", "--template")
+    assert (code, out) == (0, "a.dc\na.df\n")
+    assert err.startswith("a.geojson: note: the analysis file has typical values")
+    code, _, err = run(capsys, "convert", "a.geojson")
+    assert (code, err) == (2, "a.dc: error: the file exists; use --force to overwrite it\n")
+    code, out, err = run(capsys, "convert", "a.geojson", "--force", "--json")
+    assert json.loads(out)["files"] == ["a.dc"]
+
+
+@pytest.mark.parametrize("command", ["plot", "animate", "view", "export", "convert", "compare"])
+def test_help_has_examples(command):
+    done = subprocess.run(
+        [sys.executable, "-m", "rockdda", command, "--help"], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "postprocess"), "COLUMNS": "100"},
+    )  # fmt: skip
+    assert "Examples" in done.stdout
+    assert done.stdout.count(f"rockdda-post {command} ") >= 2
+
+
+def test_view_serves_until_interrupted(folder):
+    command = [sys.executable, "-m", "rockdda", "view", "wall.h5", "--no-browser"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "postprocess"), "PYTHONUNBUFFERED": "1"}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    try:
+        address = next(word for word in process.stdout.readline().split() if word.startswith("http"))
+        assert address.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(address, timeout=20) as answer:
+            assert "<title>wall</title>" in answer.read().decode()
+        time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+        assert process.stderr.read() == ""
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_three_lines_do(flat_arch):
+    """What the README promises, less the run itself."""
+    results = rockdda.open(flat_arch)
+    axes = results.plot("stress")
+    assert axes.get_xlabel() == "x [length]"

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Files for other programs, read back."""
+
+import csv
+
+import numpy as np
+import pandas
+import pytest
+import rockdda
+from rockdda import export
+from synthetic import write_wall
+
+
+@pytest.fixture(scope="module")
+def wall(tmp_path_factory):
+    """5 × 4 squares, 3 frames."""
+    return rockdda.open(write_wall(tmp_path_factory.mktemp("wall") / "wall.h5", 5, 4))
+
+
+def check_grid(grid, frame):
+    """An unstructured grid is a frame."""
+    results = frame.results
+    assert grid.n_cells == results.n_blocks
+    assert grid.n_points == results.n_vertices
+    assert set(grid.celltypes) == {7}  # polygons
+    low, high = frame.vertices.min(axis=0), frame.vertices.max(axis=0)
+    np.testing.assert_allclose(grid.bounds, [low[0], high[0], low[1], high[1], 0, 0])
+    for i in (0, results.n_blocks - 1):
+        np.testing.assert_array_equal(grid.get_cell(i).points[:, :2], frame.polygons()[i])
+    for name in ("displacement", "stress", "stress_x", "rotation", "material", "block"):
+        np.testing.assert_array_equal(grid.cell_data[name], frame.field(name))
+    np.testing.assert_array_equal(grid.cell_data["velocity"][:, :2], frame.velocity[:, :2])
+    np.testing.assert_array_equal(grid.point_data["displacement"][:, :2], frame.vertex_displacement)
+    tensor = grid.cell_data["stress_tensor"].reshape(-1, 3, 3)
+    np.testing.assert_array_equal(tensor[:, 0, 1], frame.stress[:, 2])
+    np.testing.assert_array_equal(tensor[:, 1, 0], frame.stress[:, 2])
+    assert grid.field_data["TimeValue"][0] == frame.time
+
+
+def test_vtu_opens_in_pyvista(flat_arch, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    results = rockdda.open(flat_arch)
+    path = results.to_vtk(tmp_path / "arch.vtu")
+    check_grid(pyvista.read(path), results.frames[-1])
+    check_grid(pyvista.read(results.to_vtk(tmp_path / "start.vtu", frames=[0])), results.frames[0])
+
+
+def test_pvd_opens_in_pyvista_with_all_times(wall, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    path = wall.to_vtk(tmp_path / "wall.pvd")
+    reader = pyvista.get_reader(path)
+    np.testing.assert_array_equal(reader.time_values, wall.times)
+    for k, time in enumerate(reader.time_values):
+        reader.set_active_time_value(time)
+        check_grid(reader.read()[0], wall.frames[k])
+
+
+def test_other_vtk_endings_are_refused(wall, tmp_path):
+    with pytest.raises(rockdda.InputError, match=r"end in \.pvd"):
+        wall.to_vtk(tmp_path / "wall.vtk")
+
+
+def test_history_as_csv(flat_arch, tmp_path):
+    results = rockdda.open(flat_arch)
+    table = pandas.read_csv(
+        export.to_csv(results, tmp_path / "history.csv"), index_col="step", float_precision="round_trip"
+    )
+    pandas.testing.assert_frame_equal(
+        table, results.history(), check_exact=True, check_dtype=False, check_index_type=False
+    )
+
+
+def test_blocks_vertices_and_contacts_as_csv(flat_arch, tmp_path):
+    results = rockdda.open(flat_arch)
+
+    def read(what, frames):
+        path = export.to_csv(results, tmp_path / f"{what}.csv", what, frames)
+        return pandas.read_csv(path, float_precision="round_trip")
+
+    blocks = read("blocks", [1, 3])
+    assert len(blocks) == 2 * results.n_blocks
+    last = blocks[blocks["frame"] == 3]
+    np.testing.assert_array_equal(last[["x", "y"]], results.frames[3].centroid)
+    np.testing.assert_array_equal(last["stress_y"], results.frames[3].stress[:, 1])
+    vertices = read("vertices", [-1])
+    np.testing.assert_array_equal(vertices[["x", "y"]], results.frames[-1].vertices)
+    np.testing.assert_array_equal(vertices["vertex"][vertices["block"] == 0], range(results.vertex_offset[1]))
+    contacts = read("contacts", None)
+    assert len(contacts) == results["frames/contact_offset"][-1]
+    np.testing.assert_array_equal(contacts[["force_x", "force_y"]], results["frames/contact_force"])
+    with pytest.raises(rockdda.InputError, match="there is no table 'joints'; the tables are: history, blocks"):
+        read("joints", None)
+
+
+def test_plain_text_of_outlines(wall, tmp_path):
+    path = export.to_text(wall, tmp_path / "wall.txt", [0, -1])
+    lines = path.read_text().splitlines()
+    assert lines[0] == "# block vertex x y"
+    assert [line for line in lines if line.startswith("# frame")] == [
+        "# frame 0 step 0 time 0.0",
+        "# frame 2 step 2 time 0.2",
+    ]
+    rows = np.loadtxt(path)
+    assert rows.shape == (2 * 5 * wall.n_blocks, 4)  # five corners: the first is repeated
+    second = rows[5 * wall.n_blocks :]
+    np.testing.assert_array_equal(second[second[:, 0] == 7][:4, 2:], wall.polygons(-1)[6])
+    np.testing.assert_array_equal(second[second[:, 0] == 7][:, 1], [1, 2, 3, 4, 1])
+    assert lines.count("") == 2 * (wall.n_blocks + 1)
+    with path.open() as stream:
+        assert next(csv.reader(stream, delimiter=" ")) == ["#", "block", "vertex", "x", "y"]
+
+
+def test_frames_by_number_and_range():
+    assert export.parse_frames(None, 10) is None
+    assert export.parse_frames("all", 10) is None
+    assert export.parse_frames("-1", 10) == [-1]
+    assert export.parse_frames("0,5:8,::4", 10) == [0, 5, 6, 7, 0, 4, 8]
+    with pytest.raises(rockdda.InputError, match="expected numbers and ranges"):
+        export.parse_frames("a:b", 10)
