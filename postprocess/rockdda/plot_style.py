@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-# Okabe and Ito (2008): black, blue, vermillion, green, orange, sky blue, purple, yellow
+# Okabe and Ito (2008): black, blue, vermilion, green, orange, sky blue, purple, yellow
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")
 MATERIALS = ("#B8C4CE", "#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00")
 STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
