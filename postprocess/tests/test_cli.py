@@ -8,14 +8,16 @@ import subprocess
 import sys
 import time
 import urllib.request
+from pathlib import Path
 
 import numpy as np
 import pytest
 import rockdda
-from conftest import ROOT
 from PIL import Image
 from rockdda.cli import main
 from synthetic import write_wall
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture

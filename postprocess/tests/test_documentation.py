@@ -3,14 +3,16 @@
 
 import re
 import shlex
+from pathlib import Path
 
 import pytest
-from conftest import ROOT
 from PIL import Image
 from rockdda.cli import main
 from rockdda.plot import KINDS
 from rockdda.results import FIELDS
 from synthetic import write_wall
+
+ROOT = Path(__file__).resolve().parents[2]
 
 PAGE = ROOT / "docs/post-processing.md"
 GALLERY = ROOT / "docs/gallery"
