@@ -8,19 +8,28 @@
 
 from __future__ import annotations
 
-from .errors import ConvergenceError, InputError, OutputError, Problem, RockddaError
+from .cutting import Blocks, cut
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+from .model import Model
 from .results import FIELDS, Contacts, Field, Frame, Results, open
+from .running import Simulation, run
 
 __all__ = [
     "FIELDS",
+    "Blocks",
     "Contacts",
     "ConvergenceError",
     "Field",
     "Frame",
     "InputError",
+    "InputWarning",
+    "Model",
     "OutputError",
     "Problem",
     "Results",
     "RockddaError",
+    "Simulation",
+    "cut",
     "open",
+    "run",
 ]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .results import Results
 
-__all__ = ["ConvergenceError", "InputError", "OutputError", "Problem", "RockddaError"]
+__all__ = ["ConvergenceError", "InputError", "InputWarning", "OutputError", "Problem", "RockddaError"]
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,10 @@ class InputError(RockddaError, ValueError):
         self.file: str | None = first.file
         self.line: int | None = first.line
         self.column: int | None = first.column
+
+
+class InputWarning(UserWarning):
+    """Something in the input that is probably not meant so."""
 
 
 class ConvergenceError(RockddaError, RuntimeError):

@@ -186,6 +186,9 @@ class Results:
             rows = min(file[f"frames/{name}"].shape[0] for name in CONTACT_TABLES)
             if frames > 0 and offsets[frames] > rows:  # killed in the midst of a flush
                 frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
+            # a reader may come while the last rows are written: no frame without its history
+            last = int(file["history/step"][steps - 1]) if steps > 0 else 0
+            frames = int(np.searchsorted(file["frames/step"][:frames], last, side="right"))
             return attributes, steps, frames, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
 
         self._attributes, self._n_steps, self._n_frames, self._n_blocks, self._n_vertices = self._use(read)

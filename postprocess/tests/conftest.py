@@ -7,9 +7,17 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import rockdda
+from places import EXTENSION, INPUTS, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
-INPUTS = ROOT / "inputs"
+if EXTENSION.is_dir():
+    rockdda.__path__.append(str(EXTENSION))
+
+
+@pytest.fixture
+def native():
+    """Skips a test where the extension is not built."""
+    pytest.importorskip("rockdda._rockdda")
 
 
 @pytest.fixture(scope="session")

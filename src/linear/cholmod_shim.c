@@ -3,6 +3,7 @@
  * (64-bit, 0-based, compressed columns of the lower triangle); no call prints. Used by cholmod.f90 only. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,20 +19,28 @@ typedef struct {
    int (*get_levels)(void);
 } solver_t;
 
-/* BLAS threads would change the order of sums: one thread while we are inside. */
+/* BLAS threads would change the order of sums: one thread while we are inside. The setting is one for the whole
+ * process, where several threads may be inside at a time: the first in takes it, the last out gives it back. */
+static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
+static int inside = 0, blas_before = 1;
+
 /* Settings to go back to after a call. */
 typedef struct {
-   int blas, levels;
+   int levels;   /* of the calling thread */
 } threads_t;
 
 /* One thread inside CHOLMOD: sums in one order, and no team of four woken for a few small supernodes (CHOLMOD asks
  * OpenMP for a fixed number of threads whatever the program's own number is). */
 static threads_t one_thread(const solver_t *s)
 {
-   threads_t before = {1, -1};
+   threads_t before = {-1};
    if (s->set_threads && s->get_threads) {
-      before.blas = s->get_threads();
-      if (before.blas != 1) s->set_threads(1);
+      pthread_mutex_lock(&gate);
+      if (inside++ == 0) {
+         blas_before = s->get_threads();
+         if (blas_before != 1) s->set_threads(1);
+      }
+      pthread_mutex_unlock(&gate);
    }
    if (s->set_levels && s->get_levels) {
       before.levels = s->get_levels();
@@ -42,7 +51,11 @@ static threads_t one_thread(const solver_t *s)
 
 static void restore_threads(const solver_t *s, threads_t before)
 {
-   if (before.blas != 1) s->set_threads(before.blas);
+   if (s->set_threads && s->get_threads) {
+      pthread_mutex_lock(&gate);
+      if (--inside == 0 && blas_before != 1) s->set_threads(blas_before);
+      pthread_mutex_unlock(&gate);
+   }
    if (before.levels >= 0) s->set_levels(before.levels);
 }
 

@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: MIT
+"""A model built in Python: lines, points, bolts, materials and options."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .cutting import Blocks
+    from .results import Results
+    from .running import Simulation
+
+__all__ = ["BlockMaterial", "JointMaterial", "Model"]
+
+FloatArray = npt.NDArray[np.float64]
+PathLike = str | os.PathLike[str]
+Point = Sequence[float] | npt.NDArray[np.float64]
+Table = npt.ArrayLike  # (m, 3) rows t x y
+
+
+@dataclass
+class BlockMaterial:
+    """The 13 numbers of a block material. Weight acts in -y; stress is positive in tension."""
+
+    density: float  # mass per area
+    weight: float  # per area: density times g
+    youngs_modulus: float
+    poisson_ratio: float
+    stress: tuple[float, float, float] = (0.0, 0.0, 0.0)  # s11 s22 s12 at the start
+    stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)  # with y
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # vx vy vr at the start [rad per time]
+
+
+@dataclass
+class JointMaterial:
+    """The 3 numbers of a joint material."""
+
+    friction_angle: float  # degrees, in [0, 90)
+    cohesion: float = 0.0
+    tension: float = 0.0  # tensile strength
+
+
+@dataclass
+class _Line:
+    ends: tuple[float, float, float, float]
+    number: int  # joint or block material
+    boundary: bool = False
+
+
+@dataclass
+class _Bolt:
+    ends: tuple[float, float, float, float]
+    stiffness: float
+    pretension: float
+    strength: float
+
+
+@dataclass
+class _Place:
+    """A fixed line or a loading point with its values in time."""
+
+    ends: tuple[float, ...]
+    table: FloatArray
+
+
+@dataclass
+class Model:
+    """A model: geometry, materials, how it is run. All units are the user's own, as long as they are consistent.
+
+    >>> import rockdda
+    >>> model = rockdda.Model("block", e0=0.01, steps=10, dt_max=0.01)
+    >>> model.add_polygon([(0, 0), (1, 0), (1, 1), (0, 1)])
+    >>> model.add_block_material(density=2500, gravity=9.81, youngs_modulus=5e9, poisson_ratio=0.25)
+    1
+    >>> model.add_joint_material(friction_angle=30)
+    1
+    >>> model.cut().areas
+    array([1.])
+    """
+
+    name: str = "model"  # of the files
+    e0: float = 0.01  # minimum edge-node distance: closer nodes are one
+    k01: float = 1.0  # share of the velocity carried into the next step: 0 static … 1 dynamic
+    steps: int = 100
+    displacement_ratio: float = 0.01  # g2, of a step over half the model's height
+    dt_max: float = 0.01  # g1, largest time step
+    stiffness: float = 0.0  # g0 of contact springs, 0 automatic
+    sor_factor: float = 1.4
+    #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]}
+    options: dict[str, Any] = field(default_factory=dict)
+    #: (m, 3) rows t ax ay: motion of the base, linear in between
+    base_acceleration: npt.ArrayLike | None = None
+    block_materials: list[BlockMaterial] = field(default_factory=list)
+    joint_materials: list[JointMaterial] = field(default_factory=list)
+    _lines: list[_Line] = field(default_factory=list, repr=False)
+    _material_lines: list[_Line] = field(default_factory=list, repr=False)
+    _bolts: list[_Bolt] = field(default_factory=list, repr=False)
+    _fixed: list[_Place] = field(default_factory=list, repr=False)
+    _loading: list[_Place] = field(default_factory=list, repr=False)
+    _measured: list[tuple[float, float]] = field(default_factory=list, repr=False)
+    _holes: list[tuple[float, float]] = field(default_factory=list, repr=False)
+
+    # -- geometry ------------------------------------------------------------------------------------------------
+
+    def add_line(self, start: Point, end: Point, *, joint: int = 1, boundary: bool = False) -> None:
+        """A line (joint, boundary) with its joint material."""
+        self._lines.append(_Line(_ends(start, end), _number("joint", joint), boundary))
+
+    def add_lines(self, lines: npt.ArrayLike, *, joint: npt.ArrayLike = 1, boundary: bool = False) -> None:
+        """Many lines: (n, 4) rows x1 y1 x2 y2; joint: one joint material, or n of them."""
+        rows = np.asarray(lines, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] != 4:
+            raise InputError(f"lines: expected an array of shape (n, 4), found {rows.shape}")
+        joints = np.broadcast_to(np.asarray(joint), len(rows))
+        for row, number in zip(rows.tolist(), joints.tolist(), strict=True):
+            self._lines.append(_Line(_ends(row[:2], row[2:]), _number("joint", number), boundary))
+
+    def add_polygon(self, points: npt.ArrayLike, *, joint: int = 1, boundary: bool = True) -> None:
+        """The closed outline through points, (n, 2)."""
+        corners = np.asarray(points, dtype=float).reshape(-1, 2)
+        self.add_lines(np.hstack([corners, np.roll(corners, -1, axis=0)]), joint=joint, boundary=boundary)
+
+    def add_material_line(self, start: Point, end: Point, *, material: int) -> None:
+        """Gives its block material to every block that it crosses or lies in; the last line wins."""
+        self._material_lines.append(_Line(_ends(start, end), _number("material", material)))
+
+    def add_bolt(
+        self, start: Point, end: Point, *, stiffness: float, pretension: float = 0.0, strength: float = 0.0
+    ) -> None:
+        """A bolt; strength 0 is unlimited."""
+        self._bolts.append(_Bolt(_ends(start, end), float(stiffness), float(pretension), float(strength)))
+
+    def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:
+        """A fixed point, or a fixed line: points where it crosses edges and at its ends.
+
+        table: (m, 3) rows t x y of prescribed displacements, linear in between.
+        """
+        self._fixed.append(_Place(_ends(start, start if end is None else end), _table(table)))
+
+    def add_loading(self, point: Point, *, table: Table) -> None:
+        """A loading point; table: (m, 3) rows t fx fy of forces, linear in between."""
+        self._loading.append(_Place(_ends(point), _table(table)))
+
+    def add_measured(self, point: Point) -> None:
+        """A measured point: displacement, stress and rotation there are in the history."""
+        x, y = _ends(point)
+        self._measured.append((x, y))
+
+    def add_hole(self, point: Point) -> None:
+        """The block around the point becomes an opening."""
+        x, y = _ends(point)
+        self._holes.append((x, y))
+
+    @property
+    def lines(self) -> FloatArray:
+        """(n, 4) lines x1 y1 x2 y2 in the order of the file: boundary lines come first."""
+        return np.array([line.ends for line in self._ordered_lines()]).reshape(-1, 4)
+
+    def _ordered_lines(self) -> list[_Line]:
+        return sorted(self._lines, key=lambda line: not line.boundary)
+
+    # -- materials -----------------------------------------------------------------------------------------------
+
+    def add_block_material(
+        self,
+        *,
+        density: float,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        gravity: float | None = None,
+        weight: float | None = None,
+        stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> int:
+        """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity)."""
+        if (gravity is None) == (weight is None):
+            raise InputError("block material: give either gravity or weight")
+        if weight is None:
+            weight = density * float(gravity or 0.0)
+        self.block_materials.append(
+            BlockMaterial(density, weight, youngs_modulus, poisson_ratio, stress, stress_gradient, velocity)
+        )
+        return len(self.block_materials)
+
+    def add_joint_material(self, *, friction_angle: float, cohesion: float = 0.0, tension: float = 0.0) -> int:
+        """A joint material; returns its number."""
+        self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension))
+        return len(self.joint_materials)
+
+    # -- files ---------------------------------------------------------------------------------------------------
+
+    def geometry_text(self) -> str:
+        """The geometry file (.dc)."""
+        lines = self._ordered_lines()
+        rows = [
+            f"{_real(self.e0)}  # minimum edge-node distance e0",
+            f"{len(lines)} {sum(line.boundary for line in lines)}  # lines, of which boundary lines come first",
+            f"{len(self._material_lines)}  # material lines",
+            f"{len(self._bolts)}  # bolts",
+            f"{len(self._fixed)}  # fixed lines",
+            f"{len(self._loading)}  # loading points",
+            f"{len(self._measured)}  # measured points",
+            f"{len(self._holes)}  # hole points",
+        ]
+        rows += [f"{_row(line.ends)} {line.number}" for line in lines]
+        rows += [f"{_row(line.ends)} {line.number}" for line in self._material_lines]
+        rows += [_row((*bolt.ends, bolt.stiffness, bolt.pretension, bolt.strength)) for bolt in self._bolts]
+        rows += [_row(place.ends) for place in (*self._fixed, *self._loading)]
+        rows += [_row(point) for point in (*self._measured, *self._holes)]
+        return "\n".join(rows) + "\n"
+
+    def analysis_text(self) -> str:
+        """The analysis file (.df), in dialect g0. Fixed lines are cut first: each of their points needs its row."""
+        tables = [*self._fixed_point_tables(), *(place.table for place in self._loading)]
+        rows = [
+            f"{_real(self.k01)}  # k01: 0 static to 1 dynamic",
+            f"{_number('steps', self.steps)}  # time steps",
+            f"{len(self.block_materials)}  # block materials",
+            f"{len(self.joint_materials)}  # joint materials",
+            f"{_real(self.displacement_ratio)}  # g2: allowed displacement ratio",
+            f"{_real(self.dt_max)}  # g1: largest time step",
+            f"{_real(self.stiffness)}  # g0: contact stiffness, 0 automatic",
+        ]
+        rows += [f"{len(table)}  # rows of this point" for table in tables]
+        rows += [_row(row) for table in tables for row in table.tolist()]
+        for material in self.block_materials:
+            numbers = (material.density, material.weight, material.youngs_modulus, material.poisson_ratio)
+            rows += [
+                f"{_row(numbers)}  # density, weight, E, nu",
+                f"{_row(material.stress)}  # initial stress s11 s22 s12",
+                f"{_row(material.stress_gradient)}  # its gradient with y",
+                f"{_row(material.velocity)}  # initial velocity vx vy vr",
+            ]
+        for joint in self.joint_materials:
+            numbers = (joint.friction_angle, joint.cohesion, joint.tension)
+            rows.append(f"{_row(numbers)}  # friction angle, cohesion, tension")
+        rows.append(f"{_real(self.sor_factor)}  # SOR factor")
+        return "\n".join(rows) + "\n"
+
+    def options_text(self) -> str:
+        """The options file (.nml); empty when there are no options."""
+        groups = {name: value for name, value in self.options.items() if value}
+        if self.base_acceleration is not None:
+            load = dict(groups.get("load", {}))
+            load["base_acceleration"] = f"{self.name}.csv"
+            groups["load"] = load
+        return "".join(
+            _group(name, entries)
+            for name, value in groups.items()
+            for entries in ([value] if isinstance(value, Mapping) else value)
+        )
+
+    def _motion_text(self) -> str:
+        rows = _table(self.base_acceleration if self.base_acceleration is not None else ())
+        return "\n".join(["t,ax,ay", *(",".join(_real(x) for x in row) for row in rows.tolist())]) + "\n"
+
+    def _fixed_point_tables(self) -> list[FloatArray]:
+        """The table of each fixed point: points take that of their line."""
+        if all(place.ends[:2] == place.ends[2:] for place in self._fixed):
+            return [place.table for place in self._fixed]
+        # the points know the line of the file that they come from; fixed lines begin after these
+        first = 9 + len(self._lines) + len(self._material_lines) + len(self._bolts)
+        return [self._fixed[line - first].table for line in self.cut().fixed_points.line]
+
+    def write(self, folder: PathLike, *, force: bool = False) -> list[Path]:
+        """Write the model as files that the program reads: name.dc, name.df, and name.nml where there are options.
+
+        Returns the paths. Files that are there are overwritten only with force=True.
+        """
+        target = Path(folder)
+        texts = {f"{self.name}.dc": self.geometry_text(), f"{self.name}.df": self.analysis_text()}
+        if options := self.options_text():
+            texts[f"{self.name}.nml"] = options
+        if self.base_acceleration is not None:
+            texts[f"{self.name}.csv"] = self._motion_text()
+        for name in texts:
+            if (target / name).exists() and not force:
+                raise InputError("the file exists; use force=True to overwrite it", target / name)
+        target.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (target / name).write_text(text, encoding="utf-8")
+        return [target / name for name in texts]
+
+    def _texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:
+        """Names and texts for a run; `stack` keeps a file that has to be there meanwhile."""
+        options = self.options_text()
+        place = ""
+        if self.base_acceleration is not None:
+            place = stack.enter_context(tempfile.TemporaryDirectory()) + "/"
+            (Path(place) / f"{self.name}.csv").write_text(self._motion_text())
+        names = (f"{self.name}.dc", f"{self.name}.df", f"{place}{self.name}.nml" if options else "")
+        return names, (self.geometry_text(), self.analysis_text(), options)
+
+    # -- use -----------------------------------------------------------------------------------------------------
+
+    def cut(self) -> Blocks:
+        """Cut the lines into blocks."""
+        from .cutting import cut
+
+        return cut(self)
+
+    def run(self, **options: Any) -> Results:
+        """Run the model; takes the arguments of `rockdda.run`. Default output: name.h5."""
+        from .running import run
+
+        return run(self, **options)
+
+    def simulate(self, **options: Any) -> Simulation:
+        """The model as a simulation to be advanced; takes the arguments of `rockdda.Simulation`."""
+        from .running import Simulation
+
+        return Simulation(self, **options)
+
+
+def _real(value: float) -> str:
+    """The shortest text that reads back exactly."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(f"expected a finite number, found {number}")
+    return repr(number)
+
+
+def _row(values: Sequence[float]) -> str:
+    return " ".join(_real(value) for value in values)
+
+
+def _ends(*points: Point) -> tuple[Any, ...]:
+    """Coordinates of points, in a row."""
+    for point in points:
+        if len(point) != 2:
+            raise InputError(f"expected a point (x, y), found {point!r}")
+    values = tuple(float(x) for point in points for x in point)
+    if not all(math.isfinite(x) for x in values):
+        raise InputError(f"expected finite coordinates, found {values}")
+    return values
+
+
+def _number(what: str, value: Any) -> int:
+    if int(value) != value:
+        raise InputError(f"{what}: expected a whole number, found {value!r}")
+    return int(value)
+
+
+def _table(rows: Table) -> FloatArray:
+    table = np.asarray(rows, dtype=float)
+    if table.size == 0:
+        return np.zeros((0, 3))
+    if table.ndim != 2 or table.shape[1] != 3:
+        raise InputError(f"table: expected an array of shape (m, 3), rows t x y, found {table.shape}")
+    return table
+
+
+def _group(name: str, entries: Mapping[str, Any]) -> str:
+    """One group of an options file."""
+    rows = [f"&{name}", *(f"   {key} = {_value(value)}" for key, value in entries.items()), "/"]
+    return "\n".join(rows) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return ".true." if value else ".false."
+    if isinstance(value, str | os.PathLike):
+        return "'" + os.fspath(value).replace("'", "''") + "'"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return _real(float(value))
+    return ", ".join(_value(item) for item in np.asarray(value).ravel().tolist())

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: MIT
+"""The extension `_rockdda` with Python's manners: it owns memory, takes texts, and turns status into exceptions."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import warnings
+import weakref
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+
+__all__ = ["Session", "build_description"]
+
+# status, as rockdda_base_error has it
+INTERNAL, INPUT, COMPUTATION, STOPPED, OUTPUT = 1, 2, 3, 4, 5
+SEVERITIES = {1: "note", 2: "warning", 3: "error"}
+DIALECTS = {None: 0, "auto": 0, "peer": 1, "g0": 2}
+# texts that can be asked for
+MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
+# as many messages as the program shows
+MOST_SHOWN = 50
+
+PathLike = str | os.PathLike[str]
+
+
+def _api() -> Any:
+    """The procedures of the extension."""
+    try:
+        extension = load()
+    except ImportError as error:
+        raise ImportError(
+            "the compiled part of rockdda is missing or does not fit this Python; `pip install .` in the source folder "
+            f"builds it (results can be read without it): {error}"
+        ) from error
+    return extension.rockdda_python_api
+
+
+def load() -> ModuleType:
+    """Import the extension."""
+    from . import _rockdda  # type: ignore[attr-defined]
+
+    return _rockdda
+
+
+def build_description() -> str:
+    """Version, compiler, flags, options and libraries of the extension."""
+    return Session().text(BUILD)
+
+
+class Session:
+    """A model and its run on the Fortran side; freed when it is no longer used."""
+
+    def __init__(self) -> None:
+        self._api = _api()
+        self.handle = int(self._api.create())
+        self._end = weakref.finalize(self, self._api.destroy, self.handle)
+
+    def free(self) -> None:
+        """Give the memory back now."""
+        self._end()
+
+    # -- texts and failures --------------------------------------------------------------------------------------
+
+    def text(self, which: int) -> str:
+        """A text of the session."""
+        size = self._api.text_size(self.handle, which)
+        if size == 0:
+            return ""
+        codes = self._api.get_text(self.handle, size)
+        return codes.astype(np.uint8).tobytes().decode("utf-8", "surrogateescape")
+
+    def messages(self) -> list[tuple[Problem, str]]:
+        """All messages about the input, each with its text as the program prints it."""
+        found = []
+        for record in self.text(MESSAGES).split("\x1e")[:-1]:
+            severity, file, line, column, message, text, _ = record.split("\x1f")
+            problem = Problem(
+                message, file or None, int(line) or None, int(column) or None, SEVERITIES.get(int(severity), "error")
+            )
+            found.append((problem, text))
+        return found
+
+    def check(self, status: int) -> None:
+        """Raise what the status says."""
+        if status == 0:
+            return
+        failure = _in_python_words(self.text(FAILURE))
+        if status == INPUT:
+            found = [(problem, text) for problem, text in self.messages() if problem.severity == "error"]
+            if failure:
+                found += [(problem, str(problem)) for problem in _problems_of(failure)]
+            lines = [text for _, text in found[:MOST_SHOWN]]
+            if len(found) > MOST_SHOWN:
+                lines.append(f"... and {len(found) - MOST_SHOWN} more")
+            raise InputError("\n".join(lines), problems=[problem for problem, _ in found])
+        if status == COMPUTATION:
+            raise ConvergenceError(failure)
+        if status == OUTPUT:
+            raise OutputError(failure)
+        raise RockddaError(f"internal error, please report it: {failure or f'status {status}'}")
+
+    def warn(self) -> None:
+        """Turn warnings about the input into Python's."""
+        for problem, text in self.messages():
+            if problem.severity == "warning":
+                warnings.warn(text, InputWarning, stacklevel=_stack_level())
+
+    # -- what the session does -----------------------------------------------------------------------------------
+
+    def request(
+        self,
+        *,
+        output: PathLike | None = None,
+        solver: str | None = None,
+        dialect: str | None = None,
+        threads: int | None = None,
+        steps: int | None = None,
+        save_every: int | None = None,
+        t_end: float | None = None,
+        max_wall: float | None = None,
+        checkpoint_every: float | None = None,
+        force: bool = False,
+    ) -> None:
+        """Say what is wanted beside the files."""
+        if dialect not in DIALECTS:
+            raise InputError(f"dialect: expected 'peer' or 'g0', found {dialect!r}")
+        for name, value, least in (("threads", threads, 1), ("steps", steps, 0), ("save_every", save_every, 1)):
+            if value is not None and (int(value) != value or not least <= value < 2**31):
+                raise InputError(f"{name}: expected a whole number from {least}, found {value!r}")
+        for name, number in (("t_end", t_end), ("max_wall", max_wall), ("checkpoint_every", checkpoint_every)):
+            if number is not None and not 0 < number < float("inf"):
+                raise InputError(f"{name}: must be above 0, found {number!r}")
+        if output is not None and not os.fspath(output):
+            raise InputError("output: expected a file name, found nothing")
+        self._api.request(
+            self.handle,
+            b"" if output is None else os.fsencode(output),
+            (solver or "").encode(),
+            DIALECTS[dialect],
+            -1 if threads is None else int(threads),
+            -1 if steps is None else int(steps),
+            -1 if save_every is None else int(save_every),
+            -1.0 if t_end is None else float(t_end),
+            -1.0 if max_wall is None else float(max_wall),
+            -1.0 if checkpoint_every is None else float(checkpoint_every),
+            int(force),
+        )
+
+    def read_files(self, model: PathLike, analysis: PathLike | None, config: PathLike | None) -> None:
+        """Read the files of a run."""
+        names = [b"" if path is None else os.fsencode(path) for path in (model, analysis, config)]
+        self.check(self._api.read_files(self.handle, *names))
+
+    def read_texts(self, names: tuple[str, str, str], texts: tuple[str, str, str]) -> None:
+        """Read geometry, analysis and options (an empty name: none) from texts."""
+        data = [os.fsencode(text) for text in (*names, *texts)]
+        self.check(self._api.read_texts(self.handle, *data))
+
+    def cut_file(self, model: PathLike) -> None:
+        """Cut a geometry file, or read a block file."""
+        self.check(self._api.cut_file(self.handle, os.fsencode(model)))
+
+    def cut_text(self, name: str, text: str) -> None:
+        """Cut the text of a geometry file."""
+        self.check(self._api.cut_text(self.handle, os.fsencode(name), os.fsencode(text)))
+
+    def write_blocks(self, path: PathLike) -> None:
+        """Write a block file."""
+        self.check(self._api.write_blocks(self.handle, os.fsencode(path)))
+
+    def start(self, write_results: bool) -> None:
+        """Make the state at time 0."""
+        self.check(self._api.start(self.handle, int(write_results)))
+
+    def advance(self, steps: int, seconds: float) -> tuple[int, bool]:
+        """Do steps without the interpreter's lock; (how many were done, is the run at its end)."""
+        done, finished, status = self._api.advance(self.handle, min(steps, 2**31 - 1), seconds)
+        self.check(status)
+        return int(done), bool(finished)
+
+    def finish(self, reason: str) -> None:
+        """Close the results."""
+        self.check(self._api.finish(self.handle, os.fsencode(reason)))
+
+    # -- what can be looked at -----------------------------------------------------------------------------------
+
+    def sizes(self) -> dict[str, int]:
+        """Sizes and counters by name."""
+        names = (
+            "blocks vertices fixed loading measured bolts contacts step frames steps "
+            "lines dropped_lines shortened_lines islands holes"
+        )
+        return dict(zip(names.split(), (int(n) for n in self._api.sizes(self.handle)), strict=True))
+
+    def facts(self) -> dict[str, float]:
+        """Numbers by name; energies by their own names."""
+        names = ["time", "dt", "fraction", "block_area", "hole_area", "enclosed_area"]
+        names += self.text(ENERGIES).split()
+        return dict(zip(names, (float(x) for x in self._api.facts(self.handle)), strict=True))
+
+    def array(self, what: str, *arguments: int) -> list[npt.NDArray[Any]]:
+        """Arrays of one of the procedures that give some; the first axis counts blocks, vertices, points, …"""
+        found = getattr(self._api, what)(self.handle, *arguments)
+        arrays = list(found) if isinstance(found, tuple) else [found]
+        for i, array in enumerate(arrays):
+            arrays[i] = array.T.astype(np.int64) if array.dtype.kind == "i" else array.T
+            arrays[i].flags.writeable = False
+        return arrays
+
+
+def _in_python_words(text: str) -> str:
+    return text.replace("use --force to overwrite it", "use force=True to overwrite it")
+
+
+def _problems_of(failure: str) -> list[Problem]:
+    """A failure that reads as one or several messages of a compiler."""
+    problems: list[Problem] = []
+    for line in failure.split("\n"):
+        match = re.match(r"(?:(?P<file>[^:]+):(?:(?P<line>\d+):)?(?:(?P<column>\d+):)? )?error: (?P<text>.*)", line)
+        if match:
+            row, column = match["line"], match["column"]
+            problems.append(
+                Problem(match["text"], match["file"], int(row) if row else None, int(column) if column else None)
+            )
+        elif (parts := line.split(": ", 1))[1:] and os.path.exists(parts[0]):  # noqa: PTH110
+            problems.append(Problem(parts[1], parts[0]))
+        elif problems:  # goes on
+            last = problems.pop()
+            problems.append(Problem(f"{last.message}\n{line}", last.file, last.line, last.column))
+        else:
+            problems.append(Problem(line))
+    return problems
+
+
+def _stack_level() -> int:
+    """How far up the caller is that is not in this package."""
+    folder = os.path.dirname(__file__)  # noqa: PTH120
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(folder):
+        frame = frame.f_back
+        level += 1
+    return level

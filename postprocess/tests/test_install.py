@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""`pip install .` in a fresh environment. It compiles everything once more: only on demand, as the pipeline does."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+
+import pytest
+from places import INPUTS, ROOT
+
+SCRIPT = """
+import rockdda
+results = rockdda.run({model!r}, steps=5)
+assert results.complete and results.n_steps == 5
+assert rockdda.__file__.startswith({home!r}), rockdda.__file__
+print(rockdda.native.build_description())
+"""
+
+
+@pytest.mark.skipif("ROCKDDA_TEST_INSTALL" not in os.environ, reason="set ROCKDDA_TEST_INSTALL=1 to install afresh")
+def test_pip_installs_package_and_program(tmp_path):
+    home = tmp_path / "env"
+    venv.create(home, with_pip=True)
+    python = home / "bin/python"
+    # what the package needs is taken from the environment of the tests instead of being downloaded again
+    packages = next(home.glob("lib/python*/site-packages"))
+    (packages / "needs.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    install = [python, "-m", "pip", "install", "--no-deps", "--no-build-isolation", "--disable-pip-version-check"]
+    build = f"-Cbuild-dir={tmp_path}/build"
+    done = subprocess.run([*install, build, str(ROOT)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    place = tmp_path / "work"
+    place.mkdir()
+    script = SCRIPT.format(model=str(INPUTS / "flat_arch"), home=str(home))
+    told = subprocess.run([python, "-c", script], cwd=place, env=environment, capture_output=True, text=True)
+    assert told.returncode == 0, told.stderr
+    version = subprocess.run([home / "bin/rockdda", "--version"], capture_output=True, text=True, check=True)
+    # program and extension come from one build
+    assert version.stdout.splitlines()[0] == told.stdout.splitlines()[0]
+    # the package is typed, and its tests stay at home
+    folder = packages / "rockdda"
+    assert (folder / "py.typed").exists()
+    assert not list(packages.glob("tests"))
+    assert sys.version_info[:2] == tuple(int(n) for n in packages.parent.name.removeprefix("python").split("."))

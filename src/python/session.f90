@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: MIT
+!> What a Python object holds on the Fortran side: a model and, once it is started, a run.
+!>
+!> The flat layer (api.f90) hands addresses of sessions to Python as opaque integers. Each session belongs to one
+!> Python object, which uses it from one thread at a time; different sessions do not share anything.
+module rockdda_python_session
+!$ use omp_lib, only : omp_get_max_threads, omp_set_num_threads
+   use, intrinsic :: iso_c_binding, only : c_int64_t, c_intptr_t, c_ptr, c_loc, c_f_pointer
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_options, only : is_set
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_driver_model_input, only : model_input_type, run_request_type
+   use rockdda_driver_run, only : run_type, first_line
+   implicit none
+   private
+   public :: session_type, new_session, get_session, drop_session, messages_text
+
+   type :: session_type
+      type(run_request_type) :: request
+      type(model_input_type) :: input
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: error      !! the last failure
+      type(run_type) :: run
+      logical :: is_started = .false.             !! the simulation has a state
+      real(wp), allocatable :: force(:, :)        !! (2, contacts) on the first block
+      character(len=:), allocatable :: text       !! to be fetched by Python
+   contains
+      procedure :: status
+      procedure :: start
+      procedure :: advance
+      procedure :: finish
+   end type session_type
+
+contains
+
+   !> A new session and its handle.
+   subroutine new_session(handle)
+      integer(c_int64_t), intent(out) :: handle
+      type(session_type), pointer :: session
+      allocate (session)
+      session%request%output = ''
+      session%request%config = ''
+      session%request%solver = ''
+      session%text = ''
+      handle = int(transfer(c_loc(session), 0_c_intptr_t), c_int64_t)
+   end subroutine new_session
+
+   !> The session of a handle.
+   subroutine get_session(handle, session)
+      integer(c_int64_t), intent(in) :: handle
+      type(session_type), pointer, intent(out) :: session
+      type(c_ptr) :: address
+      address = transfer(int(handle, c_intptr_t), address)
+      call c_f_pointer(address, session)
+   end subroutine get_session
+
+   !> Forget a session. Results that are still being written are closed.
+   subroutine drop_session(handle)
+      integer(c_int64_t), intent(in) :: handle
+      type(session_type), pointer :: session
+      call get_session(handle, session)
+      if (session%run%is_open) call session%finish('closed')
+      deallocate (session)
+   end subroutine drop_session
+
+   !> 0, or the error code of what went wrong last.
+   pure integer function status(self)
+      class(session_type), intent(in) :: self
+      status = 0
+      if (self%messages%has_errors()) status = error_code%input
+      if (allocated(self%error)) status = self%error%code
+   end function status
+
+   !> The state at time 0, and the results if they are to be written.
+   subroutine start(self, write_results)
+      class(session_type), intent(inout) :: self
+      logical, intent(in) :: write_results
+      integer :: before
+      call use_threads(self, before)
+      self%run%start = wall_seconds()
+      self%run%reason = 'finished'
+      if (write_results) then
+         call self%run%prepare(self%request, self%input, self%error)
+         if (.not. allocated(self%error)) &
+            call self%run%open(self%request, self%input, self%messages, self%error)
+      else
+         call self%run%sim%init(self%input%blocks, self%input%parameters, self%error)
+      end if
+      call restore_threads(before)
+      self%is_started = .not. allocated(self%error)
+      if (self%is_started) call self%run%sim%contact_forces(self%force)
+   end subroutine start
+
+   !> Steps, until so many are done, so much time has passed on the wall clock (then at least one step is done), or
+   !> the run is finished. On failure the results are closed; they keep the last accepted step.
+   subroutine advance(self, n_steps, seconds, n_done)
+      class(session_type), intent(inout) :: self
+      integer, intent(in) :: n_steps
+      real(wp), intent(in) :: seconds
+      integer, intent(out) :: n_done
+      real(wp) :: deadline
+      integer :: before
+      n_done = 0
+      deadline = wall_seconds() + seconds
+      call use_threads(self, before)
+      do while (n_done < n_steps)
+         if (self%run%sim%is_finished()) exit
+         call self%run%sim%advance(self%error)
+         if (allocated(self%error)) then
+            self%run%reason = 'failed: '//first_line(self%error%message)
+            exit
+         end if
+         if (self%run%is_open) call self%run%keep(self%error)
+         if (allocated(self%error)) then
+            self%run%reason = 'output: '//first_line(self%error%message)
+            exit
+         end if
+         n_done = n_done + 1
+         if (wall_seconds() >= deadline) exit
+      end do
+      call restore_threads(before)
+      call self%run%sim%contact_forces(self%force)
+      if (allocated(self%error) .and. self%run%is_open) call self%run%close(self%error)
+   end subroutine advance
+
+   !> Close the results; `reason` counts unless the run has come to its end.
+   subroutine finish(self, reason)
+      class(session_type), intent(inout) :: self
+      character(len=*), intent(in) :: reason
+      if (.not. self%run%is_open) return
+      if (.not. self%run%sim%is_finished()) self%run%reason = reason
+      call self%run%close(self%error)
+   end subroutine finish
+
+   !> Take the number of threads of the session for this thread of Python.
+   subroutine use_threads(self, before)
+      type(session_type), intent(in) :: self
+      integer, intent(out) :: before
+      before = 0
+!$    before = omp_get_max_threads()
+!$    if (is_set(self%input%options%threads)) call omp_set_num_threads(self%input%options%threads)
+   end subroutine use_threads
+
+   !> Give it back.
+   subroutine restore_threads(before)
+      integer, intent(in) :: before
+!$    if (before > 0) call omp_set_num_threads(before)
+   end subroutine restore_threads
+
+   !> All messages for Python to take apart: records that end with character 30 of fields that end with character 31:
+   !> severity, file, line, column, message, the message as a compiler prints it.
+   function messages_text(messages) result(text)
+      type(diagnostics_type), intent(in) :: messages
+      character(len=:), allocatable :: text
+      character(len=1), parameter :: field = achar(31), record = achar(30)
+      character(len=:), allocatable :: file
+      integer :: i
+      text = ''
+      do i = 1, messages%n
+         associate (m => messages%items(i))
+            file = ''
+            if (allocated(m%origin%file)) file = m%origin%file
+            text = text//to_string(m%severity)//field//file//field//to_string(m%origin%line)//field// &
+                   to_string(m%origin%column)//field//m%message//field//m%format()//field//record
+         end associate
+      end do
+   end function messages_text
+
+end module rockdda_python_session
