@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from . import cli_study
 from .errors import ConvergenceError, InputError, OutputError, RockddaError
 from .results import FIELDS, Results
 
@@ -467,6 +468,9 @@ def _common(
     pass
 
 
+cli_study.register(app)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns the exit code. No error shows a traceback, unless ROCKDDA_TRACEBACK is set."""
     usage_error = typer.BadParameter.__mro__[1]
@@ -500,7 +504,7 @@ def main(arguments: list[str] | None = None) -> int:
         text = f"internal error: {type(error).__name__}: {error}. This is a bug, please report it with the command"
         typer.echo(f"rockdda-post: {text}; ROCKDDA_TRACEBACK=1 shows where.", err=True)
         return INTERNAL
-    return int(code or 0)
+    return STOPPED if code == 130 else int(code or 0)  # 130: typer's word for Ctrl-C
 
 
 def run() -> None:

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT
+"""The commands of `rockdda-post` for studies and rules of design: study, voussoir, rockload."""
+
+from __future__ import annotations
+
+import math
+import signal
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .errors import InputError, OutputError
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command(name="study")(study_command)
+    app.command(name="voussoir")(voussoir_command)
+    app.command(name="rockload")(rock_load_command)
+
+
+def study_command(
+    file: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="The study.", show_default=False)],
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", "-j", min=1, help="Runs at a time; default: one a core.", show_default=False),
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Run failed cases again, too.")] = False,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            "--dask",
+            metavar="WHERE",
+            help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf … with the study's [cluster] table.",
+            show_default=False,
+        ),
+    ] = None,
+    slurm: Annotated[bool, typer.Option("--slurm", help="Only write a Slurm job array for what is left.")] = False,
+    table: Annotated[bool, typer.Option("--table", help="Run nothing: collect what is there.")] = False,
+    case: Annotated[
+        int | None, typer.Option("--case", min=1, help="Run this case only, by its number.", show_default=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+) -> None:
+    """Run a template over a grid of parameters; one table and small multiples at the end.
+
+    Cases that are done are not run again; interrupted ones go on from their checkpoint; failed ones are listed, and run
+    again with --retry. Ctrl-C stops the runs after their present step. The exit code is 3 when cases have failed.
+
+    Examples:
+
+        rockdda-post study tunnels.toml
+
+        rockdda-post study tunnels.toml --workers 8 --retry
+
+        rockdda-post study tunnels.toml --slurm && sbatch tunnels/job-array.sh
+
+        rockdda-post study tunnels.toml --dask tcp://head:8786
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from .cli import NO_CONVERGENCE, STOPPED, progress_bar, tell
+    from .study import read_study
+    from .study_run import Outcome, collect, prepare_case, run_study, write_job_array
+
+    study = read_study(file)
+    if sum((slurm, table, case is not None, dask is not None)) > 1:
+        raise InputError("--slurm, --table, --case and --dask exclude each other")
+    if slurm:
+        path = write_job_array(study, retry=retry)
+        tell(quiet, as_json, f"{path}: submit it with sbatch", script=path)
+        return
+    if case is not None:
+        if case > len(study.cases):
+            raise InputError(f"there is no case {case}; the study has cases 1 to {len(study.cases)}", file)
+        code = _one_case(study, case, prepare_case)
+        tell(quiet, as_json, f"case {case}: exit code {code}", case=case, run_exit_code=code)
+        raise typer.Exit(code if code in (0, STOPPED) else NO_CONVERGENCE)
+
+    outcomes: list[Outcome] = []
+    if not table:
+        with progress_bar("runs", quiet or as_json) as bar:
+
+            def report(done: int, total: int, outcome: Outcome) -> None:
+                outcomes.append(outcome)
+                if bar is not None:
+                    bar(done, total)
+                elif not (quiet or as_json):
+                    typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
+
+            _stop_on_sigterm()
+            run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
+    rows = collect(study)
+    written = _write_table(study, rows)
+    count = {status: int((rows["status"] == status).sum()) for status in ("done", "failed", "stopped", "waiting")}
+    failed = rows[rows["status"] == "failed"]
+    if not quiet:
+        for _, row in failed.iterrows():
+            typer.echo(f"case {row['case']} failed: {str(row['message']).splitlines()[0:1]}", err=True)
+    summary = ", ".join(f"{number} {status}" for status, number in count.items() if number)
+    tell(
+        quiet,
+        as_json,
+        f"{study.title}: {len(rows)} cases, {summary}\n" + "\n".join(map(str, written)),
+        cases=len(rows),
+        run_now=len(outcomes),
+        files=list(map(str, written)),
+        **count,
+    )
+    if count["failed"]:
+        raise typer.Exit(NO_CONVERGENCE)
+
+
+def _one_case(study: Any, number: int, prepare: Any) -> int:
+    """Run one case, as a task of a job array does; SIGTERM lets it write its checkpoint."""
+    from .study_run import run_case
+
+    wanted = study.cases[number - 1]
+    folder = prepare(study, wanted)
+    children: list[Any] = []
+
+    def stop(*_: object) -> None:
+        for child in children:
+            child.terminate()
+
+    signal.signal(signal.SIGTERM, stop)
+    return run_case(str(folder), children.append).exit_code
+
+
+def _stop_on_sigterm() -> None:
+    """Let SIGTERM do what Ctrl-C does."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, stop)
+
+
+def _write_table(study: Any, rows: Any) -> list[Path]:
+    """The table as CSV (and Parquet where pyarrow is installed), and the small multiples."""
+    from .study_plot import save_study_plot
+
+    try:
+        study.output.mkdir(parents=True, exist_ok=True)
+        written = [study.output / "table.csv"]
+        rows.to_csv(written[0], index=False)
+        try:
+            rows.to_parquet(study.output / "table.parquet", index=False)
+            written.append(study.output / "table.parquet")
+        except ImportError:
+            pass
+        if study.quantities and (rows["status"] == "done").any():
+            try:
+                save_study_plot(study, rows, study.output / "table.png")
+                written.append(study.output / "table.png")
+            except InputError:
+                pass  # nothing varies that could be drawn
+    except OSError as problem:
+        raise OutputError(f"{study.output}: cannot be written: {problem.strerror}") from None
+    return written
+
+
+def voussoir_command(
+    span: Annotated[float, typer.Option("--span", help="Span of the roof layer.", show_default=False)],
+    thickness: Annotated[float, typer.Option("--thickness", help="Thickness of the layer.", show_default=False)],
+    unit_weight: Annotated[float, typer.Option("--unit-weight", help="Weight per volume.", show_default=False)],
+    modulus: Annotated[float, typer.Option("--modulus", help="Elastic modulus of the rock mass.", show_default=False)],
+    strength: Annotated[
+        float | None, typer.Option("--strength", help="Uniaxial compressive strength.", show_default=False)
+    ] = None,
+    friction: Annotated[
+        float | None, typer.Option("--friction", help="Friction angle of the joints [deg].", show_default=False)
+    ] = None,
+    variant: Annotated[
+        str, typer.Option("--variant", help="Average stress: beer-meek or diederichs-kaiser.")
+    ] = "beer-meek",
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+) -> None:
+    """The classic voussoir beam: does a roof layer carry itself as a flat arch?
+
+    Units are consistent, for example m, N/m3 and Pa.
+
+    Example:
+
+        rockdda-post voussoir --span 8 --thickness 0.5 --unit-weight 18640 --modulus 7.84e9 --friction 47
+    """
+    from .cli import tell
+    from .voussoir import DESIGN_BUCKLING_LIMIT, VoussoirBeam, solve_beam
+
+    beam = VoussoirBeam(span, thickness, unit_weight, modulus, strength, friction)
+    found = solve_beam(beam, variant)  # type: ignore[arg-type]
+    values = {
+        "compressed_share": found.compressed_share,
+        "moment_arm": found.moment_arm,
+        "stress": found.stress,
+        "thrust": found.thrust,
+        "deflection": found.deflection,
+        "buckling_limit": found.buckling_limit,
+        "safety_crushing": found.safety_crushing,
+        "safety_shear": found.safety_shear,
+    }
+    if not found.snaps_through:
+        values["required_friction_angle"] = found.required_friction_angle
+    lines = [f"{name.replace('_', ' '):24} {value:.5g}" for name, value in values.items() if not math.isnan(value)]
+    if found.snaps_through:
+        lines.append("the beam snaps through: no arch carries it")
+    elif found.buckling_limit > DESIGN_BUCKLING_LIMIT:
+        lines.append(f"the buckling limit is above {DESIGN_BUCKLING_LIMIT:g}: not advised in design")
+    numbers = {name: None if math.isnan(value) else value for name, value in values.items()}
+    tell(quiet, as_json, "\n".join(lines), snaps_through=found.snaps_through, variant=variant, **numbers)
+
+
+def rock_load_command(
+    span: Annotated[float, typer.Option("--span", help="Width B of the tunnel.", show_default=False)],
+    height: Annotated[float, typer.Option("--height", help="Height of the tunnel.", show_default=False)],
+    rqd: Annotated[float | None, typer.Option("--rqd", help="Rock quality [%], for Rose.", show_default=False)] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+) -> None:
+    """Height of loosened rock above a tunnel by the rules of Terzaghi and Rose.
+
+    Example:
+
+        rockdda-post rockload --span 10 --height 10 --rqd 60
+    """
+    from .cli import tell
+    from .rock_load import rose, terzaghi
+
+    kinds = ("horizontally stratified", "vertically stratified", "moderately jointed", "blocky")
+    loads = [terzaghi(kind, span, height) for kind in kinds]
+    if rqd is not None:
+        loads.append(rose(rqd, span, height))
+    lines = [f"{load.source}, {load.condition}: {load.low:.4g} to {load.high:.4g}" for load in loads]
+    entries = [{"source": l.source, "condition": l.condition, "low": l.low, "high": l.high} for l in loads]  # noqa: E741
+    tell(quiet, as_json, "\n".join(lines), loads=entries)

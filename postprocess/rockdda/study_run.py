@@ -1,0 +1,405 @@
+# SPDX-License-Identifier: MIT
+"""Doing the runs of a study: on this machine, through Dask, or as a Slurm job array.
+
+Each case has a folder with its input files, `out.h5`, `out.log` and `status.json`. A case that is done is not run again
+unless something it depends on has changed; one that was interrupted goes on from its checkpoint; one that failed is
+reported and run again on request.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import InputError, OutputError, RockddaError
+from .results import Results
+from .study import Case, Quantity, Study
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Outcome", "collect", "pending", "prepare_case", "run_case", "run_study", "write_job_array"]
+
+#: Exit code of a case that took longer than its timeout.
+TIMED_OUT = 124
+
+#: What is told of the progress: cases finished in this call, cases to do, the last outcome.
+Progress = Callable[[int, int, "Outcome"], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a case ended."""
+
+    number: int
+    name: str
+    status: str  #: "done", "failed" or "stopped" (resumed next time)
+    seconds: float = 0.0
+    exit_code: int = 0
+    message: str = ""
+
+
+def find_program() -> str:
+    """The program `rockdda`: $ROCKDDA_PROGRAM, beside this Python, or on the PATH."""
+    for candidate in (os.environ.get("ROCKDDA_PROGRAM"), str(Path(sys.executable).parent / "rockdda")):
+        if candidate and Path(candidate).is_file():
+            return candidate
+    found = shutil.which("rockdda")
+    if found is None:
+        raise RockddaError("the program rockdda was not found on the PATH")
+    return found
+
+
+def run_study(
+    study: Study,
+    *,
+    workers: int | None = None,
+    retry: bool = False,
+    dask: str | None = None,
+    progress: Progress | None = None,
+) -> list[Outcome]:
+    """Run the cases that are not done. Ctrl-C stops the runs after their present step; the next call goes on.
+
+    `dask`: the address of a scheduler, ``"local"`` for a cluster on this machine, or ``"slurm"``, ``"pbs"``, ``"lsf"``
+    and others for dask-jobqueue with the options of the study's [cluster] table.
+    """
+    todo = pending(study, retry=retry)
+    folders = []
+    for case in todo:
+        prepare_case(study, case)
+        folders.append(str(_folder(study, case)))
+    if not folders:
+        return []
+    if dask is None:
+        count = workers or max(1, (os.cpu_count() or 1) // study.threads)
+        finished = _run_here(folders, count)
+    else:
+        finished = _run_dask(study, folders, dask, workers)
+    outcomes = []
+    for outcome in finished:
+        outcomes.append(outcome)
+        if progress is not None:
+            progress(len(outcomes), len(folders), outcome)
+    return outcomes
+
+
+def pending(study: Study, *, retry: bool = False) -> list[Case]:
+    """Cases that are still to be run; failed ones only when they are to be tried again."""
+    wanted = []
+    for case in study.cases:
+        status = _read_status(_folder(study, case))
+        current = status.get("digest") == study.digest(case)
+        if not current or status.get("status") not in ("done", "failed") or (status["status"] == "failed" and retry):
+            wanted.append(case)
+    return wanted
+
+
+def prepare_case(study: Study, case: Case) -> Path:
+    """Write the input files of a case. What an older version of it left is removed, a checkpoint of this one kept."""
+    folder, digest = _folder(study, case), study.digest(case)
+    try:
+        before = _read_status(folder)
+        if before.get("digest") not in (digest, None):
+            shutil.rmtree(folder)
+        elif before.get("status") == "failed" and before.get("exit_code") != TIMED_OUT:
+            # it would fail again where it stopped
+            (folder / "out.ckpt.h5").unlink(missing_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in study.files(case).items():
+            (folder / name).write_bytes(data)
+        _write_status(
+            folder,
+            {
+                "number": case.number,
+                "name": case.name,
+                "values": dict(case.values),
+                "digest": digest,
+                "status": "waiting",
+                "quantities": [asdict(quantity) for quantity in study.quantities],
+                "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
+            },
+        )
+    except OSError as problem:
+        raise OutputError(f"{folder}: cannot be written: {problem.strerror}") from None
+    return folder
+
+
+def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None = None) -> Outcome:
+    """Run the case in a folder: lines (where there are statistics), cut, run or resume. Never raises for a bad case."""
+    here = Path(folder)
+    status = _read_status(here)
+    command, start = status["command"], time.monotonic()
+    program = find_program()
+
+    def call(*arguments: str) -> tuple[int, str]:
+        environment = {**os.environ, "OMP_NUM_THREADS": str(command["threads"]), "OPENBLAS_NUM_THREADS": "1"}
+        with subprocess.Popen(
+            [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True, preexec_fn=_end_with_parent,
+        ) as process:  # fmt: skip
+            if watch is not None:
+                watch(process)
+            try:
+                _, problems = process.communicate(timeout=command["timeout"])
+            except subprocess.TimeoutExpired:
+                process.terminate()  # it writes a checkpoint
+                try:
+                    process.communicate(timeout=60)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.communicate()
+                return TIMED_OUT, f"stopped after {command['timeout']:g} s (timeout)"
+        return process.returncode, problems.strip()
+
+    code, message = 0, ""
+    threads = ["--threads", str(command["threads"])]
+    if (here / "out.ckpt.h5").is_file() and status.get("status") in ("stopped", "running", "waiting"):
+        code, message = call("resume", "out.ckpt.h5", "--quiet", *threads)
+        if code == 2:  # another version of the program, or a damaged file: from the start, then
+            (here / "out.ckpt.h5").unlink(missing_ok=True)
+    if not (here / "out.ckpt.h5").is_file() or code == 2:
+        try:
+            model, analysis, config = _model_files(here, call)
+        except InputError as problem:
+            code, message = 2, str(problem)
+        else:
+            extra = ["--config", config] if config else []
+            _write_status(here, {**status, "status": "running"})
+            code, message = call(
+                "run", model, analysis, *extra, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"]
+            )
+    seconds = time.monotonic() - start + status.get("seconds", 0.0)
+    if code == -signal.SIGTERM:  # before the program could listen
+        code = 4
+    ending = {0: "done", 4: "stopped"}.get(code, "failed")
+    if ending == "failed" and not message:
+        message = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
+    if ending == "done":
+        try:
+            numbers = {entry["name"]: quantity(here / "out.h5", Quantity(**entry)) for entry in _quantities(status)}
+            status["results"] = numbers
+        except (InputError, KeyError, IndexError) as problem:
+            ending, code, message = "failed", 2, str(problem).strip("'\"")
+    status |= {"status": ending, "seconds": seconds, "exit_code": code, "message": message[-2000:]}
+    _write_status(here, status)
+    return Outcome(status["number"], status["name"], ending, seconds, code, message)
+
+
+def _end_with_parent() -> None:
+    """Let a program be told to stop when the process that started it dies (Linux); it then writes its checkpoint."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+def _quantities(status: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    for entry in status["quantities"]:
+        yield {**entry, "at": tuple(entry["at"])}
+
+
+def quantity(path: Path, wanted: Quantity) -> float:
+    """One number of a results file."""
+    with Results(path) as results:
+        values = np.asarray(results[wanted.dataset], dtype=float)
+    try:
+        series = values[(slice(None), *wanted.at)]
+    except IndexError:
+        raise IndexError(
+            f"result '{wanted.name}': {wanted.dataset} has the shape {values.shape}, not indices {list(wanted.at)}"
+        ) from None
+    if series.ndim != 1 or not series.size:
+        raise IndexError(
+            f"result '{wanted.name}': {wanted.dataset} has the shape {values.shape}; 'at' must leave one number a step"
+        )
+    take: dict[str, Callable[[Any], Any]] = {
+        "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
+        "absmax": lambda x: np.max(np.abs(x)),
+    }  # fmt: skip
+    return float(take[wanted.take](series))
+
+
+def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> tuple[str, str, str | None]:
+    """Geometry (drawn from statistics where there are some), analysis and options of a case."""
+
+    def one(kinds: Iterable[str], what: str) -> str | None:
+        found = [path.name for path in folder.iterdir() if path.suffix.lower() in kinds]
+        if len(found) > 1:
+            raise InputError(f"the template has {len(found)} {what}s: {', '.join(sorted(found))}")
+        return found[0] if found else None
+
+    statistics = one((".dl",), "statistics file")
+    if statistics is not None:
+        code, message = call("lines", statistics, "-o", Path(statistics).stem + ".dc", "--force", "--quiet")
+        if code:
+            raise InputError(message)
+    model = one((".dc", ".geo", ".blk"), "geometry or block file")
+    analysis = one((".df", ".ana"), "analysis file")
+    if model is None or analysis is None:
+        raise InputError("the template needs a geometry, block or statistics file and an analysis file")
+    return model, analysis, one((".nml",), "options file")
+
+
+def _run_here(folders: list[str], workers: int) -> Iterator[Outcome]:
+    """Cases on this machine, `workers` at a time. On Ctrl-C the running programs write their checkpoints."""
+    running: set[subprocess.Popen[str]] = set()
+    lock, stopping = threading.Lock(), threading.Event()
+
+    def watch(process: subprocess.Popen[str]) -> None:
+        with lock:
+            running.add(process)
+            if stopping.is_set():
+                process.terminate()
+
+    def work(folder: str) -> Outcome | None:
+        return None if stopping.is_set() else run_case(folder, watch)
+
+    with ThreadPoolExecutor(workers) as pool:
+        left = {pool.submit(work, folder) for folder in folders}
+        try:
+            while left:
+                finished, left = wait(left, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    outcome = future.result()
+                    if outcome is not None:
+                        yield outcome
+        except (KeyboardInterrupt, GeneratorExit):
+            with lock:
+                stopping.set()
+                for process in running:
+                    with contextlib.suppress(OSError):
+                        process.send_signal(signal.SIGTERM)
+            raise
+
+
+def _run_dask(study: Study, folders: list[str], where: str, workers: int | None) -> Iterator[Outcome]:
+    """Cases as tasks of Dask. A task whose worker dies is given to another one and goes on from its checkpoint."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise RockddaError("Dask is not installed: pip install 'rockdda[study]'") from None
+    with contextlib.ExitStack() as stack:
+        if "://" in where:
+            client = stack.enter_context(Client(where))
+        else:
+            cluster = stack.enter_context(_cluster(study, where, workers))
+            client = stack.enter_context(Client(cluster))
+        futures = client.map(run_case, folders, pure=False, retries=3)
+        names = {future.key: folder for future, folder in zip(futures, folders, strict=True)}
+        for future in as_completed(futures):
+            if future.status == "finished":
+                yield future.result()
+            else:
+                folder = Path(names[future.key])
+                status = _read_status(folder)
+                message = f"{type(future.exception()).__name__}: {future.exception()}"
+                _write_status(folder, {**status, "status": "failed", "exit_code": 1, "message": message})
+                yield Outcome(status["number"], status["name"], "failed", 0.0, 1, message)
+
+
+def _cluster(study: Study, where: str, workers: int | None) -> Any:
+    """A Dask cluster: on this machine, or of jobs of a scheduler through dask-jobqueue."""
+    if where == "local":
+        from distributed import LocalCluster
+
+        count = workers or max(1, (os.cpu_count() or 1) // study.threads)
+        return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+    try:
+        import dask_jobqueue
+    except ImportError:
+        raise RockddaError("dask-jobqueue is not installed: pip install 'rockdda[cluster]'") from None
+    kinds = ("SLURM", "PBS", "LSF", "SGE", "OAR", "HTCondor", "Local")
+    names = {kind.lower() if kind != "Local" else "shell": f"{kind}Cluster" for kind in kinds}
+    if where not in names:
+        raise InputError(
+            f"dask: expected an address such as tcp://host:8786, local, {', '.join(names)}; found '{where}'"
+        )
+    module = dask_jobqueue.local if where == "shell" else dask_jobqueue
+    cluster = getattr(module, names[where])(**{"cores": 1, "processes": 1, "memory": "2GB", **study.cluster})
+    cluster.scale(jobs=workers or 4)
+    return cluster
+
+
+def write_job_array(study: Study, *, retry: bool = False) -> Path:
+    """A Slurm script that runs each case as one task of a job array; submitting it again does what is left."""
+    todo = pending(study, retry=retry)
+    if not todo:
+        raise InputError("all cases are done: there is nothing to submit", study.file)
+    for case in todo:
+        prepare_case(study, case)
+    options = "".join(f"#SBATCH --{name}={value}\n" for name, value in study.cluster.items())
+    path = study.output / "job-array.sh"
+    numbers = ",".join(str(case.number) for case in todo)
+    command = shlex.join([sys.executable, "-m", "rockdda", "study", str(study.file.resolve())])
+    text = f"""#!/bin/bash
+# {study.title}: one task a case. Submit with `sbatch {path.name}`;
+# the table comes from `rockdda-post study {study.file.name} --table` then.
+#SBATCH --job-name={_job_name(study.title)}
+#SBATCH --array={numbers}
+#SBATCH --cpus-per-task={study.threads}
+#SBATCH --signal=B:TERM@120
+{options}exec {command} --case "$SLURM_ARRAY_TASK_ID" --quiet
+"""
+    path.write_text(text, encoding="utf-8")
+    path.chmod(0o755)
+    return path
+
+
+def _job_name(title: str) -> str:
+    return "".join(letter if letter.isalnum() else "-" for letter in title)[:40] or "rockdda"
+
+
+def collect(study: Study) -> pandas.DataFrame:
+    """One row a case: number, parameters, results, status, seconds. Missing numbers are NaN."""
+    import pandas as pd
+
+    rows = []
+    for case in study.cases:
+        status = _read_status(_folder(study, case))
+        current = status.get("digest") == study.digest(case)
+        found = status.get("results", {}) if current and status.get("status") == "done" else {}
+        rows.append(
+            {"case": case.number}
+            | {name: case.values[name] for name in study.parameters}
+            | {wanted.name: found.get(wanted.name, float("nan")) for wanted in study.quantities}
+            | {
+                "status": status.get("status", "waiting") if current else "waiting",
+                "seconds": status.get("seconds", float("nan")) if current else float("nan"),
+                "message": status.get("message", "") if current else "",
+                "results_file": str(_folder(study, case) / "out.h5") if found or not study.quantities else "",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _folder(study: Study, case: Case) -> Path:
+    return study.output / "cases" / case.name
+
+
+def _read_status(folder: Path) -> dict[str, Any]:
+    try:
+        found = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        return found if isinstance(found, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def _write_status(folder: Path, status: dict[str, Any]) -> None:
+    """Replace the file in one step, so that a kill leaves the old or the new one."""
+    temporary = folder / f"status.json.{os.getpid()}.{threading.get_ident()}"
+    temporary.write_text(json.dumps(status, indent=1), encoding="utf-8")
+    temporary.replace(folder / "status.json")

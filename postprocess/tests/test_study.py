@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: MIT
+"""Studies: a block that slides to a stop after v^2/(2 g tan(phi)), over a grid of friction angles and velocities."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rockdda import cli
+from rockdda.errors import InputError
+from rockdda.study import evaluate, read_study
+from rockdda.study_run import collect, pending, run_study
+
+GEOMETRY = """\
+0.001   # e0
+7 4
+1
+0 2 0 1 0
+-2 -1 12 -1 1
+12 -1 12 0 1
+12 0 -2 0 1
+-2 0 -2 -1 1
+0 0 0 1 1
+0 1 1 1 1
+1 1 1 0 1
+0.5 0.5 0.6 0.5 2
+-1 -0.5 -1 -0.5
+11 -0.5 11 -0.5
+0.5 0.5
+"""
+ANALYSIS = """\
+1 {{steps}} 2 1 0.05 {{dt:.4f}}    # k01, steps, materials, g2, g1
+{{stiffness}}                      # g0
+0 0
+2000 {{2000*9.81}} 1e9 0.2  0 0 0  0 0 0  0 0 0
+2000 {{2000*9.81}} 1e9 0.2  0 0 0  0 0 0  {{v}} 0 0
+{{phi}} 0 0
+"""
+STUDY = """\
+title = "Sliding to a stop"
+template = "template"
+
+[parameters]
+phi = [20, 30, 40]
+v = [2.0, 3.0]
+
+[constants]
+steps = 300
+dt = 0.005
+stiffness = 1e8
+
+[results.distance]
+dataset = "history/measured_displacement"
+at = [0, 0]
+unit = "m"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, program, monkeypatch):
+    monkeypatch.setenv("ROCKDDA_PROGRAM", program)
+    (tmp_path / "template").mkdir()
+    (tmp_path / "template/slide.dc").write_text(GEOMETRY)
+    (tmp_path / "template/slide.df").write_text(ANALYSIS)
+    (tmp_path / "slide.toml").write_text(STUDY)
+    return tmp_path
+
+
+def check_distances(table):
+    """Within 0.2 %: the step that stops the block is a share of 0.005 s v of the way too long or short, 0.1 % here."""
+    for _, row in table.iterrows():
+        exact = row["v"] ** 2 / (2 * 9.81 * math.tan(math.radians(row["phi"])))
+        assert row["distance"] == pytest.approx(exact, rel=2e-3), row
+
+
+def test_grid_is_run_once(folder):
+    study = read_study(folder / "slide.toml")
+    assert len(study.cases) == 6
+    told = []
+    outcomes = run_study(study, workers=2, progress=lambda done, total, outcome: told.append((done, total)))
+    assert [outcome.status for outcome in outcomes] == ["done"] * 6
+    assert told == [(i, 6) for i in range(1, 7)]
+    table = collect(study)
+    assert list(table["phi"]) == [20, 20, 30, 30, 40, 40]
+    check_distances(table)
+    # nothing is left; a change of the template asks for all, a further value for two
+    assert run_study(study) == []
+    (folder / "slide.toml").write_text(STUDY.replace("[20, 30, 40]", "[20, 30, 40, 50]"))
+    assert [case.values["phi"] for case in pending(read_study(folder / "slide.toml"))] == [50, 50]
+    (folder / "template/slide.df").write_text(ANALYSIS.replace("1e9 0.2", "2e9 0.2"))
+    assert len(pending(read_study(folder / "slide.toml"))) == 8
+
+
+def test_command(folder, capfd):
+    (folder / "slide.toml").write_text(STUDY.replace("[2.0, 3.0]", "[2.0]"))
+    assert cli.main(["study", str(folder / "slide.toml"), "--json"]) == 0
+    summary = json.loads(capfd.readouterr().out)
+    assert (summary["cases"], summary["done"], summary["run_now"]) == (3, 3, 3)
+    assert (folder / "slide/table.csv").read_text().count("\n") == 4
+    # a PNG of some size
+    assert (folder / "slide/table.png").stat().st_size > 5000
+    assert cli.main(["study", str(folder / "slide.toml"), "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["run_now"] == 0
+
+
+def test_failed_cases_are_told_and_tried_again_on_request(folder, capfd):
+    # a stiffness that is no number fails in one case only
+    text = (
+        STUDY.replace("[2.0, 3.0]", "[2.0]")
+        .replace("stiffness = 1e8\n", "")
+        .replace("[parameters]", '[parameters]\nstiffness = ["soft", 1e8]')
+        .replace("[20, 30, 40]", "[30]")
+    )
+    (folder / "slide.toml").write_text(text)
+    assert cli.main(["study", str(folder / "slide.toml")]) == 3
+    captured = capfd.readouterr()
+    assert "case 1 failed" in captured.err
+    assert "2 cases, 1 done, 1 failed" in captured.out
+    study = read_study(folder / "slide.toml")
+    assert run_study(study) == []
+    (outcome,) = run_study(study, retry=True)
+    assert outcome.status == "failed"
+    assert "found 'soft'" in outcome.message
+    assert cli.main(["study", str(folder / "slide.toml"), "--table", "--quiet"]) == 3
+
+
+def test_timeout_is_a_failure_that_keeps_its_results(folder):
+    text = (
+        STUDY.replace("[20, 30, 40]", "[20]").replace("[2.0, 3.0]", "[2.0]").replace("steps = 300", "steps = 100000000")
+    )
+    (folder / "slide.toml").write_text(text + "\n[run]\ntimeout = 1.5\n")
+    (outcome,) = run_study(read_study(folder / "slide.toml"))
+    assert (outcome.status, outcome.exit_code) == ("failed", 124)
+    assert "timeout" in outcome.message
+    (case,) = (folder / "slide/cases").iterdir()
+    assert (case / "out.h5").stat().st_size > 0
+
+
+def test_interrupted_study_goes_on(folder):
+    """SIGTERM in the middle; what was done stays, the rest follows with the same numbers."""
+    text = STUDY.replace("steps = 300", "steps = 30000")
+    (folder / "slide.toml").write_text(text)
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    command = [sys.executable, "-m", "rockdda", "study", str(folder / "slide.toml"), "--workers", "2"]
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        process.stderr.readline()  # the first case is done
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+    assert process.returncode == cli.STOPPED
+    study = read_study(folder / "slide.toml")
+    left = pending(study)
+    assert 0 < len(left) < 6
+    assert {outcome.status for outcome in run_study(study, workers=2)} == {"done"}
+    check_distances(collect(study))
+
+
+def test_job_array(folder):
+    study_file = folder / "slide.toml"
+    study_file.write_text(STUDY.replace("[2.0, 3.0]", "[2.0]") + '\n[cluster]\ntime = "0:10:00"\n')
+    assert cli.main(["study", str(study_file), "--slurm", "--quiet"]) == 0
+    script = folder / "slide/job-array.sh"
+    text = script.read_text()
+    assert "#SBATCH --array=1,2,3\n" in text
+    assert "#SBATCH --time=0:10:00\n" in text
+    # what the scheduler would do, one task after the other; the third one is left out
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    for task in ("1", "2"):
+        subprocess.run(["bash", script], env={**environment, "SLURM_ARRAY_TASK_ID": task}, check=True, timeout=60)
+    assert [case.number for case in pending(read_study(study_file))] == [3]
+    assert cli.main(["study", str(study_file), "--slurm", "--quiet"]) == 0
+    assert "#SBATCH --array=3\n" in script.read_text()
+
+
+def test_dask_with_a_worker_that_dies(folder):
+    distributed = pytest.importorskip("distributed")
+    text = STUDY.replace("steps = 300", "steps = 40000").replace("[2.0, 3.0]", "[2.0]")
+    (folder / "slide.toml").write_text(text)
+    study = read_study(folder / "slide.toml")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        victim = next(iter(cluster.workers.values())).process.process.pid
+
+        def kill() -> None:
+            # while both workers run a case
+            while len(list((folder / "slide/cases").glob("*/out.h5"))) < 2:
+                time.sleep(0.02)
+            os.kill(victim, signal.SIGKILL)
+
+        import threading
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        outcomes = run_study(study, dask=cluster.scheduler_address)
+        killer.join()
+    assert {outcome.status for outcome in outcomes} == {"done"}
+    check_distances(collect(study))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "phi = [20, 30, 40]",
+            "phi = []",
+            "slide.toml:5:1: error: parameter 'phi': expected a list of numbers or texts",
+        ),
+        ("phi = [20, 30, 40]", "phi = [20, 20]", "slide.toml:5:1: error: parameter 'phi': a value is given twice"),
+        ("v = [2.0, 3.0]", "w = [2.0]", "template/slide.df: error: 'v' is no parameter or constant of slide.toml"),
+        ("[constants]", "[constants]\nzeta = 1", None),
+        (
+            "v = [2.0, 3.0]",
+            "v = [2.0]\nw = [1]",
+            "slide.toml:7:1: error: parameter 'w' is used in no file of the template",
+        ),
+        (
+            "[constants]",
+            "[constant]",
+            "slide.toml:8:1: error: unknown name 'constant' in the study; did you mean 'constants'?",
+        ),
+        ('template = "template"', 'template = "nowhere"', "slide.toml:2:1: error: template: no such folder"),
+        ("at = [0, 0]", "at = 0.5", "slide.toml:13:1: error: result 'distance': at: expected whole numbers, found 0.5"),
+        ("at = [0, 0]", 'take = "median"', "error: result 'distance': take: must be one of last, first"),
+        ("steps = 300", "steps = ", "slide.toml:9:9: error: Invalid value"),
+        (
+            "[results.distance]",
+            "[run]\nthreads = 0\n[results.distance]",
+            "error: threads: expected a whole number of at least 1",
+        ),
+    ],
+)
+def test_bad_studies(folder, old, new, message):
+    (folder / "slide.toml").write_text(STUDY.replace(old, new))
+    if message is None:  # constants need not be used
+        read_study(folder / "slide.toml")
+        return
+    with pytest.raises(InputError) as error:
+        read_study(folder / "slide.toml")
+    assert message in str(error.value)
+
+
+def test_bad_placeholders(folder):
+    for text, message in (
+        ("{{phi +}}", "expected a parameter or a formula"),
+        ("{{1/(phi-20)}}", "division by zero"),
+        ("{{open(1)}}", "expected a parameter or a formula"),
+        ("{{phi.real}}", "expected a parameter or a formula"),
+        ("{{phi:q}}", "Unknown format code"),
+    ):
+        (folder / "template/slide.df").write_text(ANALYSIS + text)
+        with pytest.raises(InputError, match=r"slide\.df:7") as error:
+            read_study(folder / "slide.toml")
+        assert message in str(error.value)
+
+
+def test_formulas():
+    values = {"span": 10.0, "n": 3}
+    assert evaluate("span/2 - n**2 + max(1, n)", values) == 5 - 9 + 3
+    assert evaluate("sin(pi/2)*-n", values) == -3
+    for bad in ("__import__('os')", "span if n else 0", "[n]", "n**9999", "lambda: 0", "'a'*5"):
+        with pytest.raises(ValueError):
+            evaluate(bad, values)
+
+
+def test_unknown_result(folder):
+    (folder / "slide.toml").write_text(STUDY.replace("at = [0, 0]", "at = [7, 0]").replace("[20, 30, 40]", "[20]"))
+    outcomes = run_study(read_study(folder / "slide.toml"))
+    assert {outcome.status for outcome in outcomes} == {"failed"}
+    assert "history/measured_displacement has the shape" in outcomes[0].message
