@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,6 +77,8 @@ def animate(
         part.replace(path)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    except subprocess.CalledProcessError as error:  # of ffmpeg, which has said why on standard error
+        raise OutputError(f"{path}: cannot be written: ffmpeg ended with code {error.returncode}") from error
     finally:
         part.unlink(missing_ok=True)
     return path

@@ -281,7 +281,11 @@ def export_command(
     output: Output = None,
     kind: Annotated[
         str | None,
-        typer.Option("--format", help="pvd, vtu, csv, txt or dxf; by default the output's ending.", show_default=False),
+        typer.Option(
+            "--format",
+            help="pvd (or vtk), vtu, csv, txt (or text), dxf; by default the output's ending.",
+            show_default=False,
+        ),
     ] = None,
     table: Annotated[
         str, typer.Option("--table", help="Of a .csv: history, blocks, vertices or contacts.")
@@ -313,8 +317,11 @@ def export_command(
     from . import export
 
     results = open_results(file)
+    kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
+    if output is not None and output.is_dir():
+        output = output / f"{file.stem}.{kind or 'pvd'}"
     path = target(output, file, f".{kind or 'pvd'}")
-    form = (kind or path.suffix.lstrip(".")).lower()
+    form = kind or path.suffix.lstrip(".").lower() or "pvd"
     if form not in ("pvd", "vtu", "csv", "txt", "dxf"):
         raise InputError(f"unknown format {form!r}; the formats are: pvd, vtu, csv, txt, dxf", path)
     if form in ("pvd", "vtu") and path.suffix.lower() != f".{form}":

@@ -43,10 +43,11 @@ def convert(
     """Convert DDAML (geometry, analysis or both), a DXF drawing or GeoJSON lines; returns what was written.
 
     The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
-    folder; an existing folder as `output` takes them under that name. `layers` says what the layers of a drawing are
-    (see `rockdda.convert_dxf`), `e0` is the edge-node distance and `chord` the largest distance of chords from curves.
-    `template` also writes an analysis file with typical values for rock (m, kg, s, N) where the input has none.
-    Raises InputError with all problems; nothing is written then. Existing files are replaced with `force` only.
+    folder; a folder as `output` (an existing one, or with a final slash) takes them under that name.
+    `layers` says what the layers of a drawing are (see `rockdda.convert_dxf`), `e0` is the edge-node distance and
+    `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values for
+    rock (m, kg, s, N) where the input has none. Raises InputError with all problems; nothing is written then. Existing
+    files are replaced with `force` only.
     """
     paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     if not paths:
@@ -155,6 +156,8 @@ def _stem(first: Path, output: str | os.PathLike[str] | None) -> Path:
     if output is None:
         return Path(first.stem)
     path = Path(output)
+    if str(output).endswith(os.sep):
+        path.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         return path / first.stem
     return path.with_suffix("") if path.suffix.lower() in (".dc", ".df", ".nml") else path

@@ -41,10 +41,15 @@ def to_vtk(
     """Write frames for ParaView and PyVista; returns the path.
 
     `path` ending in .pvd: an index with the times, beside a folder with one .vtu file for each frame (all by default);
-    ending in .vtu: one frame (the last by default). Polygons are blocks; with the points go displacements, with the
+    a path without ending gets this one, and an existing folder takes such files under the name of the results.
+    Ending in .vtu: one frame (the last by default). Polygons are blocks; with the points go displacements, with the
     cells every field, stresses as 3 × 3 tensors, velocities and block numbers.
     """
     path = Path(path)
+    if path.is_dir():
+        path = path / f"{results.path.stem}.pvd"
+    elif not path.suffix:
+        path = path.with_name(path.name + ".pvd")
     if path.suffix.lower() == ".vtu":
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
         _write(path, lambda stream: stream.write(_vtu(results.frames[number])))

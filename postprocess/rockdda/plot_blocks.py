@@ -73,10 +73,11 @@ def add_blocks(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **opt
 
 
 def add_outline(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **options: Any) -> None:
-    """Add the outlines of all blocks as one artist."""
+    """Add the outlines of all blocks as one artist, beneath the blocks: it shows where they have gone away."""
     from matplotlib.patches import PathPatch
 
-    options = {"facecolor": "none", "edgecolor": "#8A8A8A", "linewidth": 0.5, "linestyle": (0, (4, 2))} | options
+    options = {"facecolor": "none", "edgecolor": "#7A7A7A", "linewidth": 0.5, "linestyle": (0, (4, 2))} | options
+    options.setdefault("zorder", 0.5)
     if len(offset) - 1 > MANY:  # dashes take long, and cannot be seen
         options |= {"linestyle": "solid", "linewidth": 0.15, "rasterized": True}
     patch = PathPatch(outlines(vertices, offset), label="start", **options)

@@ -8,14 +8,16 @@ import subprocess
 import sys
 import time
 import urllib.request
+from pathlib import Path
 
 import numpy as np
 import pytest
 import rockdda
 from PIL import Image
-from places import ROOT
 from rockdda.cli import main
 from synthetic import write_wall
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
@@ -136,6 +138,18 @@ def test_export(folder, capsys):
     assert np.loadtxt(folder / "outlines").shape == (200, 4)
     assert run(capsys, "export", "wall.h5", "-o", "end.dxf") == (0, "end.dxf: 1 frames\n", "")
     assert run(capsys, "export", "wall.h5", "-o", "end.vtu", "-q") == (0, "", "")
+    (folder / "there").mkdir()
+    assert run(capsys, "export", "wall.h5", "-o", "there", "--format", "csv") == (0, "there/wall.csv: 2 steps\n", "")
+    assert run(capsys, "export", "wall.h5", "-o", "there/all") == (0, "there/all.pvd: 3 frames\n", "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")  # noqa: PTH110
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_a_full_disk_is_said(folder, capsys, ending):
+    (folder / f"a.{ending}").symlink_to("/dev/full")
+    code, out, err = run(capsys, "plot", "wall.h5", "-o", f"a.{ending}")
+    assert (code, out) == (5, "")
+    assert err == f"rockdda-post: error: a.{ending}: cannot be written: No space left on device\n"
 
 
 def test_compare_says_where_and_when(folder, capsys):

@@ -3,14 +3,16 @@
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import rockdda
-from places import INPUTS
 from rockdda.compare import compare
 from synthetic import write_wall
+
+INPUTS = Path(__file__).resolve().parents[2] / "inputs"
 
 
 @pytest.fixture

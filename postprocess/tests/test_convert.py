@@ -11,9 +11,10 @@ import ezdxf
 import numpy as np
 import pytest
 import rockdda
-from places import ROOT
 from rockdda.convert import convert
 from rockdda.convert_dxf import kinds_of_layers, write_dxf
+
+ROOT = Path(__file__).resolve().parents[2]
 
 DDAML = Path(os.environ.get("ROCKDDA_SHARED", ROOT.parent / "shared")) / "legacy/ddaml"
 needs_ddaml = pytest.mark.skipif(not DDAML.exists(), reason="no legacy data (ROCKDDA_SHARED)")

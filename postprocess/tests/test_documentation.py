@@ -1,38 +1,56 @@
 # SPDX-License-Identifier: MIT
-"""The examples of docs/python.md and of the docstrings do what the page says."""
+"""The pages about pictures tell the truth: commands run, pictures and kinds are there."""
 
-import contextlib
-import doctest
-import io
 import re
+import shlex
+from pathlib import Path
 
 import pytest
-import rockdda.model
-from places import INPUTS, ROOT
+from PIL import Image
+from rockdda.cli import main
+from rockdda.plot import KINDS
+from rockdda.results import FIELDS
+from synthetic import write_wall
 
-pytestmark = pytest.mark.usefixtures("native")
+ROOT = Path(__file__).resolve().parents[2]
+
+PAGE = ROOT / "docs/post-processing.md"
+GALLERY = ROOT / "docs/gallery"
+COMMANDS = re.findall(r"^    rockdda-post ((?:plot|animate) [^#\n]*)", PAGE.read_text(encoding="utf-8"), re.M)
 
 
-def test_the_examples_of_the_page(tmp_path, monkeypatch):
-    """One after the other, as a reader would; what a text block shows is what the Python block before it prints."""
-    text = (ROOT / "docs/python.md").read_text()
-    (tmp_path / "inputs").symlink_to(INPUTS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_of_the_page_run(tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
-    names = {}
-    printed = ""
-    shown = 0
-    for kind, body in re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
-        if kind == "python":
-            out = io.StringIO()
-            with contextlib.redirect_stdout(out):
-                exec(compile(body, "docs/python.md", "exec"), names)
-            printed = out.getvalue().replace(f"{tmp_path}/", "")
-        elif kind == "text":
-            assert printed == body
-            shown += 1
-    assert shown >= 7
+    for name in ("slope", "roof"):
+        write_wall(tmp_path / f"{name}.h5", 5, 4)
+    before = set(tmp_path.iterdir())
+    assert main(shlex.split(command.replace("-5,0.2,5,0.2", "0,0.2,5,0.2"))) == 0, capsys.readouterr().err
+    (made,) = set(tmp_path.iterdir()) - before
+    assert made.stat().st_size > 1000
 
 
-@pytest.mark.parametrize("module", [rockdda, rockdda.model, rockdda.running], ids=lambda module: module.__name__)
-def test_docstrings(module):
-    assert doctest.testmod(module).failed == 0
+def test_there_are_commands_to_run():
+    assert len(COMMANDS) >= 6
+
+
+def test_the_page_names_all_kinds_and_fields():
+    text = PAGE.read_text(encoding="utf-8")
+    for kind in KINDS:
+        assert f"| `{kind}` |" in text
+    suffixes = set(re.findall(r"`_([xy]+)`", text))
+    for field in FIELDS:
+        stem, _, suffix = field.rpartition("_")
+        assert f"`{field}`" in text or (f"`{stem}" in text and suffix in suffixes), field
+
+
+def test_the_gallery_has_a_picture_of_every_kind():
+    text = (GALLERY / "README.md").read_text(encoding="utf-8")
+    linked = re.findall(r"\]\((\w+\.(?:png|html))\)", text)
+    assert {f"{kind}.png" for kind in KINDS} | {"multiples.png", "contact_sheet.png"} <= set(linked)
+    for name in linked:
+        if name.endswith(".png"):
+            with Image.open(GALLERY / name) as image:
+                assert min(image.size) > 150
+        else:
+            assert "</html>" in (GALLERY / name).read_text(encoding="utf-8")

@@ -26,6 +26,8 @@ module rockdda_assembly_equations
       real(wp), allocatable :: x(:, :)               !! (6, nb) solution, also the next starting guess
       real(wp), allocatable :: block_matrix(:, :, :) !! (6, 6, nb) block terms
       real(wp), allocatable :: block_load(:, :)      !! (6, nb)
+      real(wp), allocatable :: block_magnitude(:, :) !! (6, nb) sum of the magnitudes of what block_load is made of
+      real(wp), allocatable :: magnitude(:, :)       !! (6, nb) the same for f, of the last full assembly
       integer, allocatable :: pair(:, :)             !! (2, links) blocks; 0 = the fixed outside
       integer, allocatable :: slot(:)                !! (links) stored block of the pair, 0 none
       real(wp), allocatable :: vector_a(:, :, :)     !! (6, 2, links)
@@ -37,6 +39,7 @@ module rockdda_assembly_equations
       procedure :: set_size
       procedure :: set_graph
       procedure :: assemble
+      procedure :: assemble_loads
    end type equations_type
 
 contains
@@ -50,6 +53,7 @@ contains
       self%n_links = n_links
       if (.not. allocated(self%f)) then
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), &
+                   self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), &
                    self%block_matrix(6, 6, n_blocks), source=0.0_wp)
          allocate (self%start(n_blocks + 1), source=0)
       end if
@@ -115,7 +119,30 @@ contains
                            self%matrix%row_start(i + 1) - 1, self)
       end do
       !$omp end parallel do
+      self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
    end subroutine assemble
+
+   !> The load alone, for links whose forces changed while their stiffness did not: the same sums as in `assemble`.
+   subroutine assemble_loads(self)
+      class(equations_type), intent(inout) :: self
+      integer :: i, l, c, line
+      !$omp parallel do default(none) shared(self) private(i, l, c, line) schedule(static) if (self%n_blocks > 4000)
+      do i = 1, self%n_blocks
+         self%f(:, i) = self%block_load(:, i)
+         do l = self%start(i) + 1, self%start(i + 1)
+            c = abs(self%incident(l))
+            do line = 1, 2
+               if (.not. abs(self%force(line, c)) > 0) cycle
+               if (self%incident(l) > 0) then
+                  self%f(:, i) = self%f(:, i) + self%force(line, c)*self%vector_a(:, line, c)
+               else
+                  self%f(:, i) = self%f(:, i) + self%force(line, c)*self%vector_b(:, line, c)
+               end if
+            end do
+         end do
+      end do
+      !$omp end parallel do
+   end subroutine assemble_loads
 
    !> One block row: its diagonal block, the stored blocks right of it, its load.
    pure subroutine assemble_row(i, first_link, last_link, first_slot, last_slot, eq)
@@ -126,6 +153,7 @@ contains
       eq%matrix%values(:, :, first_slot) = eq%block_matrix(:, :, i)
       eq%matrix%values(:, :, first_slot + 1:last_slot) = 0
       eq%f(:, i) = eq%block_load(:, i)
+      eq%magnitude(:, i) = eq%block_magnitude(:, i)
       do l = first_link, last_link
          c = abs(eq%incident(l))
          slot = eq%slot(c)
@@ -149,7 +177,10 @@ contains
                   end do
                end if
             end if
-            if (abs(eq%force(line, c)) > 0) eq%f(:, i) = eq%f(:, i) + eq%force(line, c)*v
+            if (abs(eq%force(line, c)) > 0) then
+               eq%f(:, i) = eq%f(:, i) + eq%force(line, c)*v
+               eq%magnitude(:, i) = eq%magnitude(:, i) + abs(eq%force(line, c)*v)
+            end if
          end do
       end do
    end subroutine assemble_row

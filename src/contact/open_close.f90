@@ -20,6 +20,7 @@
 module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_mixing, only : mixing_type
    use rockdda_contact_law, only : contact_law_type, shear_strength
    implicit none
    private
@@ -44,18 +45,21 @@ module rockdda_contact_open_close
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: friction(:)    !! friction force for the next solve while sliding, >= 0
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
-      real(wp), allocatable :: friction_before(:) !! friction force of the solve before the last
-      real(wp), allocatable :: limit_before(:)    !! and the limit that came out of it
-      integer, allocatable :: sliding_solves(:)   !! solves in a row in which the contact was sliding
+      real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
       integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from state)
       integer, allocatable :: sign_used(:)    !! slip direction in the last solve
+      real(wp), allocatable :: normal_drag(:) !! normal dashpot coefficient over dt, while closed [force/length]
       real(wp), allocatable :: drag(:)        !! shear dashpot coefficient over dt, while locked [force/length]
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
+      type(mixing_type) :: mixing             !! search for the friction forces of given states
    contains
       procedure :: begin
       procedure :: judge
+      procedure :: count_unsettled
+      procedure :: improve_friction
+      procedure :: lawful_forces
    end type open_close_type
 
 contains
@@ -77,9 +81,10 @@ contains
          self%gap(c) = table%gap(c)
          self%slip(c) = 0
          self%drag(c) = 0
+         self%normal_drag(c) = 0
          self%changes(c) = 0
          self%friction(c) = 0
-         self%sliding_solves(c) = 0
+         self%miss(c) = 0
          if (self%state(c) == contact_state%sliding) self%friction(c) = &
             strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., 0.0_wp, settings)
       end do
@@ -92,7 +97,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(judge_settings_type), intent(in) :: settings
       integer, intent(out) :: n_changes               !! contacts whose state changed
-      real(wp), intent(out) :: worst_friction         !! largest change of a friction force used [force]
+      real(wp), intent(out) :: worst_friction         !! largest miss of a friction force used [force]
       integer :: c, old, new
       real(wp) :: limit
       n_changes = 0
@@ -111,43 +116,156 @@ contains
          end if
          self%state(c) = new
          self%friction(c) = 0
-         if (old /= contact_state%sliding) self%sliding_solves(c) = 0
+         self%miss(c) = 0
          if (new == contact_state%sliding) then
             limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
             self%friction(c) = limit
             if (old == contact_state%sliding) then
-               self%sliding_solves(c) = self%sliding_solves(c) + 1
-               worst_friction = max(worst_friction, abs(limit - self%friction_used(c)))
-               call improve_friction(self, c, limit)
+               self%miss(c) = abs(limit - self%friction_used(c))
+               worst_friction = max(worst_friction, self%miss(c))
             end if
          end if
-         if (new == old) cycle
+         if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) cycle
          self%changes(c) = self%changes(c) + 1
          if (settings%peer .and. min(old, new) > 0) cycle
+         self%miss(c) = force_miss(self, table, settings, c)
          n_changes = n_changes + 1
       end do
    end subroutine judge
 
-   !> Friction force for the next solve. The force depends on the normal force, which depends on the friction:
-   !> F = L(F). Putting L in for F diverges where L falls steeply (a steep friction angle at a lone corner), so the
-   !> second guess is halfway for a contact that has just begun to slide, and a secant step follows.
-   pure subroutine improve_friction(self, c, limit)
+   !> Force by which a contact that changed its state in the last judgement departs from its law at the motion of the
+   !> last solve: the force that it then had, against the one it should have had [force].
+   pure real(wp) function force_miss(self, table, settings, c) result(miss)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                       !! row
+      real(wp) :: used, due, trial
+      trial = shear_trial(self, table, settings, c)
+      used = 0
+      if (self%state_used(c) == contact_state%locked) used = trial
+      if (self%state_used(c) == contact_state%sliding) used = self%sign_used(c)*self%friction_used(c)
+      due = 0
+      if (self%state(c) == contact_state%locked) due = trial
+      if (self%state(c) == contact_state%sliding) due = self%slip_sign(c)*self%friction(c)
+      miss = abs(due - used)
+      ! the normal spring came or went
+      if (min(self%state(c), self%state_used(c)) == contact_state%open) miss = miss + settings%k_n*abs(self%gap(c))
+   end function force_miss
+
+   !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
+   !> by more than `tolerance` times the largest normal force on the less loaded of their two blocks, and, if it
+   !> is only the friction force of a contact that goes on sliding, by more than `small`.
+   pure subroutine count_unsettled(self, table, tolerance, small, largest, n)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: tolerance
+      real(wp), intent(in) :: small           !! [force]
+      real(wp), intent(inout) :: largest(:)   !! (blocks) work
+      integer, intent(out) :: n
+      real(wp) :: allowed
+      integer :: c
+      n = 0
+      if (.not. any(self%miss(1:table%n) > 0)) return
+      largest = 0
+      do c = 1, table%n
+         associate (a => table%block_a(c), b => table%block_b(c), force => self%normal_force(c))
+            largest(a) = max(largest(a), force)
+            largest(b) = max(largest(b), force)
+         end associate
+      end do
+      do c = 1, table%n
+         if (.not. self%miss(c) > 0) cycle
+         allowed = tolerance*min(largest(table%block_a(c)), largest(table%block_b(c)))
+         if (self%state(c) == self%state_used(c) .and. self%slip_sign(c) == self%sign_used(c)) &
+            allowed = max(allowed, small)
+         if (self%miss(c) > allowed) n = n + 1
+      end do
+   end subroutine count_unsettled
+
+   !> Compare the friction forces of the last solve with the limits at its motion, before any state is judged, and
+   !> replace them by a better guess for the same states. `worst` is the largest miss of a force used, `before` the
+   !> forces used.
+   pure subroutine improve_friction(self, table, laws, settings, worst, before)
       class(open_close_type), intent(inout) :: self
-      integer, intent(in) :: c
-      real(wp), intent(in) :: limit     !! L of the friction used in the last solve
-      real(wp) :: slope, change
-      if (self%sliding_solves(c) > 1) then
-         change = self%friction_used(c) - self%friction_before(c)
-         if (abs(change) > 0) then
-            slope = max(-4.0_wp, min(0.5_wp, (limit - self%limit_before(c))/change))
-            self%friction(c) = max(0.0_wp, (limit - slope*self%friction_used(c))/(1 - slope))
-         end if
-      else if (self%changes(c) > 0) then
-         self%friction(c) = 0.5_wp*(self%friction_used(c) + limit)
-      end if
-      self%friction_before(c) = self%friction_used(c)
-      self%limit_before(c) = limit
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      real(wp), intent(out) :: worst                  !! [force]
+      real(wp), intent(inout) :: before(:)            !! (>= table%n)
+      real(wp) :: value(table%n), miss(table%n)
+      integer :: c
+      value = 0
+      miss = 0
+      worst = 0
+      do c = 1, table%n
+         before(c) = self%friction(c)
+         if (self%state(c) /= contact_state%sliding) cycle
+         value(c) = self%friction(c)
+         miss(c) = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), .false., self%slip(c), &
+                            settings) - value(c)
+         worst = max(worst, abs(miss(c)))
+      end do
+      call self%mixing%improve(value, miss)
+      do c = 1, table%n
+         if (self%state(c) == contact_state%sliding) self%friction(c) = max(0.0_wp, value(c))
+      end do
    end subroutine improve_friction
+
+   !> Forces that a contact would have with a given motion (normal compression positive, shear against the slip
+   !> positive) if it followed its law there, whatever its trial state; partners as in the judgement.
+   pure subroutine lawful_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, partner_gap, slip  !! [length]
+      real(wp), intent(out) :: normal, shear          !! [force]
+      real(wp) :: hold, limit
+      normal = 0
+      shear = 0
+      if (self%state(c) == contact_state%open) then
+         if (.not. closes(self, table, settings, c, gap, partner_gap)) return
+      else
+         hold = settings%open_tolerance
+         if (self%bonded(c)) hold = hold + laws(table%joint(c))%tension*table%length(c)/settings%k_n
+         if (gap > hold) return
+         if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) return
+      end if
+      normal = -settings%k_n*gap
+      limit = strength(laws(table%joint(c)), table, c, normal, self%bonded(c), slip, settings)
+      shear = settings%k_s*(table%shear(c) + slip) + self%drag(c)*slip
+      shear = max(-limit, min(limit, shear))
+      normal = normal - self%normal_drag(c)*(gap - table%gap(c))
+   end subroutine lawful_forces
+
+   !> Does an open contact close with this motion?
+   pure logical function closes(self, table, settings, c, gap, partner_gap)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
+      integer :: p
+      closes = .false.
+      if (gap >= -settings%close_tolerance) return
+      p = table%partner(c)
+      if (p > 0) then
+         ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
+         if (self%state(p) /= contact_state%open) return
+         if (partner_gap >= -settings%close_tolerance) return
+         if (min(table%gap(c), table%gap(p)) < -settings%close_tolerance) then
+            ! behind one of them from the start: the corner comes through the other
+            if (table%gap(c) < table%gap(p)) return
+            if (table%gap(c) <= table%gap(p) .and. p < c) return
+         else
+            if (gap < partner_gap) return
+            if (gap <= partner_gap .and. p < c) return
+         end if
+      end if
+      closes = .true.
+   end function closes
 
    !> Arrays for at least n contacts.
    pure subroutine make_room(self, n)
@@ -157,15 +275,15 @@ contains
       if (allocated(self%state)) then
          if (size(self%state) >= n) return
          deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, self%friction, self%friction_used, &
-                     self%friction_before, self%limit_before, self%sliding_solves, self%gap, self%slip, self%changes, &
-                     self%state_used, self%sign_used, self%drag)
+                     self%miss, self%gap, self%slip, self%changes, &
+                     self%state_used, self%sign_used, self%drag, self%normal_drag)
       end if
       m = n + n/4 + 16
-      allocate (self%state(m), self%slip_sign(m), self%sliding_solves(m), self%changes(m), self%state_used(m), &
+      allocate (self%state(m), self%slip_sign(m), self%changes(m), self%state_used(m), &
                 self%sign_used(m), source=0)
       allocate (self%bonded(m), source=.false.)
-      allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%friction_before(m), &
-                self%limit_before(m), self%gap(m), self%slip(m), self%drag(m), source=0.0_wp)
+      allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%miss(m), &
+                self%gap(m), self%slip(m), self%drag(m), self%normal_drag(m), source=0.0_wp)
    end subroutine make_room
 
    !> New state of an open contact.
@@ -177,23 +295,8 @@ contains
       integer, intent(in) :: c
       integer, intent(out) :: new
       real(wp) :: trial, limit
-      integer :: p
       new = contact_state%open
-      if (self%gap(c) >= -settings%close_tolerance) return
-      p = table%partner(c)
-      if (p > 0) then
-         ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
-         if (self%state(p) /= contact_state%open) return
-         if (self%gap(p) >= -settings%close_tolerance) return
-         if (min(table%gap(c), table%gap(p)) < -settings%close_tolerance) then
-            ! behind one of them from the start: the corner comes through the other
-            if (table%gap(c) < table%gap(p)) return
-            if (table%gap(c) <= table%gap(p) .and. p < c) return
-         else
-            if (self%gap(c) < self%gap(p)) return
-            if (self%gap(c) <= self%gap(p) .and. p < c) return
-         end if
-      end if
+      if (.not. closes(self, table, settings, c, self%gap(c), self%gap(max(1, table%partner(c))))) return
       new = contact_state%locked
       limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
                        self%slip(c), settings)
@@ -242,9 +345,13 @@ contains
          shear = shear_trial(self, table, settings, c)
          if (shear*self%slip_sign(c) < limit - settings%slip_tolerance .and. &
              .not. is_frictionless(laws(table%joint(c)), limit)) then
-            ! the spring would not reach the limit in this direction: it has turned, or was not needed
-            new = contact_state%locked
-            self%slip_sign(c) = 0
+            ! the spring would not reach the limit in this direction: it was not needed, or has turned
+            if (abs(shear) > limit + settings%slip_tolerance) then
+               self%slip_sign(c) = -self%slip_sign(c)
+            else
+               new = contact_state%locked
+               self%slip_sign(c) = 0
+            end if
          end if
       end if
    end subroutine judge_closed

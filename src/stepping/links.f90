@@ -14,7 +14,7 @@ module rockdda_stepping_links
    use rockdda_assembly_equations, only : equations_type
    implicit none
    private
-   public :: bolt_round_type, set_shear_drag, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
+   public :: bolt_round_type, set_drag, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
    public :: contact_dashpots
 
    !> Bolts in the open-close loop.
@@ -89,8 +89,8 @@ contains
       c(2) = dashpot_coefficient(law%damping_ratio, parameters%shear_stiffness, mass_a, mass_b)
    end function contact_dashpots
 
-   !> What the judgement has to know of the shear dashpots.
-   pure subroutine set_shear_drag(parameters, laws, state, table, dt, trial)
+   !> What the open-close loop has to know of the dashpots.
+   pure subroutine set_drag(parameters, laws, state, table, dt, trial)
       type(parameters_type), intent(in) :: parameters
       type(contact_law_type), intent(in) :: laws(:)
       type(block_state_type), intent(in) :: state
@@ -103,9 +103,10 @@ contains
       do c = 1, table%n
          damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
                                     state%mass(table%block_b(c)))
+         trial%normal_drag(c) = damping(1)/dt
          trial%drag(c) = damping(2)/dt
       end do
-   end subroutine set_shear_drag
+   end subroutine set_drag
 
    !> Stiffness and force of all links for the trial states of a round.
    pure subroutine set_link_forces(blocks, parameters, laws, state, table, trial, bolts, dt, equations)

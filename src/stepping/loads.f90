@@ -63,7 +63,7 @@ contains
 
    !> Stiffness and load of every block for a step of length dt from the given state.
    pure subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, &
-                                   gravity_factor, dt, loads, k, f)
+                                   gravity_factor, dt, loads, k, f, magnitude)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(material_matrices_type), intent(in) :: matrices
@@ -76,7 +76,8 @@ contains
       type(step_loads_type), intent(inout) :: loads
       real(wp), intent(inout) :: k(:, :, :)       !! (6, 6, nb)
       real(wp), intent(inout) :: f(:, :)          !! (6, nb)
-      real(wp) :: m(6, 6), base(2), force(2), factor, t_end, gravity
+      real(wp), intent(inout) :: magnitude(:, :)  !! (6, nb) of the contributions to f, summed up
+      real(wp) :: m(6, 6), before(6), base(2), force(2), factor, t_end, gravity
       integer :: i, p, b, material
 
       t_end = state%time + dt
@@ -93,7 +94,9 @@ contains
             f(:, i) = 0
             call add_inertia(m, state%velocity(:, i), dt, k(:, :, i), f(:, i))
             call add_elastic(matrices%e(:, :, material), state%area(i), k(:, :, i))
+            magnitude(:, i) = abs(f(:, i))
             call add_stress(state%stress(:, i), state%area(i), f(:, i))
+            magnitude(4:6, i) = magnitude(4:6, i) + state%area(i)*abs(state%stress(:, i))
             if (parameters%mass_damping > 0) call add_mass_damping(parameters%mass_damping, m, dt, k(:, :, i))
             loads%weight(:, i) = body_force(state%mass(i), [0.0_wp, -gravity*gravity_factor])
             loads%external(:, i) = body_force(state%mass(i), base)
@@ -116,15 +119,18 @@ contains
       end do
       do i = 1, blocks%n_blocks
          f(:, i) = f(:, i) + loads%weight(:, i) + loads%external(:, i)
+         magnitude(:, i) = magnitude(:, i) + abs(loads%weight(:, i)) + abs(loads%external(:, i))
       end do
       do p = 1, blocks%fixed%n
          loads%target_start(:, p) = fixed_target(parameters, p, state%time)
          loads%target_end(:, p) = fixed_target(parameters, p, t_end)
          if (released(p)) cycle
          b = blocks%fixed%block(p)
+         before = f(:, b)
          call add_point_spring(parameters%fixed_stiffness, state%fixed_position(:, p), state%centroid(:, b), &
                                state%fixed_position(:, p) - blocks%fixed%position(:, p), loads%target_end(:, p), &
                                k(:, :, b), f(:, b))
+         magnitude(:, b) = magnitude(:, b) + abs(f(:, b) - before)
       end do
    end subroutine set_block_terms
 

@@ -24,8 +24,9 @@ module rockdda_stepping_simulation
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
    use rockdda_stepping_ledger, only : ledger_type
-   use rockdda_stepping_links, only : bolt_round_type, set_shear_drag, set_link_vectors, set_link_forces, &
+   use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
       predict_contacts, judge_bolts
+   use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
    use rockdda_stepping_motion, only : start_state, move_blocks, largest_displacement
    implicit none
@@ -43,6 +44,13 @@ module rockdda_stepping_simulation
 
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
    real(wp), parameter :: friction_tolerance = 1.0e-5_wp
+   !> Contact forces may miss their laws by this share of the largest normal force on the less loaded of the two blocks;
+   !> by the second one when the rounds given have not done better.
+   real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
+   integer, parameter :: fine_rounds = 10
+   !> Within a round the misfit of friction and normal forces is brought down by this factor, in at most so many solves.
+   real(wp), parameter :: friction_reduction = 0.03_wp
+   integer, parameter :: friction_solves = 12
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -72,6 +80,8 @@ module rockdda_stepping_simulation
       type(open_close_type), private :: trial
       type(bolt_round_type), private :: bolts
       type(step_loads_type), private :: loads
+      type(line_search_type), private :: line
+      real(wp), allocatable, private :: largest(:)   !! (nb)
    contains
       procedure :: init
       procedure :: advance
@@ -81,6 +91,8 @@ module rockdda_stepping_simulation
       procedure, private :: predicted_reach
       procedure, private :: prepare_contacts
       procedure, private :: try_step
+      procedure, private :: solve_round
+      procedure, private :: settle_friction
       procedure, private :: accept
       procedure, private :: failure
    end type simulation_type
@@ -124,6 +136,8 @@ contains
       call new_material_matrices(parameters, self%matrices)
       call new_step_control(parameters, blocks%fixed%n, self%control)
       call self%contacts%resize(0)
+      if (allocated(self%largest)) deallocate (self%largest)
+      allocate (self%largest(blocks%n_blocks))
       call self%equations%set_size(blocks%n_blocks, 0)
       self%equations%x = 0
       call self%ledger%start(blocks, self%matrices, self%state)
@@ -268,10 +282,10 @@ contains
       real(wp), intent(out) :: displacement
       character(len=:), allocatable, intent(out) :: detail
       type(error_type), allocatable, intent(out) :: error
-      type(solve_report_type) :: report
       type(judge_settings_type) :: settings
-      integer :: n_changes, n_bolts
-      real(wp) :: worst_friction
+      integer :: n_changes, n_bolts, n_unsettled
+      real(wp) :: worst_friction, fraction
+      logical :: solved
 
       settings%k_n = self%parameters%normal_stiffness
       settings%k_s = self%parameters%shear_stiffness
@@ -286,56 +300,126 @@ contains
       call self%times%lap(phase%other)
       call set_block_terms(self%blocks, self%parameters, self%matrices, self%state, self%control%released, &
                            self%line_blocks, self%line_ends, self%control%gravity(self%parameters), dt, self%loads, &
-                           self%equations%block_matrix, self%equations%block_load)
+                           self%equations%block_matrix, self%equations%block_load, self%equations%block_magnitude)
       call self%times%lap(phase%block_terms)
       call self%trial%begin(self%table, self%laws, settings)
-      call set_shear_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
+      call set_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
       self%bolts%yields = .false.
       self%bolts%stretch = 0
-      outcome = attempt%not_converged
+      n_changes = 1
+      n_bolts = 0
       do rounds = 1, self%parameters%max_open_close
-         call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
-                              dt, self%equations)
-         call self%equations%assemble()
-         self%times%rounds = self%times%rounds + 1
-         self%times%contacts = self%times%contacts + self%table%n
-         self%times%assembled = self%times%assembled + self%table%n
-         call self%times%lap(phase%assembly)
-         call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
-         call self%times%lap(phase%solve)
-         if (allocated(error)) then
-            if (error%code /= error_code%computation) return
-            detail = error%message
-            deallocate (error)
-            outcome = attempt%no_solution
-            return
-         end if
-         iterations = iterations + report%iterations
-         if (.not. report%converged) then
-            if (allocated(report%detail)) detail = report%detail
-            outcome = attempt%no_solution
-            return
-         end if
-         displacement = largest_displacement(self%blocks, self%state, self%equations%x)
-         if (.not. displacement <= huge(1.0_wp)) then
-            detail = 'the solution is not finite'
-            outcome = attempt%no_solution
-            return
-         end if
-         call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+         outcome = attempt%no_solution
+         call self%solve_round(dt, n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, error)
+         if (solved) call self%settle_friction(dt, settings, iterations, solved, detail, error)
+         if (.not. solved) return
+         fraction = 1
+         if (rounds > 1 .and. .not. settings%peer) call self%line%search(self%blocks, self%laws, settings, &
+            self%table, friction_tolerance, self%trial, self%bolts, self%equations, fraction)
+         call self%line%keep(self%table, self%trial, self%bolts, self%equations)
          call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
          call self%times%lap(phase%judge)
          outcome = attempt%not_converged
-         if (n_changes + n_bolts > 0) cycle
+         if (n_bolts > 0 .or. fraction < 1) cycle
+         call self%trial%count_unsettled(self%table, merge(force_tolerance, coarse_tolerance, rounds <= fine_rounds), &
+                                         friction_tolerance*largest_normal(self%trial, self%table%n), &
+                                         self%largest, n_unsettled)
+         if (n_unsettled > 0) cycle
          outcome = attempt%converged
-         if (worst_friction <= friction_tolerance*largest_normal(self%trial, self%table%n)) exit
+         exit
       end do
       rounds = min(rounds, self%parameters%max_open_close)
+      displacement = largest_displacement(self%blocks, self%state, self%equations%x)
       ! only a motion that would be accepted asks for a wider search: in earlier rounds blocks may be loose
       if (outcome == attempt%converged .and. 2*displacement > reach .and. &
           displacement <= 1.0e3_wp*self%parameters%w0) outcome = attempt%too_far
    end subroutine try_step
+
+   !> Solve the equations with the present states and friction forces, and predict the motion of all contacts.
+   subroutine solve_round(self, dt, new_states, iterations, solved, detail, error)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: dt
+      logical, intent(in) :: new_states   !! else only friction forces differ from the last solve: K is the same
+      integer, intent(inout) :: iterations
+      logical, intent(out) :: solved      !! else `detail` or `error` says why
+      character(len=:), allocatable, intent(inout) :: detail
+      type(error_type), allocatable, intent(out) :: error
+      type(solve_report_type) :: report
+      solved = .false.
+      call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
+                           dt, self%equations)
+      if (new_states) then
+         call self%equations%assemble()
+         self%solver%reference_load = self%equations%magnitude
+      else
+         call self%equations%assemble_loads()
+      end if
+      self%times%rounds = self%times%rounds + 1
+      self%times%contacts = self%times%contacts + self%table%n
+      self%times%assembled = self%times%assembled + self%table%n
+      call self%times%lap(phase%assembly)
+      call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
+      call self%times%lap(phase%solve)
+      if (allocated(error)) then
+         if (error%code /= error_code%computation) return
+         detail = error%message
+         deallocate (error)
+         return
+      end if
+      iterations = iterations + report%iterations
+      if (.not. report%converged) then
+         if (allocated(report%detail)) detail = report%detail
+         return
+      end if
+      if (.not. maxval(abs(self%equations%x)) <= huge(1.0_wp)) then
+         detail = 'the solution is not finite'
+         return
+      end if
+      call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+      solved = .true.
+   end subroutine solve_round
+
+   !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
+   !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
+   subroutine settle_friction(self, dt, settings, iterations, solved, detail, error)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: dt
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(inout) :: iterations
+      logical, intent(out) :: solved
+      character(len=:), allocatable, intent(inout) :: detail
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: used(self%table%n), worst, goal
+      integer :: k
+      solved = .true.
+      call self%trial%mixing%restart(self%table%n)
+      goal = 0
+      do k = 1, friction_solves
+         call self%trial%improve_friction(self%table, self%laws, settings, worst, used)
+         if (k == 1) goal = max(friction_reduction*worst, 0.5_wp*friction_tolerance*deepest_force(self))
+         if (worst <= goal) then
+            self%trial%friction(1:self%table%n) = used
+            return
+         end if
+         call self%solve_round(dt, .false., iterations, solved, detail, error)
+         if (.not. solved) return
+      end do
+
+   contains
+
+      !> Largest normal force at the motion of the last solve.
+      pure real(wp) function deepest_force(self)
+         class(simulation_type), intent(in) :: self
+         integer :: c
+         deepest_force = 0
+         do c = 1, self%table%n
+            if (self%trial%state(c) /= contact_state%open) &
+               deepest_force = max(deepest_force, abs(settings%k_n*self%trial%gap(c)))
+         end do
+      end function deepest_force
+
+   end subroutine settle_friction
 
    !> Largest normal force of a trial.
    pure real(wp) function largest_normal(trial, n)

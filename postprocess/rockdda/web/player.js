@@ -146,6 +146,15 @@ function draw() {
   pen.fillStyle = "#ffffff";
   pen.fillRect(0, 0, width, height);
   const at = places(present()), colours = maps[field.map || mapOf(...limits)];
+  if ($("outline").checked && frame > 0) {
+    const first = places(start), path = new Path2D();
+    for (let i = 0; i < setup.blocks; i++) trace(path, first, i);
+    pen.strokeStyle = "#8a8a8a";
+    pen.lineWidth = 0.7;
+    pen.setLineDash([4, 3]);
+    pen.stroke(path);
+    pen.setLineDash([]);
+  }
   const [low, high] = limits, span = high - low || 1;
   const buckets = new Map(); // one path for each colour is faster than one for each block
   for (let i = 0; i < setup.blocks; i++) {
@@ -163,15 +172,6 @@ function draw() {
   pen.strokeStyle = "#333333";
   pen.lineWidth = setup.blocks > 20000 ? 0.15 : setup.blocks > 2000 ? 0.4 : 0.8;
   pen.stroke(edges);
-  if ($("outline").checked && frame > 0) {
-    const first = places(start), path = new Path2D();
-    for (let i = 0; i < setup.blocks; i++) trace(path, first, i);
-    pen.strokeStyle = "#8a8a8a";
-    pen.lineWidth = 0.7;
-    pen.setLineDash([4, 3]);
-    pen.stroke(path);
-    pen.setLineDash([]);
-  }
   if (picked >= 0) {
     const path = new Path2D();
     trace(path, at, picked);

@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: MIT
+!> How far to go from the motion of one open-close round towards that of the next.
+!>
+!> A round solves the equations that belong to the states found at the last motion: a step of Newton's method for
+!>
+!>     R(d) = K0 d - f0 + forces of all contacts and bolts at the motion d, by their laws = 0,
+!>
+!> K0 and f0 the block terms. R is continuous and piecewise linear for Coulomb's law, with a kink wherever a contact
+!> changes its state. Where a full step crosses many kinks R may grow, and the rounds then run in circles. So |R| at
+!> the full step is compared with |R| where the step began; if it has not fallen enough, the step is shortened
+!> to the best of a falling sequence of fractions.
+!>
+!> |R| is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness: a measure that
+!> depends neither on units nor on the sizes of blocks. No solve is needed for it.
+module rockdda_stepping_line_search
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_law, only : contact_law_type
+   use rockdda_contact_open_close, only : open_close_type, judge_settings_type
+   use rockdda_assembly_equations, only : equations_type
+   use rockdda_linear_small_blocks, only : factorize_block, solve_lower
+   use rockdda_stepping_links, only : bolt_round_type
+   implicit none
+   private
+   public :: line_search_type
+
+   !> A full step is taken when it brings |R| below this share of what it was.
+   real(wp), parameter :: enough = 0.5_wp
+   !> Each shorter step is this fraction of the last one, at most so many.
+   real(wp), parameter :: shorter = 0.6_wp
+   integer, parameter :: most_trials = 12
+
+   !> The motion that the last round ended with, and scratch.
+   type :: line_search_type
+      private
+      real(wp), allocatable :: x(:, :)              !! (6, nb)
+      real(wp), allocatable :: gap(:), slip(:)      !! (contacts)
+      real(wp), allocatable :: stretch(:)           !! (bolts)
+      real(wp), allocatable :: factor(:, :, :)      !! (6, 6, nb) Cholesky factors of K_ii
+      real(wp), allocatable :: r(:, :)              !! (6, nb)
+   contains
+      procedure :: keep
+      procedure :: search
+      procedure, private :: measure
+   end type line_search_type
+
+contains
+
+   !> Remember the motion of a round.
+   pure subroutine keep(self, table, trial, bolts, equations)
+      class(line_search_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      type(bolt_round_type), intent(in) :: bolts
+      type(equations_type), intent(in) :: equations
+      if (allocated(self%gap)) then
+         if (size(self%gap) < table%n) deallocate (self%gap, self%slip)
+      end if
+      if (.not. allocated(self%gap)) allocate (self%gap(table%n + table%n/4), self%slip(table%n + table%n/4))
+      self%x = equations%x
+      self%gap(1:table%n) = trial%gap(1:table%n)
+      self%slip(1:table%n) = trial%slip(1:table%n)
+      self%stretch = bolts%stretch
+   end subroutine keep
+
+   !> Go from the motion that was kept towards the one just solved for; `fraction` is 1 when all the way.
+   !> |R| below `negligible` counts as zero.
+   subroutine search(self, blocks, laws, settings, table, negligible, trial, bolts, equations, fraction)
+      class(line_search_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(contact_law_type), intent(in) :: laws(:)        !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
+      type(open_close_type), intent(inout) :: trial
+      type(bolt_round_type), intent(inout) :: bolts
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(out) :: fraction
+      real(wp) :: at_start, least, next, a
+      integer :: i, k
+      logical :: ok
+
+      fraction = 1
+      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, equations%n_blocks), self%r(6, equations%n_blocks))
+      do i = 1, equations%n_blocks
+         call factorize_block(equations%matrix%values(:, :, equations%matrix%row_start(i)), self%factor(:, :, i), ok)
+         if (.not. ok) return
+      end do
+      at_start = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      least = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      if (least <= enough*at_start) return
+      self%r = equations%magnitude
+      if (least <= negligible*weighted_norm(self)) return
+      a = 1
+      do k = 1, most_trials
+         a = shorter*a
+         next = self%measure(a, blocks, laws, settings, table, trial, bolts, equations)
+         if (next < least) then
+            least = next
+            fraction = a
+         else if (least < at_start) then
+            exit
+         end if
+      end do
+      if (.not. fraction < 1) return
+      equations%x = self%x + fraction*(equations%x - self%x)
+      trial%gap(1:table%n) = self%gap(1:table%n) + fraction*(trial%gap(1:table%n) - self%gap(1:table%n))
+      trial%slip(1:table%n) = self%slip(1:table%n) + fraction*(trial%slip(1:table%n) - self%slip(1:table%n))
+      bolts%stretch = self%stretch + fraction*(bolts%stretch - self%stretch)
+   end subroutine search
+
+   !> |R| at the fraction a of the way.
+   real(wp) function measure(self, a, blocks, laws, settings, table, trial, bolts, equations)
+      class(line_search_type), intent(inout) :: self
+      real(wp), intent(in) :: a
+      type(block_system_type), intent(in) :: blocks
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      type(bolt_round_type), intent(in) :: bolts
+      type(equations_type), intent(in) :: equations
+      real(wp) :: gap, partner_gap, slip, normal, shear, force
+      integer :: i, c, l, p
+      do i = 1, equations%n_blocks
+         self%r(:, i) = matmul(equations%block_matrix(:, :, i), self%x(:, i) + a*(equations%x(:, i) - self%x(:, i))) &
+                        - equations%block_load(:, i)
+      end do
+      do c = 1, table%n
+         gap = self%gap(c) + a*(trial%gap(c) - self%gap(c))
+         p = max(1, table%partner(c))
+         partner_gap = self%gap(p) + a*(trial%gap(p) - self%gap(p))
+         slip = self%slip(c) + a*(trial%slip(c) - self%slip(c))
+         call trial%lawful_forces(table, laws, settings, c, gap, partner_gap, slip, normal, shear)
+         if (.not. abs(normal) + abs(shear) > 0) cycle
+         associate (i => equations%pair(1, c), j => equations%pair(2, c))
+            self%r(:, i) = self%r(:, i) - normal*equations%vector_a(:, 1, c) + shear*equations%vector_a(:, 2, c)
+            self%r(:, j) = self%r(:, j) - normal*equations%vector_b(:, 1, c) + shear*equations%vector_b(:, 2, c)
+         end associate
+      end do
+      do l = 1, blocks%bolts%n
+         c = table%n + l
+         force = bolts%force(l) + blocks%bolts%stiffness(l)*(self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)))
+         if (blocks%bolts%strength(l) > 0) force = max(-blocks%bolts%strength(l), min(blocks%bolts%strength(l), force))
+         associate (i => equations%pair(1, c), j => equations%pair(2, c))
+            if (i > 0) self%r(:, i) = self%r(:, i) + force*equations%vector_a(:, 1, c)
+            if (j > 0) self%r(:, j) = self%r(:, j) + force*equations%vector_b(:, 1, c)
+         end associate
+      end do
+      measure = weighted_norm(self)
+   end function measure
+
+   !> |r| in the measure of the module's head.
+   pure real(wp) function weighted_norm(self)
+      type(line_search_type), intent(in) :: self
+      real(wp) :: b(6)
+      integer :: i
+      weighted_norm = 0
+      do i = 1, size(self%r, 2)
+         b = self%r(:, i)
+         call solve_lower(self%factor(:, :, i), b)
+         weighted_norm = weighted_norm + dot_product(b, b)
+      end do
+      weighted_norm = sqrt(weighted_norm)
+   end function weighted_norm
+
+end module rockdda_stepping_line_search
