@@ -82,22 +82,28 @@ def small_multiples(
     height = rows * min(max(width * extents[1] / extents[0], 0.5) + 0.35, 6.0) + 0.5
     with style():
         figure, grid = plt.subplots(rows, columns, figsize=(PAPER_WIDTH, height), layout="constrained", squeeze=False)
+        drawn: list[Any] = []
         for axes, run, name in zip(grid.flat, runs, names, strict=False):
             blocks(
                 run, field, frame, axes=axes, scale=scale, limits=(low, high), colour_map=colour_map, colour_bar=False,
                 units=units, title=name, outline=outline,
             )  # fmt: skip
-            if alike:
-                axes.label_outer()
+            number = len(drawn)
+            if alike and number % columns:
+                axes.set_ylabel("")
+                axes.tick_params(labelleft=False)
+            if alike and number + columns < len(runs):
+                axes.set_xlabel("")
+                axes.tick_params(labelbottom=False)
+            drawn.append(axes)
         for axes in grid.flat[len(runs) :]:
             axes.set_visible(False)
-        shown = list(grid.flat[: len(runs)])
         if field != "material":
-            bar = figure.colorbar(shown[0].collections[0], ax=grid, shrink=0.8, aspect=30, pad=0.01)
+            bar = figure.colorbar(drawn[0].collections[0], ax=grid, shrink=0.8, aspect=30, pad=0.01)
             bar.outline.set_linewidth(0.4)  # type: ignore[operator]
             bar.set_label(field_label(field, units))
             nice_ticks(bar.ax.yaxis)
-    return np.array(shown)
+    return np.array(drawn)
 
 
 KINDS: dict[str, Callable[..., Any]] = {

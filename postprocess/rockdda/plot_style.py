@@ -77,8 +77,13 @@ def style() -> Iterator[None]:
     """matplotlib with the settings of this package."""
     import matplotlib as mpl
 
-    with mpl.rc_context(RC):
-        yield
+    interactive = mpl.is_interactive()
+    try:
+        with mpl.rc_context(RC):
+            yield
+            interactive = mpl.is_interactive()
+    finally:
+        mpl.interactive(interactive)  # notebooks turn this on when the first figure is made
 
 
 @dataclass(frozen=True)

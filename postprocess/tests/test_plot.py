@@ -16,7 +16,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
 from rockdda import plot as pictures
-from rockdda.plot_style import STATES, Units, limits_of
+from rockdda.plot_style import STATES, Units, limits_of, style
 from synthetic import write_wall
 
 
@@ -235,3 +235,17 @@ def test_interactive_mesh(wall):
     assert isinstance(mesh, pyvista.PolyData)
     assert mesh.n_cells == wall.n_blocks
     np.testing.assert_allclose(mesh.compute_cell_sizes()["Area"], 1, rtol=1e-3)  # the wall shears by 2 %
+
+
+def test_interactive_mode_that_begins_with_the_first_figure_stays(wall):
+    before = matplotlib.is_interactive()
+    try:
+        matplotlib.interactive(False)
+        with style():
+            matplotlib.interactive(True)  # as notebooks do when pyplot is first used
+        assert matplotlib.is_interactive()
+        wall.plot()
+        assert matplotlib.is_interactive()
+        assert matplotlib.rcParams["axes.labelsize"] == matplotlib.rcParamsDefault["axes.labelsize"]
+    finally:
+        matplotlib.interactive(before)
