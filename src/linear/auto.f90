@@ -11,8 +11,13 @@
 !> 1/rho, and PCG needs about 0.36 ln(1/reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
 !> walls the factor is 0.32 to 0.41 for stiffness ratios from 1 to 100).
 !>
-!> Nothing but the matrix, the load and the guess enters: the same solve makes the same choice, on any machine
-!> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over.
+!> That is where it starts. From then on the iterations that the last solves by PCG really needed count: warm-started
+!> ones are fewer. When the direct solver seems to be cheaper, PCG is tried first all the same, with as many iterations
+!> as cost no more than the direct solve; after a failure that is not repeated for a number of solves, which doubles.
+!>
+!> Nothing but counts enters, and what is remembered is in `pack`: the same solve makes the same choice, on any machine
+!> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over. As long as
+!> the matrix stays the same (values_id), so does the choice: a factor at hand is worth more than any count.
 module rockdda_linear_auto
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -32,16 +37,27 @@ module rockdda_linear_auto
       integer :: direct_limit = huge(1)        !! models with more blocks never go to the direct solver
       character(len=:), allocatable :: choice  !! what was chosen last, and why
       real(wp), allocatable :: together(:), alone(:)   !! (n) work
+      ! what is remembered
+      real(wp), private :: correction = 1      !! iterations that solves by PCG needed lately, over those expected
+      integer, private :: waiting = 0          !! direct solves before PCG is tried again
+      integer, private :: patience_lost = 0    !! length of the last wait
+      ! of the matrix solved last
+      integer, private :: values_id = 0
+      logical, private :: direct_was_used = .false.
    contains
       procedure :: solve => solve_auto
       procedure :: name => name_auto
+      procedure :: pack => pack_auto
+      procedure :: unpack => unpack_auto
    end type auto_solver_type
 
    ! Work in units of 1 ns on the machine the constants were measured on; only their ratios matter.
-   real(wp), parameter :: per_iteration = 33      !! PCG, for each stored block
-   real(wp), parameter :: per_preparation = 400   !! PCG, for each stored block
-   real(wp), parameter :: per_operation = 0.06_wp !! factorisation
-   real(wp), parameter :: per_fill = 20           !! factorisation and solution, for each entry of the factor
+   real(wp), parameter :: per_iteration = 25      !! PCG, for each stored block
+   real(wp), parameter :: per_preparation = 350   !! PCG, for each stored block
+   real(wp), parameter :: per_operation = 0.05_wp !! factorisation
+   real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
+   !> So few blocks take the direct solver less than 0.1 ms, whatever the matrix, and it is exact to rounding.
+   integer, parameter :: few_blocks = 30
    !> The analysis is paid once for many solves; without one at hand it is worth making when PCG is expected to
    !> cost more than this for each block and sqrt(block).
    real(wp), parameter :: worth_analysis = 300
@@ -49,6 +65,12 @@ module rockdda_linear_auto
    real(wp), parameter :: iterations_per_digit = 0.36_wp
    !> Iterations granted, in multiples of those expected.
    real(wp), parameter :: patience = 3
+   !> Share of the correction that is kept when a solve needed less: the first round of a step needs most.
+   real(wp), parameter :: forget = 0.7_wp
+   !> PCG is tried against the count when it is expected to cost no more than this many direct solves.
+   real(wp), parameter :: worth_a_try = 8
+   integer, parameter :: longest_wait = 63
+   integer, parameter :: most_iterations = 10000
 
 contains
 
@@ -60,42 +82,101 @@ contains
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: inertia_share, expected, work_pcg, work_direct, operations, fill
-      integer :: wasted
+      real(wp) :: first_guess, expected
+      integer :: granted, wasted
+      logical :: use_direct
       character(len=:), allocatable :: failure
 
-      call measure_inertia(self, matrix, inertia_share)
       call pass_reference(self)
-      expected = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(inertia_share)
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + expected*per_iteration)
-      self%choice = 'pcg: about '//to_string(nint(min(expected, 1.0e9_wp)))//' iterations expected'
-      if (matrix%n <= self%direct_limit .and. work_pcg > worth_analysis*real(matrix%n, wp)**1.5_wp) then
-         call self%direct%count_work(matrix, operations, fill, error)
-         work_direct = per_operation*operations + per_fill*fill
-         if (allocated(error)) then
-            ! no room for the analysis: leave it to PCG
-            deallocate (error)
-         else if (work_direct < work_pcg) then
-            self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
-            call self%direct%solve(matrix, f, x, report, error)
+      call measure_inertia(self, matrix, first_guess)
+      first_guess = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(first_guess)
+      expected = self%correction*first_guess
+      if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) then
+         use_direct = self%direct_was_used
+         granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
+      else
+         call choose(self, matrix, expected, use_direct, granted)
+      end if
+      self%values_id = matrix%values_id
+      self%direct_was_used = use_direct
+      wasted = 0
+      if (.not. use_direct) then
+         self%pcg%max_iterations = granted
+         call self%pcg%solve(matrix, f, x, report, error)
+         if (allocated(error)) return
+         if (report%converged) then
+            self%correction = max(report%iterations/first_guess, forget*self%correction)
+            self%patience_lost = 0
+         end if
+         if (report%converged .or. matrix%n > self%direct_limit) then
             if (.not. allocated(report%detail)) report%detail = self%choice
             return
          end if
+         wasted = report%iterations
+         failure = report%detail
+         self%direct_was_used = .true.
+         self%patience_lost = min(2*self%patience_lost + 1, longest_wait)
+         self%waiting = self%patience_lost
+         self%correction = max(self%correction, 2*wasted/first_guess)
       end if
-      self%pcg%max_iterations = nint(min(patience*expected + 100, 1.0e4_wp))
-      call self%pcg%solve(matrix, f, x, report, error)
-      if (allocated(error)) return
-      if (report%converged .or. matrix%n > self%direct_limit) then
-         if (.not. allocated(report%detail)) report%detail = self%choice
-         return
-      end if
-      wasted = report%iterations
-      failure = report%detail
       call self%direct%solve(matrix, f, x, report, error)
       report%iterations = wasted
-      self%choice = self%direct%name()//' took over: '//failure
+      if (allocated(failure)) self%choice = self%direct%name()//' took over: '//failure
       if (.not. allocated(report%detail)) report%detail = self%choice
    end subroutine solve_auto
+
+   !> Which solver, and how many iterations PCG may take.
+   subroutine choose(self, matrix, expected, use_direct, granted)
+      class(auto_solver_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: expected      !! iterations of PCG
+      logical, intent(out) :: use_direct
+      integer, intent(out) :: granted
+      type(error_type), allocatable :: error
+      real(wp) :: work_pcg, work_direct, operations, fill, affordable
+      use_direct = .false.
+      granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
+      if (matrix%n <= few_blocks) then
+         use_direct = .true.
+         self%choice = self%direct%name()//': few blocks'
+         return
+      end if
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + expected*per_iteration)
+      self%choice = 'pcg: about '//to_string(nint(min(expected, 1.0e9_wp)))//' iterations expected'
+      if (matrix%n > self%direct_limit .or. work_pcg <= worth_analysis*real(matrix%n, wp)**1.5_wp) return
+      call self%direct%count_work(matrix, operations, fill, error)
+      ! no room for the analysis: leave it to PCG
+      if (allocated(error)) return
+      work_direct = per_operation*operations + per_fill*fill
+      if (work_pcg <= work_direct) return
+      affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/per_iteration
+      if (self%waiting == 0 .and. work_pcg < worth_a_try*work_direct .and. affordable >= 1) then
+         granted = nint(min(affordable, real(most_iterations, wp)))
+         self%choice = 'pcg: tried with '//to_string(granted)//' iterations, which cost as much as '//self%direct%name()
+         return
+      end if
+      use_direct = .true.
+      self%waiting = max(0, self%waiting - 1)
+      self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
+   end subroutine choose
+
+   !> Correction of the count, solves to wait, length of the last wait.
+   pure subroutine pack_auto(self, memory)
+      class(auto_solver_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: memory(:)
+      allocate (memory(3))
+      memory = [self%correction, real(self%waiting, wp), real(self%patience_lost, wp)]
+   end subroutine pack_auto
+
+   !> Take back what `pack` gave.
+   pure subroutine unpack_auto(self, memory)
+      class(auto_solver_type), intent(inout) :: self
+      real(wp), intent(in) :: memory(:)
+      if (size(memory) /= 3) return
+      self%correction = memory(1)
+      self%waiting = nint(memory(2))
+      self%patience_lost = nint(memory(3))
+   end subroutine unpack_auto
 
    !> Hand the reference load on to the solvers that do the work.
    subroutine pass_reference(self)
