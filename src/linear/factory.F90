@@ -29,11 +29,10 @@ contains
 #endif
    end function has_cholmod
 
-   !> The solver of those who do not choose: CHOLMOD, or the automatic choice where it is not built in.
+   !> The solver of those who do not choose.
    pure function default_solver() result(name)
       character(len=:), allocatable :: name
       name = 'auto'
-      if (has_cholmod()) name = 'cholmod'
    end function default_solver
 
    !> Make the solver of that name.
