@@ -30,6 +30,8 @@ module rockdda_base_diagnostics
 
    !> More problems than this are counted but not shown.
    integer, parameter :: max_shown = 50
+   !> More of one severity are counted but not kept: a broken file can have one at every byte.
+   integer, parameter :: max_kept = 1000
 
    type :: diagnostic_type
       integer :: severity = 3                  !! one of severity%...
@@ -44,6 +46,8 @@ module rockdda_base_diagnostics
       integer :: n = 0                                  !! messages kept
       integer :: n_errors = 0, n_warnings = 0           !! all, also those beyond what is kept
       type(diagnostic_type), allocatable :: items(:)
+      integer, private :: n_added(3) = 0                !! all, by severity
+      integer, private :: n_kept(3) = 0
    contains
       procedure :: add => add_diagnostic
       procedure :: append => append_diagnostics
@@ -63,6 +67,9 @@ contains
       type(diagnostic_type), allocatable :: larger(:)
       if (level == severity%error) self%n_errors = self%n_errors + 1
       if (level == severity%warning) self%n_warnings = self%n_warnings + 1
+      self%n_added(level) = self%n_added(level) + 1
+      if (self%n_kept(level) == max_kept) return
+      self%n_kept(level) = self%n_kept(level) + 1
       if (.not. allocated(self%items)) allocate (self%items(16))
       if (self%n == size(self%items)) then
          allocate (larger(2*self%n))
@@ -76,13 +83,20 @@ contains
    end subroutine add_diagnostic
 
    !> Append all messages of another list.
-   subroutine append_diagnostics(self, other)
+   subroutine append_diagnostics(self, other, order)
       class(diagnostics_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: other
-      integer :: i
+      integer, intent(in), optional :: order(:)   !! (other%n) numbers of its messages in the order wanted
+      integer :: i, k
       do i = 1, other%n
-         call self%add(other%items(i)%severity, other%items(i)%message, other%items(i)%origin)
+         k = i
+         if (present(order)) k = order(i)
+         call self%add(other%items(k)%severity, other%items(k)%message, other%items(k)%origin)
       end do
+      ! those that the other list has only counted
+      self%n_added = self%n_added + other%n_added - other%n_kept
+      self%n_errors = self%n_errors + other%n_added(severity%error) - other%n_kept(severity%error)
+      self%n_warnings = self%n_warnings + other%n_added(severity%warning) - other%n_kept(severity%warning)
    end subroutine append_diagnostics
 
    !> Was any error reported?
@@ -126,17 +140,14 @@ contains
       integer :: i, shown, left
       text = ''
       shown = 0
-      left = 0
       do i = 1, self%n
+         if (shown == max_shown) exit
          if (self%items(i)%severity < at_least) cycle
-         if (shown == max_shown) then
-            left = left + 1
-            cycle
-         end if
          if (shown > 0) text = text//new_line('a')
          text = text//self%items(i)%format()
          shown = shown + 1
       end do
+      left = sum(self%n_added(at_least:)) - shown
       if (left > 0) text = text//new_line('a')//'... and '//to_string(left)//' more'
    end function format_diagnostics
 

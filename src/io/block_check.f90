@@ -7,7 +7,7 @@ module rockdda_io_block_check
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_geometry_simplicity, only : find_crossing
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_io_record_reader, only : largest_coordinate
+   use rockdda_io_record_reader, only : largest_coordinate, smallest_length
    use rockdda_io_tokens, only : token_list_type
    implicit none
    private
@@ -41,6 +41,8 @@ contains
             if (.not. area > 0) then
                call report('its vertices must run counter-clockwise around an area greater than 0, found area '// &
                            to_string(area))
+            else if (area < 0.01_wp*smallest_length**2) then
+               call report('its area is too small to compute with: '//to_string(area))
             else if (one > 0) then
                call report('its edges '//to_string(one)//' and '//to_string(other)//' cross')
             end if

@@ -6,7 +6,7 @@ module rockdda_io_geometry_file
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_counting, only : geometry_needs, fits_analysis
-   use rockdda_io_record_reader, only : record_reader_type, largest_coordinate, largest_value, counted, &
+   use rockdda_io_record_reader, only : record_reader_type, largest_coordinate, smallest_length, largest_value, counted, &
                                         append_in_order, note_comment
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
@@ -122,7 +122,8 @@ contains
          real(wp) :: largest
          names(1) = distance_name
          largest = maxval(abs(geometry%lines))
-         if (largest > largest_coordinate .or. .not. distance > 0 .or. distance >= smallest_distance*largest) return
+         if (largest > largest_coordinate .or. .not. distance >= smallest_length) return
+         if (distance >= smallest_distance*largest) return
          call first%read_record(tokens, names, '', 0, ignored)
          call first%require(tokens, .false., 1, names(1), '', 0, 'must be at least '//to_string(smallest_distance)// &
                             ' of the largest coordinate, '//to_string(largest), found)
@@ -145,6 +146,8 @@ contains
       call reader%read_record(tokens, names, '', 0, messages)
       distance = reader%record%value(1)
       call reader%require(tokens, distance > 0, 1, names(1), '', 0, 'must be greater than 0', messages)
+      call reader%require(tokens, distance >= smallest_length .or. distance <= 0, 1, names(1), '', 0, &
+                          'must be at least '//to_string(smallest_length), messages)
       call reader%require_size(tokens, largest_coordinate, names, '', 0, messages)
       do k = 1, 8
          call reader%read_count(tokens, trim(count_names(k)), counts(k), messages)

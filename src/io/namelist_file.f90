@@ -17,6 +17,9 @@ module rockdda_io_namelist_file
    private
    public :: read_options_file, read_options_source
 
+   !> More open-close rounds than this cannot be meant: a step would not end.
+   integer, parameter :: most_open_close = 1000
+
 contains
 
    !> Read and check a file of run options; every problem is added to `messages`.
@@ -197,7 +200,10 @@ contains
       case ('cut_factor')
          call get_positive(namelist, entry, options%cut_factor, messages)
          call demand(namelist, entry, options%cut_factor < 1, 'must be less than 1', messages)
-      case ('max_open_close'); call get_integer(namelist, entry, 1, options%max_open_close, messages)
+      case ('max_open_close')
+         call get_integer(namelist, entry, 1, options%max_open_close, messages)
+         if (is_set(options%max_open_close)) call demand(namelist, entry, options%max_open_close <= most_open_close, &
+            'must be at most '//to_string(most_open_close)//': contacts that do not settle by then never do', messages)
       end select
    end subroutine read_time
 

@@ -57,6 +57,8 @@ module rockdda_io_namelist_parser
    character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(11)//achar(12)//achar(13)
    !> A repeat count beyond this is a mistake.
    integer, parameter :: largest_repeat = 1000000
+   !> Names are not longer than this.
+   integer, parameter :: longest_name = 60
 
 contains
 
@@ -94,7 +96,7 @@ contains
       group%place = at
       allocate (group%entries(8))
       last = name_end(namelist%source%text, at + 1)
-      group%name = lower_case(namelist%source%text(at + 1:last))
+      group%name = name_of(namelist%source%text(at + 1:last))
       at = last + 1
       closed = .false.
       associate (text => namelist%source%text)
@@ -140,7 +142,7 @@ contains
       type(entry_type), allocatable :: larger(:)
       integer :: last
       last = name_end(namelist%source%text, at)
-      entry%name = lower_case(namelist%source%text(at:last))
+      entry%name = name_of(namelist%source%text(at:last))
       entry%place = at
       allocate (entry%values(4))
       at = last + 1
@@ -357,6 +359,14 @@ contains
          value_end = value_end + 1
       end do
    end function value_end
+
+   !> A name as it is kept: lower case; one that is too long to be known loses its end, for the sake of messages.
+   pure function name_of(text) result(name)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: name
+      name = lower_case(text(1:min(len(text), longest_name)))
+      if (len(text) > longest_name) name = name//'...'
+   end function name_of
 
    !> The word at a place, for messages; never empty.
    pure function word_at(text, at) result(word)

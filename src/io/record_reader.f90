@@ -13,11 +13,13 @@ module rockdda_io_record_reader
    use rockdda_io_numbers, only : is_whole
    implicit none
    private
-   public :: record_reader_type, record_type, largest_coordinate, largest_value
+   public :: record_reader_type, record_type, largest_coordinate, smallest_length, largest_value
    public :: counted, append_in_order, note_comment
 
    !> Larger coordinates cannot be meant (and their fourth powers must stay finite).
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
+   !> Nor can shorter lengths: products of areas would vanish.
+   real(wp), parameter :: smallest_length = 1.0e-30_wp
    !> Larger material values and loads cannot be meant.
    real(wp), parameter :: largest_value = 1.0e60_wp
    !> Nobody reads more messages than this: reading stops.
@@ -302,11 +304,7 @@ contains
          end do
          order(k + 1) = held
       end do
-      do i = 1, found%n
-         associate (item => found%items(order(i)))
-            call messages%add(item%severity, item%message, item%origin)
-         end associate
-      end do
+      call messages%append(found, order)
    end subroutine append_in_order
 
    !> Does place a come before place b?

@@ -146,28 +146,38 @@ contains
       integer, intent(in) :: line                !! 1-based
       character(len=:), allocatable :: text
       integer :: first, last
-      text = ''
-      if (line < 1 .or. line > self%n_lines) return
-      first = self%line_start(line)
-      last = len(self%text)
-      if (line < size(self%line_start)) last = self%line_start(line + 1) - 2
-      if (last >= first) then
-         if (self%text(last:last) == achar(13)) last = last - 1
-      end if
+      call line_range(self, line, first, last)
       text = self%text(first:last)
    end function line_text
+
+   !> Where a line begins and ends in the text, without its line end; last < first for an empty one.
+   pure subroutine line_range(source, line, first, last)
+      class(source_type), intent(in) :: source
+      integer, intent(in) :: line                !! 1-based
+      integer, intent(out) :: first, last
+      first = 1
+      last = 0
+      if (line < 1 .or. line > source%n_lines) return
+      first = source%line_start(line)
+      last = len(source%text)
+      if (line < size(source%line_start)) last = source%line_start(line + 1) - 2
+      if (last >= first) then
+         if (source%text(last:last) == achar(13)) last = last - 1
+      end if
+   end subroutine line_range
 
    !> Place in the file, with the source line unless it is very long.
    pure function origin_at(self, line, column) result(origin)
       class(source_type), intent(in) :: self
       integer, intent(in) :: line, column       !! 1-based
       type(origin_type) :: origin
+      integer :: first, last
       origin%file = self%file
       origin%line = line
       origin%column = column
       if (line < 1 .or. line > self%n_lines) return
-      origin%text = self%line_text(line)
-      if (len(origin%text) > longest_quoted_line) deallocate (origin%text)
+      call line_range(self, line, first, last)
+      if (last - first < longest_quoted_line) origin%text = self%text(first:last)
    end function origin_at
 
    !> The file as a whole.

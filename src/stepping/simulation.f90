@@ -187,7 +187,12 @@ contains
          case (1) ! converged
             if (displacement <= limit .or. dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) exit
             dt = cut_for_displacement(self%parameters, dt, displacement)
-         case (3) ! too far: look further, and begin again
+         case (3) ! further than the search looked
+            if (displacement > limit .and. dt > self%parameters%dt_min*(1 + 1.0e-12_wp)) then
+               dt = cut_for_displacement(self%parameters, dt, displacement)
+               cycle
+            end if
+            ! a step that may be: look further, and begin again
             reach = max(2*reach, quantised(2.5_wp*displacement, self%parameters%w0))
             call self%prepare_contacts(reach)
             attempts = attempts - 1
@@ -232,8 +237,10 @@ contains
       end do
       expected = fastest*dt + 0.5_wp*acceleration*abs(self%control%gravity(self%parameters))*dt**2
       if (self%control%last_dt > 0) expected = max(expected, self%control%last_displacement*dt/self%control%last_dt)
-      reach = quantised(4*expected, self%parameters%w0)
-      if (reach > self%parameters%search_distance) reach = max(self%parameters%search_distance, 2.2_wp*expected)
+      ! what moves further than the search distance allows will be cut; looking that far could make every pair of
+      ! blocks a candidate
+      reach = self%parameters%search_distance
+      if (4*expected < reach) reach = min(quantised(4*expected, self%parameters%w0), reach)
    end function predicted_reach
 
    !> The next power of two times w0, at least 1e-7 w0.
