@@ -11,7 +11,6 @@
 !> Not here: detection and states (rockdda_contact), the sums over contacts (rockdda_assembly_equations).
 module rockdda_assembly_contact_spring
    use rockdda_base_kinds, only : wp
-   use rockdda_assembly_kinematics, only : point_load
    implicit none
    private
    public :: contact_vectors, dashpot_coefficient, dashpot_dissipation
@@ -37,14 +36,23 @@ contains
       real(wp), intent(out) :: g_n(6)        !! d(gap)/d(d_b)
       real(wp), intent(out) :: e_t(6)        !! d(slip)/d(d_a), slip > 0: p moves along the tangent
       real(wp), intent(out) :: g_t(6)        !! d(slip)/d(d_b)
-      tangent = (q - s)/norm2(q - s)
+      tangent = q - s
+      tangent = tangent/sqrt(tangent(1)**2 + tangent(2)**2)
       normal = [tangent(2), -tangent(1)]
       gap = dot_product(p - s, normal)
-      e_n = point_load(normal, p, centroid_a)
-      g_n = -point_load(normal, p - gap*normal, centroid_b)
-      e_t = point_load(tangent, p, centroid_a)
-      g_t = -point_load(tangent, p, centroid_b)
+      e_n = derivative(normal, p - centroid_a)
+      g_n = -derivative(normal, p - gap*normal - centroid_b)
+      e_t = derivative(tangent, p - centroid_a)
+      g_t = -derivative(tangent, p - centroid_b)
    end subroutine contact_vectors
+
+   !> T^T u at a point of a block: `point_load` of rockdda_assembly_kinematics, here so that the compiler can unfold it.
+   pure function derivative(u, x) result(f)
+      real(wp), intent(in) :: u(2)   !! unit vector
+      real(wp), intent(in) :: x(2)   !! point about the block's centroid [length]
+      real(wp) :: f(6)
+      f = [u(1), u(2), x(1)*u(2) - x(2)*u(1), x(1)*u(1), x(2)*u(2), 0.5_wp*(x(2)*u(1) + x(1)*u(2))]
+   end function derivative
 
    !> Coefficient of a dashpot from a fraction of critical damping: c = 2 ratio sqrt(k m), with the reduced
    !> mass m = m_a m_b/(m_a + m_b) of the two blocks (central frontal impact of rigid blocks).

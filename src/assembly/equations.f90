@@ -10,13 +10,25 @@
 !> so a spring of stiffness k at length s0 has stiffness k and force -k s0, friction is a force alone, a dashpot adds
 !> c/dt to the stiffness. Every block gathers its own links in the order of the table: the sums do not depend on
 !> threads, and no two threads write one number.
+!>
+!> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
+!> their links in the same order: the numbers are those of a full assembly.
 module rockdda_assembly_equations
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_pattern, only : build_pattern
+   use rockdda_linear_pattern, only : build_pattern, pattern_work_type
    implicit none
    private
    public :: equations_type
+
+   !> What of a link has changed since the last assembly.
+   type :: change_enum
+      integer :: none = 0
+      integer :: force = 1
+      integer :: stiffness = 2   !! and perhaps the force
+   end type change_enum
+   type(change_enum), parameter :: change = change_enum()
 
    type :: equations_type
       integer :: n_blocks = 0
@@ -27,19 +39,26 @@ module rockdda_assembly_equations
       real(wp), allocatable :: block_matrix(:, :, :) !! (6, 6, nb) block terms
       real(wp), allocatable :: block_load(:, :)      !! (6, nb)
       real(wp), allocatable :: block_magnitude(:, :) !! (6, nb) sum of the magnitudes of what block_load is made of
-      real(wp), allocatable :: magnitude(:, :)       !! (6, nb) the same for f, of the last full assembly
+      real(wp), allocatable :: magnitude(:, :)       !! (6, nb) the same for f
       integer, allocatable :: pair(:, :)             !! (2, links) blocks; 0 = the fixed outside
       integer, allocatable :: slot(:)                !! (links) stored block of the pair, 0 none
       real(wp), allocatable :: vector_a(:, :, :)     !! (6, 2, links)
       real(wp), allocatable :: vector_b(:, :, :)     !! (6, 2, links)
-      real(wp), allocatable :: stiffness(:, :)       !! (2, links)
-      real(wp), allocatable :: force(:, :)           !! (2, links)
+      real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
+      real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
+      integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
+      logical, private :: all_changed = .true.       !! block terms or vectors are new
+      ! the graph that slot, start and incident belong to, and the work of making them
+      integer, private :: n_pairs = -1
+      integer, allocatable, private :: graph(:, :), inner(:, :), inner_slot(:)
+      type(pattern_work_type), private :: work
    contains
       procedure :: set_size
       procedure :: set_graph
+      procedure :: set_link
+      procedure :: renew
       procedure :: assemble
-      procedure :: assemble_loads
    end type equations_type
 
 contains
@@ -59,30 +78,41 @@ contains
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) >= n_links) return
-         deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%stiffness, self%force, self%incident)
+         deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%stiffness, self%force, self%incident, &
+                     self%changed, self%graph, self%inner, self%inner_slot)
       end if
       m = n_links + n_links/4 + 16
-      allocate (self%pair(2, m), self%slot(m), self%incident(2*m), source=0)
+      allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
+                self%inner(2, m), self%inner_slot(m), source=0)
+      self%n_pairs = -1
       allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), source=0.0_wp)
    end subroutine set_size
 
-   !> Pattern of K and the links of each block, from `pair`.
+   !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
+   !> same order, as before.
    subroutine set_graph(self)
       class(equations_type), intent(inout) :: self
-      integer, allocatable :: inner(:, :), slots(:), number(:)
       integer :: c, i, k, n_inner, side
-      allocate (inner(2, self%n_links), number(self%n_links))
+      self%all_changed = .true.
+      if (self%n_pairs == self%n_links) then
+         if (all(self%graph(:, 1:self%n_links) == self%pair(:, 1:self%n_links))) return
+      end if
+      self%n_pairs = self%n_links
+      n_inner = 0
+      do c = 1, self%n_links
+         self%graph(:, c) = self%pair(:, c)
+         if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
+         n_inner = n_inner + 1
+         self%inner(:, n_inner) = self%pair(:, c)
+      end do
+      call build_pattern(self%n_blocks, self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
       n_inner = 0
       do c = 1, self%n_links
          self%slot(c) = 0
-         if (any(self%pair(:, c) == 0)) cycle
+         if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
          n_inner = n_inner + 1
-         inner(:, n_inner) = self%pair(:, c)
-         number(n_inner) = c
+         self%slot(c) = self%inner_slot(n_inner)
       end do
-      allocate (slots(n_inner))
-      call build_pattern(self%n_blocks, inner(:, 1:n_inner), self%matrix, slots)
-      self%slot(number(1:n_inner)) = slots
 
       self%start = 0
       do c = 1, self%n_links
@@ -109,80 +139,148 @@ contains
       self%start(1) = 0
    end subroutine set_graph
 
-   !> Block terms plus all links with their present stiffness and force.
-   subroutine assemble(self)
+   !> Stiffness and force of a link, along its two lines.
+   pure subroutine set_link(self, c, stiffness, force)
       class(equations_type), intent(inout) :: self
-      integer :: i
-      !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > 4000)
+      integer, intent(in) :: c
+      real(wp), intent(in) :: stiffness(2), force(2)
+      if (any(abs(stiffness - self%stiffness(:, c)) > 0)) then
+         self%changed(c) = change%stiffness
+      else if (any(abs(force - self%force(:, c)) > 0)) then
+         self%changed(c) = max(self%changed(c), change%force)
+      end if
+      self%stiffness(:, c) = stiffness
+      self%force(:, c) = force
+   end subroutine set_link
+
+   !> Block terms or vectors of links are new: the next assembly is a full one.
+   pure subroutine renew(self)
+      class(equations_type), intent(inout) :: self
+      self%all_changed = .true.
+   end subroutine renew
+
+   !> Block terms plus all links with their present stiffness and force.
+   subroutine assemble(self, n_assembled)
+      class(equations_type), intent(inout) :: self
+      integer, intent(out), optional :: n_assembled   !! links whose stiffness was new
+      integer :: i, c, what, most, n_new
+      most = change%none
+      !$omp parallel do default(none) shared(self) private(i, what) reduction(max:most) schedule(static) &
+      !$omp if (self%n_blocks > parallel_blocks)
       do i = 1, self%n_blocks
-         call assemble_row(i, self%start(i) + 1, self%start(i + 1), self%matrix%row_start(i), &
-                           self%matrix%row_start(i + 1) - 1, self)
+         what = change%stiffness
+         if (.not. self%all_changed) what = change_of_row(self, i)
+         if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), self%matrix%row_start(i + 1) - 1, &
+                                                         self)
+         if (what /= change%none) call assemble_load(i, self)
+         most = max(most, what)
       end do
       !$omp end parallel do
-      self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
+      if (most == change%stiffness) self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
+      n_new = 0
+      do c = 1, self%n_links
+         if (self%changed(c) == change%stiffness) n_new = n_new + 1
+         self%changed(c) = change%none
+      end do
+      if (self%all_changed) n_new = self%n_links
+      self%all_changed = .false.
+      if (present(n_assembled)) n_assembled = n_new
    end subroutine assemble
 
-   !> The load alone, for links whose forces changed while their stiffness did not: the same sums as in `assemble`.
-   subroutine assemble_loads(self)
-      class(equations_type), intent(inout) :: self
-      integer :: i, l, c, line
-      !$omp parallel do default(none) shared(self) private(i, l, c, line) schedule(static) if (self%n_blocks > 4000)
-      do i = 1, self%n_blocks
-         self%f(:, i) = self%block_load(:, i)
-         do l = self%start(i) + 1, self%start(i + 1)
-            c = abs(self%incident(l))
-            do line = 1, 2
-               if (.not. abs(self%force(line, c)) > 0) cycle
-               if (self%incident(l) > 0) then
-                  self%f(:, i) = self%f(:, i) + self%force(line, c)*self%vector_a(:, line, c)
-               else
-                  self%f(:, i) = self%f(:, i) + self%force(line, c)*self%vector_b(:, line, c)
-               end if
-            end do
-         end do
+   !> The greatest change among the links of a block.
+   pure integer function change_of_row(self, i) result(what)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: i
+      integer :: l
+      what = change%none
+      do l = self%start(i) + 1, self%start(i + 1)
+         what = max(what, self%changed(abs(self%incident(l))))
       end do
-      !$omp end parallel do
-   end subroutine assemble_loads
+   end function change_of_row
 
-   !> One block row: its diagonal block, the stored blocks right of it, its load.
-   pure subroutine assemble_row(i, first_link, last_link, first_slot, last_slot, eq)
-      integer, intent(in) :: i, first_link, last_link, first_slot, last_slot
+   !> The load of one block, and the sum of the magnitudes of its parts.
+   pure subroutine assemble_load(i, eq)
+      integer, intent(in) :: i
       class(equations_type), intent(inout) :: eq
-      real(wp) :: v(6), w(6), k
-      integer :: l, c, other, line, j, slot
-      eq%matrix%values(:, :, first_slot) = eq%block_matrix(:, :, i)
-      eq%matrix%values(:, :, first_slot + 1:last_slot) = 0
-      eq%f(:, i) = eq%block_load(:, i)
-      eq%magnitude(:, i) = eq%block_magnitude(:, i)
-      do l = first_link, last_link
+      real(wp) :: f(6), magnitude(6)
+      integer :: l, c
+      f = eq%block_load(:, i)
+      magnitude = eq%block_magnitude(:, i)
+      do l = eq%start(i) + 1, eq%start(i + 1)
          c = abs(eq%incident(l))
-         slot = eq%slot(c)
-         other = merge(eq%pair(2, c), eq%pair(1, c), eq%incident(l) > 0)
-         do line = 1, 2
-            if (eq%incident(l) > 0) then
-               v = eq%vector_a(:, line, c)
-               w = eq%vector_b(:, line, c)
-            else
-               v = eq%vector_b(:, line, c)
-               w = eq%vector_a(:, line, c)
-            end if
-            k = eq%stiffness(line, c)
-            if (abs(k) > 0) then
-               do j = 1, 6
-                  eq%matrix%values(:, j, first_slot) = eq%matrix%values(:, j, first_slot) + k*(v(j)*v)
-               end do
-               if (slot > 0 .and. i < other) then
-                  do j = 1, 6
-                     eq%matrix%values(:, j, slot) = eq%matrix%values(:, j, slot) + (k*w(j))*v
-                  end do
-               end if
-            end if
-            if (abs(eq%force(line, c)) > 0) then
-               eq%f(:, i) = eq%f(:, i) + eq%force(line, c)*v
-               eq%magnitude(:, i) = eq%magnitude(:, i) + abs(eq%force(line, c)*v)
-            end if
-         end do
+         if (eq%incident(l) > 0) then
+            call add_forces(eq%vector_a(:, :, c), eq%force(:, c), f, magnitude)
+         else
+            call add_forces(eq%vector_b(:, :, c), eq%force(:, c), f, magnitude)
+         end if
       end do
+      eq%f(:, i) = f
+      eq%magnitude(:, i) = magnitude
+   end subroutine assemble_load
+
+   !> Forces along both lines of a link, with their signs and without.
+   pure subroutine add_forces(v, force, f, magnitude)
+      real(wp), intent(in) :: v(6, 2), force(2)
+      real(wp), intent(inout) :: f(6), magnitude(6)
+      f = f + (force(1)*v(:, 1) + force(2)*v(:, 2))
+      magnitude = magnitude + (abs(force(1)*v(:, 1)) + abs(force(2)*v(:, 2)))
+   end subroutine add_forces
+
+   !> One block row: its diagonal block and the stored blocks right of it.
+   pure subroutine assemble_row(i, first_slot, last_slot, eq)
+      integer, intent(in) :: i, first_slot, last_slot
+      class(equations_type), intent(inout) :: eq
+      real(wp) :: diagonal(6, 6)
+      integer :: l, c, j
+      diagonal = eq%block_matrix(:, :, i)
+      eq%matrix%values(:, :, first_slot + 1:last_slot) = 0
+      do l = eq%start(i) + 1, eq%start(i + 1)
+         c = abs(eq%incident(l))
+         if (.not. any(abs(eq%stiffness(:, c)) > 0)) cycle
+         if (eq%incident(l) > 0) then
+            call add_diagonal(eq%vector_a(:, :, c), eq%stiffness(:, c), diagonal)
+            if (eq%slot(c) > 0 .and. i < eq%pair(2, c)) &
+               call add_coupling(eq%vector_a(:, :, c), eq%vector_b(:, :, c), eq%stiffness(:, c), &
+                                 eq%matrix%values(:, :, eq%slot(c)))
+         else
+            call add_diagonal(eq%vector_b(:, :, c), eq%stiffness(:, c), diagonal)
+            if (eq%slot(c) > 0 .and. i < eq%pair(1, c)) &
+               call add_coupling(eq%vector_b(:, :, c), eq%vector_a(:, :, c), eq%stiffness(:, c), &
+                                 eq%matrix%values(:, :, eq%slot(c)))
+         end if
+      end do
+      do j = 2, 6
+         diagonal(1:j - 1, j) = diagonal(j, 1:j - 1)
+      end do
+      eq%matrix%values(:, :, first_slot) = diagonal
    end subroutine assemble_row
+
+   !> d += k1 v1 v1^T + k2 v2 v2^T, at least its lower half.
+   pure subroutine add_diagonal(v, k, d)
+      real(wp), intent(in) :: v(6, 2), k(2)
+      real(wp), intent(inout) :: d(6, 6)
+      real(wp) :: a(6), b(6)
+      a = k(1)*v(:, 1)
+      b = k(2)*v(:, 2)
+      d(1:6, 1) = d(1:6, 1) + (a(1)*v(1:6, 1) + b(1)*v(1:6, 2))
+      d(1:6, 2) = d(1:6, 2) + (a(2)*v(1:6, 1) + b(2)*v(1:6, 2))
+      d(3:6, 3) = d(3:6, 3) + (a(3)*v(3:6, 1) + b(3)*v(3:6, 2))
+      d(3:6, 4) = d(3:6, 4) + (a(4)*v(3:6, 1) + b(4)*v(3:6, 2))
+      d(5:6, 5) = d(5:6, 5) + (a(5)*v(5:6, 1) + b(5)*v(5:6, 2))
+      d(5:6, 6) = d(5:6, 6) + (a(6)*v(5:6, 1) + b(6)*v(5:6, 2))
+   end subroutine add_diagonal
+
+   !> m += k1 v1 w1^T + k2 v2 w2^T.
+   pure subroutine add_coupling(v, w, k, m)
+      real(wp), intent(in) :: v(6, 2), w(6, 2), k(2)
+      real(wp), intent(inout) :: m(6, 6)
+      real(wp) :: a, b
+      integer :: j
+      do j = 1, 6
+         a = k(1)*w(j, 1)
+         b = k(2)*w(j, 2)
+         m(:, j) = m(:, j) + (a*v(:, 1) + b*v(:, 2))
+      end do
+   end subroutine add_coupling
 
 end module rockdda_assembly_equations

@@ -72,14 +72,17 @@ contains
       logical, intent(in) :: exact    !! exact rotation, else linear
       real(wp) :: h(2, 2)             !! [-]
       real(wp) :: strain(2, 2), turn(2, 2), s, c1
-      strain = reshape([d(4), 0.5_wp*d(6), 0.5_wp*d(6), d(5)], [2, 2])
+      strain(:, 1) = [d(4), 0.5_wp*d(6)]
+      strain(:, 2) = [0.5_wp*d(6), d(5)]
       if (exact) then
          s = sin(d(3))
          c1 = -2*sin(0.5_wp*d(3))**2     ! cos(r0) - 1 without cancellation
-         turn = reshape([c1, s, -s, c1], [2, 2])
+         turn(:, 1) = [c1, s]
+         turn(:, 2) = [-s, c1]
          h = strain + turn + matmul(turn, strain)
       else
-         turn = reshape([0.0_wp, d(3), -d(3), 0.0_wp], [2, 2])
+         turn(:, 1) = [0.0_wp, d(3)]
+         turn(:, 2) = [-d(3), 0.0_wp]
          h = strain + turn
       end if
    end function displacement_gradient

@@ -61,6 +61,7 @@ contains
       type(contact_history_type), intent(in) :: history !! its index
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
+      real(wp) :: r(2), far
       integer :: i, j
 
       call collect_near(range_a, box_b, vertices, topology, limits%reach, list%near_a, list%n_near_a, &
@@ -69,23 +70,43 @@ contains
       call collect_near(range_b, box_a, vertices, topology, limits%reach, list%near_b, list%n_near_b, &
                         list%edges_b, list%n_edges_b)
       list%n_corners = 0
+      far = max(limits%reach, 2*limits%zone)**2
       do i = 1, list%n_near_a
          do j = 1, list%n_near_b
+            r = vertices(:, list%near_a(i)) - vertices(:, list%near_b(j))
+            if (r(1)**2 + r(2)**2 > far) cycle
             call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, limits, &
                             list)
          end do
       end do
       do i = 1, list%n_near_a
          do j = 1, list%n_edges_b
+            if (is_far(list%near_a(i), list%edges_b(j), vertices, outlines, limits)) cycle
             call try_edge(list%near_a(i), list%edges_b(j), 1, vertices, topology, outlines, limits, list)
          end do
       end do
       do i = 1, list%n_near_b
          do j = 1, list%n_edges_a
+            if (is_far(list%near_b(i), list%edges_a(j), vertices, outlines, limits)) cycle
             call try_edge(list%near_b(i), list%edges_a(j), 2, vertices, topology, outlines, limits, list)
          end do
       end do
    end subroutine search_pair
+
+   !> Is the vertex out of reach of the edge? Most pairs of a vertex and an edge are.
+   pure logical function is_far(v, e, vertices, outlines, limits)
+      integer, intent(in) :: v, e
+      real(wp), intent(in) :: vertices(:, :)
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      real(wp) :: r(2), gap, s
+      r = vertices(:, v) - vertices(:, e)
+      gap = r(1)*outlines%tangent(2, e) - r(2)*outlines%tangent(1, e)
+      is_far = gap > limits%reach .or. gap < -limits%penetration
+      if (is_far) return
+      s = r(1)*outlines%tangent(1, e) + r(2)*outlines%tangent(2, e)
+      is_far = s < -limits%zone .or. s > outlines%length(e) + limits%zone
+   end function is_far
 
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
    pure subroutine collect_near(range, box, vertices, topology, reach, near, n_near, edges, n_edges)
@@ -124,7 +145,7 @@ contains
       end do
    end subroutine collect_near
 
-   !> Vertex-vertex contact of vertex a (block a) and vertex b (block b).
+   !> Vertex-vertex contact of vertex a (block a) and vertex b (block b), close to each other.
    pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in) :: vertices(:, :)
@@ -139,7 +160,6 @@ contains
       logical :: passes(4)
 
       r = vertices(:, a) - vertices(:, b)
-      if (dot_product(r, r) > max(limits%reach, 2*limits%zone)**2) return
       if (outlines%concave(a) .or. outlines%concave(b)) return
       in_a = outlines%tangent(:, topology%edge_in(a))
       out_a = outlines%tangent(:, topology%edge_out(a))
@@ -249,7 +269,7 @@ contains
       group(second) = 2
    end subroutine group_lines
 
-   !> Vertex-edge contact of a vertex with an edge of the other block.
+   !> Vertex-edge contact of a vertex with an edge of the other block within its reach.
    pure subroutine try_edge(v, e, side, vertices, topology, outlines, limits, list)
       integer, intent(in) :: v, e
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
@@ -267,10 +287,8 @@ contains
       n = outward(t)
       p = vertices(:, v) - vertices(:, e)
       gap = dot_product(p, n)
-      if (gap > limits%reach .or. gap < -limits%penetration) return
       s = dot_product(p, t)
       length = outlines%length(e)
-      if (s < -limits%zone .or. s > length + limits%zone) return
       corner = [topology%owner(e), topology%next(e)]
       concave = outlines%concave(corner)
       if (s < 0 .and. .not. concave(1)) return

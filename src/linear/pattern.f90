@@ -8,7 +8,12 @@ module rockdda_linear_pattern
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: build_pattern
+   public :: build_pattern, pattern_work_type
+
+   !> Arrays of `build_pattern`; a caller that keeps them saves their allocation.
+   type :: pattern_work_type
+      integer, allocatable :: start(:), by_large(:), by_small(:), row_start(:), column(:)
+   end type pattern_work_type
 
 contains
 
@@ -17,17 +22,74 @@ contains
    !> The diagonal block of row i is always stored, at row_start(i). `column` and `values` are kept when they
    !> are large enough, so they may be longer than row_start(n + 1) - 1. When the pattern is what the matrix
    !> held before, nothing changes, neither values nor pattern_id; otherwise values are undefined.
-   subroutine build_pattern(n, pairs, matrix, slots)
+   subroutine build_pattern(n, pairs, matrix, slots, work)
       integer, intent(in) :: n                         !! number of blocks
       integer, intent(in) :: pairs(:, :)               !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
       integer, intent(out) :: slots(:)                 !! (m) place k in values of block (min, max) of each pair
-      integer, allocatable :: start(:), by_large(:), by_small(:), row_start(:), column(:)
+      type(pattern_work_type), intent(inout), optional :: work !! kept by callers that come often
+      type(pattern_work_type) :: own
+      if (present(work)) then
+         call build_with(n, pairs, matrix, slots, work)
+      else
+         call build_with(n, pairs, matrix, slots, own)
+      end if
+   end subroutine build_pattern
+
+   !> `build_pattern` with the arrays given.
+   subroutine build_with(n, pairs, matrix, slots, work)
+      integer, intent(in) :: n
+      integer, intent(in) :: pairs(:, :)
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, intent(out) :: slots(:)
+      type(pattern_work_type), intent(inout) :: work
+      integer :: n_stored
+      call make_room(work, n, size(pairs, 2))
+      call sort_pairs(n, pairs, slots, work%start(1:n + 1), work%by_large, work%by_small, work%row_start(1:n + 1), &
+                      work%column)
+      if (is_same_pattern(matrix, n, work%row_start(1:n + 1), work%column)) return
+      if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
+      if (.not. allocated(matrix%row_start)) allocate (matrix%row_start(n + 1))
+      matrix%n = n
+      matrix%pattern_id = matrix%pattern_id + 1
+      matrix%row_start(1:n + 1) = work%row_start(1:n + 1)
+      n_stored = matrix%row_start(n + 1) - 1
+      call reserve(matrix, n_stored)
+      matrix%column(1:n_stored) = work%column(1:n_stored)
+   end subroutine build_with
+
+   !> Room for n rows and m pairs.
+   pure subroutine make_room(work, n, m)
+      type(pattern_work_type), intent(inout) :: work
+      integer, intent(in) :: n, m
+      call reserve_integers(work%start, n + 1)
+      call reserve_integers(work%row_start, n + 1)
+      call reserve_integers(work%by_large, m)
+      call reserve_integers(work%by_small, m)
+      call reserve_integers(work%column, n + m)
+   end subroutine make_room
+
+   !> Room for n numbers, and a quarter more when it has to grow; contents are then lost.
+   pure subroutine reserve_integers(array, n)
+      integer, allocatable, intent(inout) :: array(:)
+      integer, intent(in) :: n
+      if (allocated(array)) then
+         if (size(array) >= n) return
+         deallocate (array)
+      end if
+      allocate (array(n + n/4))
+   end subroutine reserve_integers
+
+   !> Rows of the upper half with their columns ascending, and the place of each pair.
+   pure subroutine sort_pairs(n, pairs, slots, start, by_large, by_small, row_start, column)
+      integer, intent(in) :: n
+      integer, intent(in) :: pairs(:, :)               !! (2, m)
+      integer, intent(out) :: slots(:)                 !! (m)
+      integer, intent(inout) :: start(:), by_large(:), by_small(:)   !! (n + 1), (>= m), (>= m) work
+      integer, intent(inout) :: row_start(:)           !! (n + 1)
+      integer, intent(inout) :: column(:)              !! (>= n + m)
       integer :: m, c, i, j, k, lo, hi
-
       m = size(pairs, 2)
-      allocate (start(n + 1), by_large(m), by_small(m), row_start(n + 1), column(n + m))
-
       start = 0
       do c = 1, m
          hi = max(pairs(1, c), pairs(2, c))
@@ -72,14 +134,7 @@ contains
          end do
       end do
       row_start(n + 1) = k + 1
-
-      if (is_same_pattern(matrix, n, row_start, column)) return
-      matrix%n = n
-      matrix%pattern_id = matrix%pattern_id + 1
-      call move_alloc(row_start, matrix%row_start)
-      call reserve(matrix, k)
-      matrix%column(1:k) = column(1:k)
-   end subroutine build_pattern
+   end subroutine sort_pairs
 
    !> Turn counts, shifted by one, into the places where the groups begin.
    pure subroutine counts_to_starts(start)

@@ -2,6 +2,7 @@
 !> Contacts and bolts as links of the equations: vectors once a step, stiffness and force once a round.
 module rockdda_stepping_links
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
@@ -39,7 +40,7 @@ contains
 
       call equations%set_size(blocks%n_blocks, table%n + blocks%bolts%n)
       !$omp parallel do default(none) shared(table, state, topology, equations) &
-      !$omp private(c, a, b, gap, normal, tangent) if (table%n > 4000)
+      !$omp private(c, a, b, gap, normal, tangent) if (table%n > parallel_contacts)
       do c = 1, table%n
          a = table%block_a(c)
          b = table%block_b(c)
@@ -109,7 +110,7 @@ contains
    end subroutine set_drag
 
    !> Stiffness and force of all links for the trial states of a round.
-   pure subroutine set_link_forces(blocks, parameters, laws, state, table, trial, bolts, dt, equations)
+   subroutine set_link_forces(blocks, parameters, laws, state, table, trial, bolts, dt, equations)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(contact_law_type), intent(in) :: laws(:)
@@ -119,34 +120,38 @@ contains
       type(bolt_round_type), intent(in) :: bolts
       real(wp), intent(in) :: dt
       type(equations_type), intent(inout) :: equations
-      real(wp) :: damping(2)
+      real(wp) :: damping(2), stiffness(2), force(2)
       integer :: c, l
+      !$omp parallel do default(none) shared(parameters, laws, state, table, trial, dt, equations) &
+      !$omp private(c, damping, stiffness, force) schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
-         equations%stiffness(:, c) = 0
-         equations%force(:, c) = 0
-         if (trial%state(c) == contact_state%open) cycle
-         damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
-                                    state%mass(table%block_b(c)))/dt
-         equations%stiffness(1, c) = parameters%normal_stiffness + damping(1)
-         equations%force(1, c) = -parameters%normal_stiffness*table%gap(c)
-         if (trial%state(c) == contact_state%locked) then
-            equations%stiffness(2, c) = parameters%shear_stiffness + damping(2)
-            equations%force(2, c) = -parameters%shear_stiffness*table%shear(c)
-         else
-            equations%force(2, c) = -trial%slip_sign(c)*trial%friction(c)
+         stiffness = 0
+         force = 0
+         if (trial%state(c) /= contact_state%open) then
+            damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
+                                       state%mass(table%block_b(c)))/dt
+            stiffness(1) = parameters%normal_stiffness + damping(1)
+            force(1) = -parameters%normal_stiffness*table%gap(c)
+            if (trial%state(c) == contact_state%locked) then
+               stiffness(2) = parameters%shear_stiffness + damping(2)
+               force(2) = -parameters%shear_stiffness*table%shear(c)
+            else
+               force(2) = -trial%slip_sign(c)*trial%friction(c)
+            end if
          end if
+         call equations%set_link(c, stiffness, force)
       end do
+      !$omp end parallel do
       do l = 1, blocks%bolts%n
-         c = table%n + l
-         equations%stiffness(:, c) = 0
-         equations%force(:, c) = 0
+         stiffness = 0
+         force = 0
          if (bolts%yields(l)) then
-            equations%force(1, c) = -sign(blocks%bolts%strength(l), bolts%force(l) + &
-                                          blocks%bolts%stiffness(l)*bolts%stretch(l))
+            force(1) = -sign(blocks%bolts%strength(l), bolts%force(l) + blocks%bolts%stiffness(l)*bolts%stretch(l))
          else
-            equations%stiffness(1, c) = blocks%bolts%stiffness(l)
-            equations%force(1, c) = -bolts%force(l)
+            stiffness(1) = blocks%bolts%stiffness(l)
+            force(1) = -bolts%force(l)
          end if
+         call equations%set_link(table%n + l, stiffness, force)
       end do
    end subroutine set_link_forces
 
@@ -158,7 +163,7 @@ contains
       type(open_close_type), intent(inout) :: trial
       type(bolt_round_type), intent(inout) :: bolts
       integer :: c, l
-      !$omp parallel do default(none) shared(table, equations, trial) private(c) if (table%n > 4000)
+      !$omp parallel do default(none) shared(table, equations, trial) private(c) if (table%n > parallel_contacts)
       do c = 1, table%n
          trial%gap(c) = table%gap(c) + &
                         (dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c))) + &

@@ -308,6 +308,7 @@ contains
       call set_block_terms(self%blocks, self%parameters, self%matrices, self%state, self%control%released, &
                            self%line_blocks, self%line_ends, self%control%gravity(self%parameters), dt, self%loads, &
                            self%equations%block_matrix, self%equations%block_load, self%equations%block_magnitude)
+      call self%equations%renew()
       call self%times%lap(phase%block_terms)
       call self%trial%begin(self%table, self%laws, settings)
       call set_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
@@ -353,18 +354,15 @@ contains
       character(len=:), allocatable, intent(inout) :: detail
       type(error_type), allocatable, intent(out) :: error
       type(solve_report_type) :: report
+      integer :: n_assembled
       solved = .false.
       call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
                            dt, self%equations)
-      if (new_states) then
-         call self%equations%assemble()
-         self%solver%reference_load = self%equations%magnitude
-      else
-         call self%equations%assemble_loads()
-      end if
+      call self%equations%assemble(n_assembled)
+      if (new_states) self%solver%reference_load = self%equations%magnitude
       self%times%rounds = self%times%rounds + 1
       self%times%contacts = self%times%contacts + self%table%n
-      self%times%assembled = self%times%assembled + self%table%n
+      self%times%assembled = self%times%assembled + n_assembled
       call self%times%lap(phase%assembly)
       call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
       call self%times%lap(phase%solve)
