@@ -60,7 +60,7 @@ def test_published_safety_against_shear():
 
 
 def test_thin_long_beams_snap_through():
-    """Thesis 6.5: beams thinner than 0.5 m and longer than 10 m do; elsewhere f_c is at most a third of the strength."""
+    """Thesis 6.5: beams thinner than 0.5 m and longer than 10 m do; elsewhere f_c is a third of UCS at most."""
     for span in (12, 14, 16):
         assert solve_beam(VoussoirBeam(span, 0.25, **CHALK)).snaps_through
     for span, thickness in ((5, 0.25), (8, 0.25), (8, 0.5), (14, 0.5), (16, 1.0), (16, 5.0)):
