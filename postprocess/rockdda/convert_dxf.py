@@ -10,6 +10,7 @@ example {"FAULTS": "joint:2", "TEXT": "skip"}.
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -68,18 +69,10 @@ def read_dxf(
 
     `chord` is by default 1/2000 and `e0` 1/10,000 of the drawing's larger extent.
     """
-    import ezdxf
     from ezdxf import bbox
 
     report = Report(path)
-    try:
-        document = ezdxf.readfile(path)
-    except FileNotFoundError as error:
-        raise InputError("no such file", path) from error
-    except OSError as error:
-        raise InputError(f"is no DXF drawing, or cannot be read: {error}", path) from error
-    except ezdxf.DXFError as error:
-        raise InputError(f"the DXF drawing is broken: {error}", path) from error
+    document = _read(path, report)
     entities = list(_drawn(document.modelspace(), report))
     names = sorted({entity.dxf.layer for entity in entities})
     try:
@@ -95,7 +88,11 @@ def read_dxf(
     geometry = Geometry(e0=e0 if e0 is not None else extent / 10_000)
     for entity in entities:
         kind, material = kinds[entity.dxf.layer]
-        _add(entity, kind, material, geometry, report, chord)
+        try:
+            _add(entity, kind, material, geometry, report, chord)
+        except (ValueError, ZeroDivisionError, OverflowError, ArithmeticError) as error:
+            report.error(f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {entity.dxf.layer!r}: {error}")
+    _check_finite(geometry, report)
     for name in names:
         kind, material = kinds[name]
         count = sum(entity.dxf.layer == name for entity in entities)
@@ -105,6 +102,35 @@ def read_dxf(
         report.error(f"no lines: the model space has none of {', '.join(DRAWN)} on a layer of joints or boundaries")
     report.raise_errors()
     return geometry, report
+
+
+def _read(path: Path, report: Report) -> Any:
+    """The drawing; a damaged one is repaired as far as ezdxf can, with a warning."""
+    import ezdxf
+    from ezdxf import recover
+
+    try:
+        return ezdxf.readfile(path)
+    except FileNotFoundError as error:
+        raise InputError("no such file", path) from error
+    except OSError as error:
+        raise InputError(f"is no DXF drawing, or cannot be read: {error}", path) from error
+    except Exception as error:  # broken drawings end in errors of any kind there
+        first = f"{type(error).__name__}: {error}" if not isinstance(error, ezdxf.DXFError) else str(error)
+        try:
+            document, _ = recover.readfile(path)
+        except Exception:
+            raise InputError(f"the DXF drawing is broken: {first}", path) from error
+        report.warning(f"the DXF drawing is broken ({first}) and was repaired: something may be missing")
+        return document
+
+
+def _check_finite(geometry: Geometry, report: Report) -> None:
+    """No coordinate may be infinite or no number."""
+    rows = [segment for segment, _ in geometry.lines + geometry.material_lines]
+    rows += [*geometry.fixed, *geometry.bolts, *geometry.loading, *geometry.measured, *geometry.holes]  # type: ignore[list-item]
+    if not all(math.isfinite(value) for row in rows for value in row):
+        report.error("there are coordinates that are infinite or no numbers")
 
 
 def _drawn(space: Any, report: Report) -> Iterator[Any]:

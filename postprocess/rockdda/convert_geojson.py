@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from .convert_model import Geometry, Point
 from .convert_report import Report, read_text
 
 TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{},:]|[^\s\[\]{},:"]+')
+LARGEST = 1e30  # as the program allows
 Path_ = tuple[str | int, ...]
 
 
@@ -158,7 +158,7 @@ class Reader:
             self.fail(here, "expected a position [x, y]")
             return None
         for i, value in enumerate(position[:2]):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
                 self.fail((*here, i), f"expected a number, found {json.dumps(value)}")
                 return None
         return float(position[0]), float(position[1])

@@ -12,17 +12,19 @@ import threading
 import webbrowser
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import numpy as np
+import numpy.typing as npt
 
 from .animate_html import SHOWN_FIELDS, describe, page
 from .errors import InputError, RockddaError
 from .plot_style import Units
-from .results import FIELDS, Results
+from .results import FIELDS, Frame, Results
 
-__all__ = ["Viewer", "view"]
+__all__ = ["Viewer", "block_history", "view"]
 
 MOST_LOOKED_AT = 25  # frames whose values make the colour scale of a long run
 
@@ -93,7 +95,34 @@ class Viewer:
     def _history(self, name: str, block: int) -> list[float]:
         if not 0 <= block < self.results.n_blocks:
             raise KeyError(block)
-        return [float(now.field(name)[block]) for now in self.results.frames]
+        return [float(value) for value in block_history(self.results, name, block)]
+
+
+class _BlockInTime(Frame):
+    """One block through all frames, in the shape of one frame with as many blocks."""
+
+    def __init__(self, results: Results, block: int) -> None:
+        super().__init__(results, 0)
+        self.block = block
+        self.results = SimpleNamespace(  # type: ignore[assignment]
+            block_centroid=results.block_centroid[block],
+            block_material=np.full(results.n_frames, results.block_material[block]),
+            n_blocks=results.n_frames,
+        )
+        self._source = results
+
+    def _row(self, name: str) -> npt.NDArray[Any]:
+        if name not in self._cache:
+            n, path = self._source.n_frames, f"frames/{name}"
+            self._cache[name] = self._source._use(lambda file: np.asarray(file[path][:n, self.block]))
+        return self._cache[name]
+
+
+def block_history(results: Results, field: str, block: int) -> npt.NDArray[Any]:
+    """(nk,) a field of one block in every frame."""
+    if field == "block":
+        return np.full(results.n_frames, block)
+    return _BlockInTime(results, block).field(field)
 
 
 def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:

@@ -280,6 +280,12 @@ def test_broken_dxf_is_refused(tmp_path):
     path.write_text("  0\nSECTION\n  2\nENTITIES\nnonsense\n")
     with pytest.raises(rockdda.InputError, match=r"a\.dxf: error: .*DXF"):
         convert(path, tmp_path / "a")
+    drawing(path)
+    text = path.read_text()
+    path.write_text(text.replace("\nARC\n", "\nARC\n 40\nwide\n", 1))  # a radius that is no number
+    with pytest.raises(rockdda.InputError, match=r"a\.dxf: error: the DXF drawing is broken: .*wide"):
+        convert(path, tmp_path / "a")
+    assert not list(tmp_path.glob("a.dc*"))
     ezdxf.new().saveas(path)
     with pytest.raises(rockdda.InputError, match="no lines"):
         convert(path, tmp_path / "a")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
-from rockdda.view import Viewer, serve
+from rockdda.view import Viewer, block_history, serve
 from synthetic import write_wall
 
 
@@ -87,6 +87,13 @@ def test_what_is_not_there_is_not_found(served, path):
     with pytest.raises(urllib.error.HTTPError) as caught:
         served.get(path)
     assert caught.value.code == 404
+
+
+def test_history_of_a_block_is_that_of_all_frames(flat_arch):
+    results = rockdda.open(flat_arch)
+    for field in rockdda.FIELDS:
+        expected = [frame.field(field)[4] for frame in results.frames]
+        np.testing.assert_array_equal(block_history(results, field, 4), expected)
 
 
 def test_only_this_machine_is_answered(served):

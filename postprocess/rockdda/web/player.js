@@ -133,6 +133,35 @@ function trace(path, at, i) {
   path.closePath();
 }
 
+// Paths of some blocks each: one path for each block is slow, one path for many thousands is slower.
+function paint(blocks, at, finish) {
+  for (let begin = 0; begin < blocks.length; begin += 50) {
+    pen.beginPath();
+    for (let k = begin; k < Math.min(begin + 50, blocks.length); k++) trace(pen, at, blocks[k]);
+    finish();
+  }
+}
+
+function onScreen(at, width, height) { // the blocks that can be seen, and their mean size in pixels
+  const seen = [];
+  let size = 0;
+  for (let i = 0; i < setup.blocks; i++) {
+    let [left, right, top, bottom] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (let v = offset[i]; v < offset[i + 1]; v++) {
+      const x = at[2 * v], y = at[2 * v + 1];
+      if (x < left) left = x;
+      if (x > right) right = x;
+      if (y < top) top = y;
+      if (y > bottom) bottom = y;
+    }
+    if (right >= 0 && left <= width && bottom >= 0 && top <= height) {
+      seen.push(i);
+      size += right - left + bottom - top;
+    }
+  }
+  return [seen, seen.length ? size / seen.length / 2 : 0];
+}
+
 function present() { // vertices as shown
   const enlarge = Number($("enlarge").value);
   const factor = Number.isFinite(enlarge) ? enlarge : 1, out = new Float32Array(start.length);
@@ -146,32 +175,35 @@ function draw() {
   pen.fillStyle = "#ffffff";
   pen.fillRect(0, 0, width, height);
   const at = places(present()), colours = maps[field.map || mapOf(...limits)];
-  if ($("outline").checked && frame > 0) {
-    const first = places(start), path = new Path2D();
-    for (let i = 0; i < setup.blocks; i++) trace(path, first, i);
-    pen.strokeStyle = "#8a8a8a";
+  const [seen, size] = onScreen(at, width, height);
+  if ($("outline").checked && frame > 0 && size > 3) {
+    pen.strokeStyle = "#7a7a7a";
     pen.lineWidth = 0.7;
     pen.setLineDash([4, 3]);
-    pen.stroke(path);
+    paint(seen, places(start), () => pen.stroke());
     pen.setLineDash([]);
   }
   const [low, high] = limits, span = high - low || 1;
-  const buckets = new Map(); // one path for each colour is faster than one for each block
-  for (let i = 0; i < setup.blocks; i++) {
+  const buckets = new Map(); // blocks of one colour are painted together
+  for (const i of seen) {
     const share = Math.min(Math.max((values[i] - low) / span, 0), 1);
     const colour = field.map === "materials" ? (values[i] - 1) % colours.length : Math.round(share * (colours.length - 1));
-    if (!buckets.has(colour)) buckets.set(colour, new Path2D());
-    trace(buckets.get(colour), at, i);
+    if (!buckets.has(colour)) buckets.set(colour, []);
+    buckets.get(colour).push(i);
   }
-  for (const [colour, path] of buckets) {
+  for (const [colour, blocks] of buckets) {
     pen.fillStyle = colours[colour];
-    pen.fill(path);
+    if (size < 3) { // too small for outlines: let no white show between the blocks
+      pen.strokeStyle = colours[colour];
+      pen.lineWidth = 0.5;
+    }
+    paint(blocks, at, () => { pen.fill(); if (size < 3) pen.stroke(); });
   }
-  const edges = new Path2D();
-  for (let i = 0; i < setup.blocks; i++) trace(edges, at, i);
-  pen.strokeStyle = "#333333";
-  pen.lineWidth = setup.blocks > 20000 ? 0.15 : setup.blocks > 2000 ? 0.4 : 0.8;
-  pen.stroke(edges);
+  if (size >= 3) {
+    pen.strokeStyle = "#333333";
+    pen.lineWidth = Math.min(0.8, size / 16);
+    paint(seen, at, () => pen.stroke());
+  }
   if (picked >= 0) {
     const path = new Path2D();
     trace(path, at, picked);
