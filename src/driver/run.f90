@@ -46,6 +46,7 @@ module rockdda_driver_run
       type(frame_plan_type), private :: plan
       logical, private :: write_frames = .true.
       integer, private :: last_frame = -1, last_logged = -1 !! steps
+      character(len=:), allocatable, private :: last_choice !! of the automatic solver, as logged
       real(wp), allocatable, private :: force(:, :)         !! scratch: contact forces
    contains
       procedure :: prepare
@@ -53,7 +54,7 @@ module rockdda_driver_run
       procedure :: keep
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: begin_files, write_log_head, keep_step, log_step, save_frame, end_files
+      procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, end_files
    end type run_type
 
    interface
@@ -214,8 +215,23 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       call self%log%put_step(self%sim%record, self%sim%parameters, error)
+      if (.not. allocated(error)) call self%log_choice(error)
       self%last_logged = self%sim%state%step
    end subroutine log_step
+
+   !> A line in the log when the automatic solver has gone over to another one.
+   subroutine log_choice(self, error)
+      class(run_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name
+      if (.not. allocated(self%sim%solver%choice)) return
+      name = self%sim%solver%choice(1:scan(self%sim%solver%choice//' ', ' :') - 1)
+      if (allocated(self%last_choice)) then
+         if (self%last_choice == name) return
+      end if
+      call self%log%put('# solver from here on: '//self%sim%solver%choice, error)
+      self%last_choice = name
+   end subroutine log_choice
 
    !> One frame.
    subroutine save_frame(self, error)

@@ -35,7 +35,6 @@ module rockdda_linear_auto
       type(pcg_solver_type) :: pcg
       class(direct_solver_type), allocatable :: direct
       integer :: direct_limit = huge(1)        !! models with more blocks never go to the direct solver
-      character(len=:), allocatable :: choice  !! what was chosen last, and why
       real(wp), allocatable :: together(:), alone(:)   !! (n) work
       ! what is remembered
       real(wp), private :: correction = 1      !! iterations that solves by PCG needed lately, over those expected

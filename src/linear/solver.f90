@@ -23,6 +23,7 @@ module rockdda_linear_solver
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
       !> equilibrium the loads in f cancel; the sum of their magnitudes says what a small residual is.
       real(wp), allocatable :: reference_load(:, :)
+      character(len=:), allocatable :: choice  !! of a solver that chooses: which one solved last, and why
    contains
       procedure(solve_interface), deferred :: solve
       procedure(name_interface), deferred :: name
