@@ -11,6 +11,7 @@ from __future__ import annotations
 from .cutting import Blocks, cut
 from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
 from .model import Model
+from .networks import Network, lines
 from .results import FIELDS, Contacts, Field, Frame, Results, open
 from .running import Simulation, run
 
@@ -24,12 +25,14 @@ __all__ = [
     "InputError",
     "InputWarning",
     "Model",
+    "Network",
     "OutputError",
     "Problem",
     "Results",
     "RockddaError",
     "Simulation",
     "cut",
+    "lines",
     "open",
     "run",
 ]

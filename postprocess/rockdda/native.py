@@ -171,6 +171,19 @@ class Session:
         """Cut the text of a geometry file."""
         self.check(self._api.cut_text(self.handle, os.fsencode(name), os.fsencode(text)))
 
+    def draw_file(self, path: PathLike, seed: int | None) -> None:
+        """Draw the lines of a joint statistics file."""
+        self.check(self._api.draw_file(self.handle, os.fsencode(path), -1 if seed is None else seed))
+
+    def draw_text(self, name: str, text: str, seed: int | None) -> None:
+        """Draw the lines of the text of such a file."""
+        status = self._api.draw_text(self.handle, os.fsencode(name), os.fsencode(text), -1 if seed is None else seed)
+        self.check(status)
+
+    def write_network(self, path: PathLike) -> None:
+        """Write what was drawn as a geometry file."""
+        self.check(self._api.write_network(self.handle, os.fsencode(path)))
+
     def write_blocks(self, path: PathLike) -> None:
         """Write a block file."""
         self.check(self._api.write_blocks(self.handle, os.fsencode(path)))

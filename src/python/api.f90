@@ -15,12 +15,18 @@ module rockdda_python_api
    use rockdda_base_version, only : version, build_description
    use rockdda_model_blocks, only : point_set_type
    use rockdda_model_state, only : n_energies, energy_names
+   use rockdda_lines_generate, only : generate_lines
+   use rockdda_lines_statistics, only : statistics_type
    use rockdda_io_block_writer, only : write_block_file
+   use rockdda_io_legacy_writer, only : write_geometry_file
+   use rockdda_io_source, only : source_type, new_source
+   use rockdda_io_statistics_file, only : read_statistics_file, read_statistics_source
    use rockdda_io_recognise, only : file_kind
    use rockdda_driver_model_input, only : find_files, read_model, read_blocks, recognise_file
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
+   public :: draw_file, draw_text, write_network, network_sizes, network, network_facts
    public :: create, destroy, request, read_files, read_texts, cut_file, cut_text, write_blocks
    public :: start, advance, finish, sizes, facts, blocks, points, bolts, state, contacts, text_size, get_text
 
@@ -151,6 +157,126 @@ contains
       call write_block_file(path, session%input%blocks, session%error)
       status = session%status()
    end subroutine write_blocks
+
+   !> Draw the lines of a joint statistics file.
+   subroutine draw_file(handle, path, seed, status)
+      integer(c_int64_t), intent(in) :: handle
+      character(len=*), intent(in) :: path
+      integer(c_int), intent(in) :: seed                        !! -1: that of the file
+      integer(c_int), intent(out) :: status
+      type(session_type), pointer :: session
+      type(statistics_type) :: statistics
+      integer :: kind
+      logical :: ok
+      !f2py threadsafe
+      call get_session(handle, session)
+      call recognise_file(path, kind, session%messages, ok)
+      if (ok .and. kind /= file_kind%statistics) &
+         call make_error(session%error, error_code%input, path//': error: expected a joint statistics file')
+      if (session%status() == 0) call read_statistics_file(path, statistics, session%messages)
+      call draw(session, statistics, seed)
+      status = session%status()
+   end subroutine draw_file
+
+   !> The same from text in memory.
+   subroutine draw_text(handle, name, text, seed, status)
+      integer(c_int64_t), intent(in) :: handle
+      character(len=*), intent(in) :: name, text                !! name: for messages
+      integer(c_int), intent(in) :: seed                        !! -1: that of the text
+      integer(c_int), intent(out) :: status
+      type(session_type), pointer :: session
+      type(statistics_type) :: statistics
+      type(source_type) :: source
+      !f2py threadsafe
+      call get_session(handle, session)
+      call new_source(name, text, source)
+      call read_statistics_source(source, statistics, session%messages)
+      call draw(session, statistics, seed)
+      status = session%status()
+   end subroutine draw_text
+
+   !> Statistics to lines.
+   subroutine draw(session, statistics, seed)
+      type(session_type), intent(inout) :: session
+      type(statistics_type), intent(inout) :: statistics
+      integer(c_int), intent(in) :: seed
+      if (session%status() /= 0) return
+      if (seed >= 0) statistics%seed = seed
+      call generate_lines(statistics, session%input%geometry, session%drawn, session%messages)
+   end subroutine draw
+
+   !> Write the lines as a geometry file.
+   subroutine write_network(handle, path, status)
+      integer(c_int64_t), intent(in) :: handle
+      character(len=*), intent(in) :: path
+      integer(c_int), intent(out) :: status
+      type(session_type), pointer :: session
+      !f2py threadsafe
+      call get_session(handle, session)
+      call write_geometry_file(path, session%input%geometry, session%error)
+      status = session%status()
+   end subroutine write_network
+
+   !> Sizes of what was drawn: lines, boundary lines among them, material lines, fixed lines, loading, measured and hole
+   !> points, joint sets.
+   subroutine network_sizes(handle, values)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(out) :: values(8)
+      type(session_type), pointer :: session
+      call get_session(handle, session)
+      values = 0
+      associate (g => session%input%geometry)
+         if (.not. allocated(g%lines)) return
+         values = [size(g%line_joint), g%n_boundary, size(g%line_material), size(g%fixed_lines, 2), &
+                   size(g%loading_points, 2), size(g%measured_points, 2), size(g%hole_points, 2), &
+                   size(session%drawn%sets)]
+      end associate
+   end subroutine network_sizes
+
+   !> What was drawn, as a geometry file holds it.
+   subroutine network(handle, n, n_material, n_fixed, n_loading, n_measured, n_holes, lines, joint, material_lines, &
+                      block_material, fixed, loading, measured, holes)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(in) :: n, n_material, n_fixed, n_loading, n_measured, n_holes !! as `network_sizes` says
+      real(c_double), intent(out) :: lines(4, n)
+      integer(c_int), intent(out) :: joint(n)
+      real(c_double), intent(out) :: material_lines(4, n_material)
+      integer(c_int), intent(out) :: block_material(n_material)
+      real(c_double), intent(out) :: fixed(4, n_fixed), loading(2, n_loading), measured(2, n_measured), holes(2, n_holes)
+      type(session_type), pointer :: session
+      if (n == 0) return
+      call get_session(handle, session)
+      associate (g => session%input%geometry)
+         lines = g%lines
+         joint = g%line_joint
+         material_lines = g%material_lines
+         block_material = g%line_material
+         fixed = g%fixed_lines
+         loading = g%loading_points
+         measured = g%measured_points
+         holes = g%hole_points
+      end associate
+   end subroutine network
+
+   !> Numbers of what was drawn: edge-node distance and area of the rock; and for each joint set: lines, traces, whole
+   !> traces, traces and bridges in the statistics, mean and deviation of spacing, trace and bridge, length of all traces.
+   subroutine network_facts(handle, n_sets, values, sets)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(in) :: n_sets                      !! as `network_sizes` says
+      real(c_double), intent(out) :: values(2)
+      real(c_double), intent(out) :: sets(12, n_sets)
+      type(session_type), pointer :: session
+      integer :: i
+      call get_session(handle, session)
+      values = [session%input%geometry%edge_node_distance, session%drawn%rock_area]
+      do i = 1, n_sets
+         associate (r => session%drawn%sets(i))
+            sets(1:5, i) = [r%n_lines, r%n_traces, r%n_whole, r%n_drawn, r%n_bridges]
+            sets(6:12, i) = [r%spacing, r%spacing_deviation, r%trace, r%trace_deviation, r%bridge, &
+                             r%bridge_deviation, r%length]
+         end associate
+      end do
+   end subroutine network_facts
 
    !> Put the simulation into its state at time 0; with results, begin to write them.
    subroutine start(handle, write_results, status)
