@@ -27,9 +27,10 @@ module rockdda_io_file_sink
    end type file_sink_type
 
    interface
-      integer(c_int) function c_open(path) bind(C, name='rockdda_sink_open')
+      integer(c_int) function c_open(path, append) bind(C, name='rockdda_sink_open')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: append
       end function c_open
       integer(c_int) function c_write(handle, bytes, n) bind(C, name='rockdda_sink_write')
          import :: c_char, c_int, c_long_long
@@ -45,15 +46,19 @@ module rockdda_io_file_sink
 
 contains
 
-   !> Create a file, or empty an existing one.
-   subroutine open_sink(self, path, error, name)
+   !> Create a file, or empty an existing one, or go on at its end.
+   subroutine open_sink(self, path, error, name, append)
       class(file_sink_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: name       !! for messages, when it is not the path
+      logical, intent(in), optional :: append              !! true: go on at the end
+      integer(c_int) :: at_end
+      at_end = 0
+      if (present(append)) at_end = merge(1_c_int, 0_c_int, append)
       call self%attach(-1, path)
       if (present(name)) self%path = name
-      self%handle = c_open(path//c_null_char)
+      self%handle = c_open(path//c_null_char, at_end)
       if (self%handle >= 0) return
       self%problem = -self%handle
       self%handle = -1

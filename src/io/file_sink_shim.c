@@ -5,10 +5,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-/* Create or empty a file for writing; the descriptor, or minus an errno value. */
-int rockdda_sink_open(const char *path)
+/* Create or empty a file for writing, or go on at its end; the descriptor, or minus an errno value. */
+int rockdda_sink_open(const char *path, int append)
 {
-   int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+   int fd = open(path, O_WRONLY | O_CREAT | (append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
    return fd < 0 ? -errno : fd;
 }
 

@@ -47,12 +47,13 @@ contains
       path = results_path//'.log'
    end function log_path
 
-   !> Start a log, replacing an older one.
-   subroutine open_log(self, path, error)
+   !> Start a log, replacing an older one unless it is to be continued.
+   subroutine open_log(self, path, error, append)
       class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      call self%sink%open(path, error)
+      logical, intent(in), optional :: append       !! true: go on at the end
+      call self%sink%open(path, error, append=append)
    end subroutine open_log
 
    !> Write one line (or several, separated by line ends).

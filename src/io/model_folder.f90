@@ -41,7 +41,8 @@ contains
       do i = 1, size(names)
          if (names(i)%name(1:1) == '.') cycle
          by_ending = kind_of_ending(names(i)%name)
-         if (by_ending == file_kind%unknown .or. by_ending == file_kind%hdf5) cycle
+         if (by_ending == file_kind%unknown .or. by_ending == file_kind%hdf5 .or. &
+             by_ending == file_kind%checkpoint) cycle
          path = prefix//names(i)%name
          if (get_path_kind(path) == path_kind%directory) cycle
          call recognise(path, kind, unreadable)

@@ -2,10 +2,9 @@
 !> Ownership of an output file: never overwrite by accident, never write together with another run.
 !>
 !> The lock lies on the output file itself and ends with the process, however it ends. It is invisible to
-!> readers. Room for each write is reserved beforehand: a full disk is found out before the file is touched.
+!> readers.
 module rockdda_io_output_lock
-   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_long_long, c_null_char
-   use rockdda_base_kinds, only : i8
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
@@ -18,8 +17,7 @@ module rockdda_io_output_lock
    contains
       procedure :: create => create_output
       procedure :: reopen => reopen_output
-      procedure :: reserve => reserve_room
-      procedure :: trim => trim_room
+      procedure :: check => check_place
       procedure :: release => release_output
       procedure :: is_held
    end type output_lock_type
@@ -50,18 +48,6 @@ module rockdda_io_output_lock
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: one(*), other(*)
       end function c_is_same
-
-      integer(c_int) function c_reserve(handle, bytes) bind(C, name='rockdda_output_reserve')
-         import :: c_int, c_long_long
-         integer(c_int), value :: handle
-         integer(c_long_long), value :: bytes
-      end function c_reserve
-
-      subroutine c_trim(handle, bytes) bind(C, name='rockdda_output_trim')
-         import :: c_int, c_long_long
-         integer(c_int), value :: handle
-         integer(c_long_long), value :: bytes
-      end subroutine c_trim
 
       subroutine c_release(handle) bind(C, name='rockdda_output_release')
          import :: c_int
@@ -101,27 +87,14 @@ contains
       if (allocated(error)) self%handle = -1
    end subroutine reopen_output
 
-   !> Make sure that the file is still where it was, and lengthen it by `bytes`: what is written next then lies
-   !> within the file from its first byte on, whatever is written first. `trim` takes back what was not used.
-   subroutine reserve_room(self, bytes, error)
+   !> Make sure that the file is still where it was.
+   subroutine check_place(self, error)
       class(output_lock_type), intent(in) :: self
-      integer(i8), intent(in) :: bytes
       type(error_type), allocatable, intent(out) :: error
       if (self%handle < 0) return
-      if (c_is_there(self%path//c_null_char, self%handle) == 0) then
-         call make_error(error, error_code%output, &
-                         self%path//': the file was removed or replaced while it was being written')
-         return
-      end if
-      call explain(c_reserve(self%handle, int(bytes, c_long_long)), self%path, error)
-   end subroutine reserve_room
-
-   !> Shorten the file to its used length in bytes.
-   subroutine trim_room(self, used)
-      class(output_lock_type), intent(in) :: self
-      integer(i8), intent(in) :: used
-      if (self%handle >= 0 .and. used > 0) call c_trim(self%handle, int(used, c_long_long))
-   end subroutine trim_room
+      if (c_is_there(self%path//c_null_char, self%handle) == 0) call make_error(error, error_code%output, &
+         self%path//': the file was removed or replaced while it was being written')
+   end subroutine check_place
 
    !> Give the file free. Nothing happens when none is held.
    subroutine release_output(self)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: create an output file that nobody else writes, reserve room for it, see that it is still there.
+/* Thin POSIX shim: create an output file that nobody else writes, see that it is still there.
  * Locks are open-file-description locks: they die with the process, leave no file behind and do not disturb
  * readers, which use flock. */
 #define _GNU_SOURCE
@@ -7,7 +7,6 @@
 #include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 enum { OUTPUT_OK = 0, OUTPUT_EXISTS = -1, OUTPUT_BUSY = -2 };
@@ -88,29 +87,6 @@ int rockdda_output_create(const char *path, int force, int *fd)
 int rockdda_output_reopen(const char *path, int *fd)
 {
    return lock_existing(path, fd);
-}
-
-/* Lengthen the file by so many bytes that are sure to have room on the disk. 0 or an errno value. */
-int rockdda_output_reserve(int fd, long long bytes)
-{
-   struct stat info;
-   struct statvfs disk;
-   if (fstat(fd, &info) != 0) return errno;
-#ifdef FALLOC_FL_KEEP_SIZE
-   if (fallocate(fd, 0, info.st_size, bytes) == 0) return 0;
-   if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINTR) return errno;
-#endif
-   if (fstatvfs(fd, &disk) == 0 && (unsigned long long)disk.f_bavail * disk.f_frsize < (unsigned long long)bytes)
-      return ENOSPC;
-   return ftruncate(fd, info.st_size + bytes) == 0 ? 0 : errno;
-}
-
-/* Give back what was reserved and not used. */
-void rockdda_output_trim(int fd, long long used)
-{
-   struct stat info;
-   if (fstat(fd, &info) != 0 || info.st_size <= used) return;
-   if (ftruncate(fd, used) != 0) errno = 0; /* best effort: zeros at the end disturb no reader */
 }
 
 /* Unlock. */

@@ -5,6 +5,7 @@ module rockdda_io_recognise
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_io_block_file, only : block_file_magic
+   use rockdda_io_checkpoint, only : is_checkpoint, results_path
    use rockdda_io_counting, only : fits_geometry, fits_analysis
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_option_names, only : option_groups
@@ -25,7 +26,8 @@ module rockdda_io_recognise
       integer :: options = 4      !! .nml
       integer :: statistics = 5   !! .dl, joint statistics
       integer :: ddaml = 6        !! XML of DDA for Windows: rockdda-post convert
-      integer :: hdf5 = 7         !! results or checkpoint
+      integer :: hdf5 = 7         !! results
+      integer :: checkpoint = 8   !! of a run
    end type file_kind_enum
    type(file_kind_enum), parameter :: file_kind = file_kind_enum()
 
@@ -47,7 +49,12 @@ contains
          return
       end if
       if (is_hdf5(path)) then
-         kind = file_kind%hdf5
+         kind = merge(file_kind%checkpoint, file_kind%hdf5, is_checkpoint(path))
+         return
+      end if
+      ! a damaged one is no HDF5 file to the eye
+      if (kind_of_ending(path) == file_kind%checkpoint) then
+         kind = file_kind%checkpoint
          return
       end if
       call read_source(path, source, messages, ok)
@@ -129,6 +136,10 @@ contains
       i = index(name, '.', back=.true.)
       kind_of_ending = file_kind%unknown
       if (i == 0 .or. i < index(name, '/', back=.true.)) return
+      if (len(results_path(name, '')) > 0) then
+         kind_of_ending = file_kind%checkpoint
+         return
+      end if
       select case (name(i:))
       case ('.dc', '.geo'); kind_of_ending = file_kind%geometry
       case ('.df', '.ana'); kind_of_ending = file_kind%analysis
@@ -143,9 +154,10 @@ contains
    pure function kind_name(kind) result(name)
       integer, intent(in) :: kind           !! one of file_kind%...
       character(len=:), allocatable :: name
-      character(len=*), parameter :: names(0:7) = [character(len=24) :: 'unknown file', 'geometry file', &
-         'analysis file', 'block file', 'options file', 'joint statistics file', 'DDAML (XML) file', 'HDF5 file']
-      name = trim(names(max(0, min(7, kind))))
+      character(len=*), parameter :: names(0:8) = [character(len=24) :: 'unknown file', 'geometry file', &
+         'analysis file', 'block file', 'options file', 'joint statistics file', 'DDAML (XML) file', 'HDF5 file', &
+         'checkpoint file']
+      name = trim(names(max(0, min(8, kind))))
    end function kind_name
 
    !> Does the file begin with the signature of HDF5?

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Writer of the results file, format version 1 (docs/file-formats.md, "results").
 !>
-!> Rows of history and frames wait in memory and are written together at each flush; after a kill at any moment
-!> the file holds everything up to the last flush. Block numbers in the file count from 0, material numbers
-!> from 1. While a run goes on, and after a kill, `complete` is 0 and `exit_reason` is "running".
+!> Rows of history and frames wait in memory and are written together at each flush, all or nothing; after a kill at
+!> any moment the file holds everything up to the last flush, and `reopen` takes it back to a checkpoint. Block numbers
+!> in the file count from 0, material numbers from 1. While a run goes on, and after a kill, `complete` is 0 and
+!> `exit_reason` is "running".
 module rockdda_io_results
    use, intrinsic :: iso_fortran_env, only : int64
    use rockdda_base_kinds, only : wp, i8
@@ -12,30 +13,18 @@ module rockdda_io_results
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_posix, only : remove_file
+   use rockdda_io_hdf5_driver, only : undo_path, roll_back, digest_length
+   use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type
+   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, check_belongs, &
+      check_reaches
    use rockdda_io_series, only : series_type
    implicit none
    private
-   public :: results_type, results_header_type, results_format_version
-
-   integer, parameter :: results_format_version = 1
+   public :: results_type, results_header_type, results_rows_type, results_format_version
 
    !> Rows in memory beyond this many bytes are written at once.
    integer(i8), parameter :: largest_buffer = 33554432_i8
-   !> Room for the library's own tables and for the last words of a run.
-   integer(i8), parameter :: spare_room = 131072_i8
-
-   !> What the file says about itself and where it came from.
-   type :: results_header_type
-      character(len=:), allocatable :: title
-      character(len=:), allocatable :: program_version
-      character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
-      character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' when there was none
-      logical :: frames = .true.                         !! keep frames
-      logical :: contacts = .true.                       !! keep the contacts of each frame
-      real(wp) :: flush_interval = 2                     !! seconds between flushes
-   end type results_header_type
 
    !> Places in the list of tables.
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
@@ -50,18 +39,23 @@ module rockdda_io_results
       type(output_lock_type), private :: lock
       type(series_type), private :: series(n_series)
       logical, private :: frames = .true., contacts = .true.
-      integer, private :: n_contact_rows = 0     !! of all frames so far
+      type(results_rows_type), private :: so_far !! rows in the file and waiting
       real(wp), private :: flush_interval = 2
       integer(int64), private :: last_flush = 0  !! clock count
-      logical, private :: failed = .false.       !! a write failed: nothing more is written
+      logical, private :: failed = .false.       !! nothing more is written
    contains
       procedure :: create
       procedure :: append_history
       procedure :: append_frame
+      procedure :: reopen
+      procedure :: rows
       procedure :: flush
       procedure :: flush_if_due
+      procedure :: sync
+      procedure :: keep_undo
+      procedure :: has_failed
       procedure :: close => close_results
-      procedure, private :: add_tables, write_model, write_if_large, waiting_bytes
+      procedure, private :: add_tables, write_model, write_if_large, waiting_bytes, cut
    end type results_type
 
 contains
@@ -76,21 +70,17 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state      !! at the start
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: second
-      integer(i8) :: model_bytes
       integer :: i
       self%frames = header%frames
       self%contacts = header%contacts
       self%flush_interval = header%flush_interval
-      self%n_contact_rows = 0
+      self%so_far = results_rows_type()
       self%failed = .false.
       call self%lock%create(path, force, error)
       if (allocated(error)) return
+      call remove_file(undo_path(path))
       call self%add_tables(blocks)
-      model_bytes = 32_i8*(blocks%n_vertices() + blocks%n_blocks) + len(header%geometry) + len(header%analysis) + &
-                    len(header%config)
-      call self%lock%reserve(model_bytes + spare_room, error)
-      if (.not. allocated(error)) call self%file%create(path, error)
+      call self%file%create(path, error, in_commits=.true.)
       if (.not. allocated(error)) call write_header(self%file, header, error)
       if (.not. allocated(error)) call self%write_model(blocks, state, error)
       do i = 1, n_series
@@ -102,7 +92,7 @@ contains
       if (.not. allocated(error)) return
       ! leave no half-made file behind
       self%failed = .true.
-      call self%file%close(second)
+      call self%file%abandon()
       call remove_file(path)
       call self%lock%release()
    end subroutine create
@@ -214,6 +204,7 @@ contains
       integer :: nm, nf
       nm = self%series(s_measured_rotation)%row_size
       nf = self%series(s_fixed_force)%row_size/2
+      self%so_far%steps = self%so_far%steps + 1
       associate (s => self%series)
          call s(s_step)%add([record%step], 1)
          call s(s_time)%add([record%time], 1)
@@ -245,7 +236,7 @@ contains
       real(wp), allocatable :: point(:, :)
       if (.not. self%frames) return
       n = merge(contacts%n, 0, self%contacts)
-      if (n > huge(n) - self%n_contact_rows) then
+      if (n > huge(n) - self%so_far%contacts) then
          call make_error(error, error_code%output, self%file%path// &
                          ': too many contact rows; save fewer frames or set contacts = .false. in &output')
          return
@@ -260,8 +251,9 @@ contains
          call s(s_rotation)%add(state%rotation(1:nb), 1)
          call s(s_stress)%add(reshape(state%stress(:, 1:nb), [3*nb]), 1)
          call s(s_velocity)%add(reshape(state%velocity(:, 1:nb), [6*nb]), 1)
-         self%n_contact_rows = self%n_contact_rows + n
-         call s(s_offset)%add([self%n_contact_rows], 1)
+         self%so_far%frames = self%so_far%frames + 1
+         self%so_far%contacts = self%so_far%contacts + n
+         call s(s_offset)%add([self%so_far%contacts], 1)
          if (n > 0) then
             allocate (pair(2, n), point(2, n))
             do c = 1, n
@@ -277,41 +269,48 @@ contains
       call self%write_if_large(error)
    end subroutine append_frame
 
-   !> Write all waiting rows and hand them to the system. When that fails the rows written before stay readable
+   !> How far the file goes, with the rows that wait.
+   pure type(results_rows_type) function rows(self)
+      class(results_type), intent(in) :: self
+      rows = self%so_far
+   end function rows
+
+   !> Has a write failed? Then nothing more is written.
+   pure logical function has_failed(self)
+      class(results_type), intent(in) :: self
+      has_failed = self%failed
+   end function has_failed
+
+   !> Write all waiting rows and hand them to the system. When that fails the file stays as the last flush left it
    !> and nothing is written any more.
    subroutine flush(self, error)
       class(results_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: ignored
-      integer(i8) :: room, written(n_series)
       integer :: i
       if (self%failed) return
       call system_clock(self%last_flush)
-      room = spare_room
+      call self%lock%check(error)
       do i = 1, n_series
-         room = room + self%series(i)%room_needed()
-         written(i) = self%series(i)%n_written
-      end do
-      call self%lock%reserve(room, error)
-      if (allocated(error)) then
-         self%failed = .true.
-         call self%lock%trim(self%file%size_in_bytes())
-         return
-      end if
-      do i = 1, n_series
-         call self%series(i)%write(self%file, error)
-         if (allocated(error)) exit
+         if (.not. allocated(error)) call self%series(i)%write(self%file, error)
       end do
       if (.not. allocated(error)) call self%file%flush(error)
-      if (.not. allocated(error)) then
-         call self%lock%trim(self%file%size_in_bytes())
-         return
-      end if
-      self%failed = .true.
-      do i = 1, n_series
-         call self%file%truncate(self%series(i)%name, written(i), ignored)
-      end do
+      self%failed = allocated(error)
    end subroutine flush
+
+   !> Wait until what was flushed is on the disk.
+   subroutine sync(self, error)
+      class(results_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      if (.not. self%failed) call self%file%sync(error)
+   end subroutine sync
+
+   !> The last flush is the state of the checkpoint with this digest: from now on keep what is needed to go back to it.
+   subroutine keep_undo(self, digest, error)
+      class(results_type), intent(in) :: self
+      character(len=digest_length), intent(in) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      if (.not. self%failed) call self%file%keep_undo(undo_path(self%file%path), digest, error)
+   end subroutine keep_undo
 
    !> Flush when the interval has passed since the last time.
    subroutine flush_if_due(self, error)
@@ -345,7 +344,6 @@ contains
       logical, intent(in) :: complete                    !! the run came to its end
       character(len=*), intent(in) :: exit_reason        !! 'finished' or why it stopped
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: second
       if (.not. self%file%is_open) then
          call self%lock%release()
          return
@@ -355,11 +353,87 @@ contains
          call self%file%set_attribute('/', 'exit_reason', exit_reason, error)
          if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
          if (.not. allocated(error)) call self%file%flush(error)
-         call self%lock%trim(self%file%size_in_bytes())
+         if (.not. allocated(error)) call self%file%sync(error)
+         self%failed = allocated(error)
       end if
-      call self%file%close(second)
-      if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)
+      if (self%failed) then
+         ! on the disk everything is as at the last flush
+         call self%file%abandon()
+      else
+         call self%file%close(error)
+         if (.not. allocated(error)) call remove_file(undo_path(self%file%path))
+      end if
       call self%lock%release()
    end subroutine close_results
+
+   !> Continue the file of a run from a checkpoint: everything behind it goes. The file is left alone when it is not
+   !> the one that belongs to the checkpoint (code input).
+   subroutine reopen(self, path, header, digest, rows, blocks, record, error)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(results_header_type), intent(in) :: header
+      character(len=digest_length), intent(in) :: digest !! of the checkpoint
+      type(results_rows_type), intent(in) :: rows        !! at the checkpoint
+      type(block_system_type), intent(in) :: blocks
+      type(step_record_type), intent(in) :: record       !! of the checkpoint's step
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_file_type) :: file
+      type(error_type), allocatable :: unreadable
+      logical :: put_back
+      self%frames = header%frames
+      self%contacts = header%contacts
+      self%flush_interval = header%flush_interval
+      self%so_far = rows
+      self%failed = .false.
+      if (get_path_kind(path) == path_kind%missing) then
+         call make_error(error, error_code%input, path//': the results of this checkpoint are not there')
+         return
+      end if
+      call self%lock%reopen(path, error)
+      if (allocated(error)) return
+      call self%add_tables(blocks)
+      ! a kill may have left a file that cannot be read before it is put back
+      call file%open(path, .false., unreadable)
+      if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
+      if (.not. allocated(error)) then
+         call file%abandon()
+         call roll_back(path, digest, put_back, error)
+         if (.not. allocated(error) .and. allocated(unreadable) .and. .not. put_back) &
+            call move_alloc(unreadable, error)
+      end if
+      if (.not. allocated(error)) call file%open(path, .false., error)
+      if (.not. allocated(error)) call check_belongs(file, header, self%series, error)
+      if (.not. allocated(error)) call check_reaches(file, rows, record, error)
+      call file%abandon()
+      if (.not. allocated(error)) call self%cut(path, digest, error)
+      if (.not. allocated(error)) return
+      self%failed = .true.
+      call self%file%abandon()
+      call self%lock%release()
+   end subroutine reopen
+
+   !> Cut the file back to the checkpoint, so that it can be undone.
+   subroutine cut(self, path, digest, error)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      character(len=digest_length), intent(in) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: n
+      integer :: i
+      call self%file%open(path, .true., error)
+      if (.not. allocated(error)) call self%keep_undo(digest, error)
+      do i = 1, n_series
+         select case (i)
+         case (:s_fixed_force); n = self%so_far%steps
+         case (s_offset); n = self%so_far%frames + 1
+         case (s_point:); n = self%so_far%contacts
+         case default; n = self%so_far%frames
+         end select
+         if (.not. allocated(error)) call self%series(i)%cut(self%file, n, error)
+      end do
+      if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', 0, error)
+      if (.not. allocated(error)) call self%file%set_attribute('/', 'exit_reason', 'running', error)
+      if (.not. allocated(error)) call self%flush(error)
+   end subroutine cut
 
 end module rockdda_io_results

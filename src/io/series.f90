@@ -1,5 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> A table of a results file that grows by rows: rows wait in memory until they are written together.
+!>
+!> A compressed chunk that is written again changes its size and thus its place, and the place that it leaves may be
+!> taken by another before the file's tables say so: a reader would find the wrong rows. So a chunk is compressed only
+!> if it is complete when it is first written; one that is begun stays uncompressed, in its place.
+!>
+!>     rows     | chunk: complete | chunk: complete | last chunk: begun  .  .  . |
+!>              |  compressed     |  compressed     |  as it is, zeros behind    |
 module rockdda_io_series
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
@@ -9,7 +16,7 @@ module rockdda_io_series
    public :: series_type
 
    !> Bytes of a chunk to aim at, and the largest.
-   integer, parameter :: usual_chunk = 16384, largest_chunk = 1048576
+   integer, parameter :: usual_chunk = 4096, largest_chunk = 1048576
    !> Rows of a chunk at most.
    integer, parameter :: most_chunk_rows = 1024
 
@@ -20,16 +27,18 @@ module rockdda_io_series
       integer :: row_size = 1                       !! entries in a row
       integer(i8) :: n_written = 0                  !! rows in the file
       integer :: n_waiting = 0                      !! rows in memory
-      real(wp), allocatable, private :: reals(:)
+      integer, private :: n_begun = 0               !! rows of the last chunk that are in the file
+      real(wp), allocatable, private :: reals(:)    !! rows of the last chunk, then rows waiting
       integer, allocatable, private :: integers(:)
    contains
       procedure :: init
       generic :: add => add_reals, add_integers
       procedure :: create
+      procedure :: cut
       procedure :: write => write_waiting
       procedure :: waiting_bytes
-      procedure :: room_needed
-      procedure, private :: add_reals, add_integers, chunk_shape
+      procedure, private :: add_reals, add_integers, chunk_shape, rows_of_chunk
+      procedure, private :: write_complete, write_begun, keep_last
    end type series_type
 
 contains
@@ -46,6 +55,7 @@ contains
       self%row_size = product(row_shape)
       self%n_written = 0
       self%n_waiting = 0
+      self%n_begun = 0
       if (allocated(self%reals)) deallocate (self%reals)
       if (allocated(self%integers)) deallocate (self%integers)
       if (is_real) allocate (self%reals(max(1, self%row_size)))
@@ -60,13 +70,35 @@ contains
       call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), error)
    end subroutine create
 
+   !> Cut the table of a file back to its first rows, to go on behind them.
+   subroutine cut(self, file, n_rows, error)
+      class(series_type), intent(inout) :: self
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: n_rows
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: first
+      call file%resize(self%name, n_rows, error)
+      if (allocated(error)) return
+      self%n_written = n_rows
+      self%n_waiting = 0
+      self%n_begun = 0
+      if (self%row_size == 0) return
+      self%n_begun = int(mod(n_rows, int(self%rows_of_chunk(), i8)))
+      if (self%n_begun == 0) return
+      first = n_rows - self%n_begun
+      if (self%is_real) then
+         call file%read(self%name, self%reals, error, first, int(self%n_begun, i8))
+      else
+         call file%read(self%name, self%integers, error, first, int(self%n_begun, i8))
+      end if
+   end subroutine cut
+
    !> Shape of a chunk: several short rows, or a part of a long one.
    pure function chunk_shape(self) result(shape)
       class(series_type), intent(in) :: self
-      integer, allocatable :: shape(:)
+      integer :: shape(size(self%row_shape) + 1)
       integer :: bytes, rank, inner
-      rank = size(self%row_shape) + 1
-      allocate (shape(rank))
+      rank = size(shape)
       bytes = merge(8, 4, self%is_real)
       shape(1:rank - 1) = max(1, self%row_shape)
       if (rank > 1) then
@@ -83,7 +115,7 @@ contains
       integer, intent(in) :: n_rows
       real(wp), allocatable :: larger(:)
       integer :: n
-      n = self%row_size*self%n_waiting
+      n = self%row_size*(self%n_begun + self%n_waiting)
       if (n + size(values) > size(self%reals)) then
          allocate (larger(2*(n + size(values))))
          larger(1:n) = self%reals(1:n)
@@ -100,7 +132,7 @@ contains
       integer, intent(in) :: n_rows
       integer, allocatable :: larger(:)
       integer :: n
-      n = self%row_size*self%n_waiting
+      n = self%row_size*(self%n_begun + self%n_waiting)
       if (n + size(values) > size(self%integers)) then
          allocate (larger(2*(n + size(values))))
          larger(1:n) = self%integers(1:n)
@@ -110,39 +142,106 @@ contains
       self%n_waiting = self%n_waiting + n_rows
    end subroutine add_integers
 
-   !> Append the waiting rows to the file. They keep waiting when that fails.
+   !> Append the waiting rows to the file. When that fails the table is to be left alone.
    subroutine write_waiting(self, file, error)
       class(series_type), intent(inout) :: self
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
-      integer :: n
+      integer(i8) :: first
+      integer :: per_chunk, n_rows, done, n
       if (self%n_waiting == 0) return
-      n = self%row_size*self%n_waiting
-      if (self%is_real) then
-         call file%append(self%name, self%reals(1:n), self%n_waiting, error)
-      else
-         call file%append(self%name, self%integers(1:n), self%n_waiting, error)
-      end if
+      per_chunk = self%rows_of_chunk()
+      first = self%n_written - self%n_begun
+      n_rows = self%n_begun + self%n_waiting
+      call file%resize(self%name, first + n_rows, error)
       if (allocated(error)) return
+      done = 0
+      if (self%row_size > 0) then
+         if (self%n_begun > 0 .and. n_rows >= per_chunk) then
+            call self%write_begun(file, first, per_chunk, done, error)
+            if (allocated(error)) return
+            done = per_chunk
+         end if
+         n = per_chunk*((n_rows - done)/per_chunk)
+         if (n > 0) call self%write_complete(file, first, done, n, error)
+         if (allocated(error)) return
+         done = done + n
+         if (n_rows > done) call self%write_begun(file, first, n_rows - done, done, error)
+         if (allocated(error)) return
+      end if
       self%n_written = self%n_written + self%n_waiting
       self%n_waiting = 0
+      call self%keep_last(n_rows, done)
    end subroutine write_waiting
+
+   !> Write complete chunks: n rows after the first `done` in memory.
+   subroutine write_complete(self, file, first, done, n, error)
+      class(series_type), intent(in) :: self
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: first          !! rows in the file before those in memory
+      integer, intent(in) :: done, n
+      type(error_type), allocatable, intent(out) :: error
+      integer :: a, b
+      a = self%row_size*done + 1
+      b = self%row_size*(done + n)
+      if (self%is_real) then
+         call file%write_rows(self%name, first + done, n, self%reals(a:b), error)
+      else
+         call file%write_rows(self%name, first + done, n, self%integers(a:b), error)
+      end if
+   end subroutine write_complete
+
+   !> Write a chunk of which n rows are known, after the first `done` in memory.
+   subroutine write_begun(self, file, first, n, done, error)
+      class(series_type), intent(in) :: self
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: first
+      integer, intent(in) :: n, done
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: reals(:)
+      integer, allocatable :: integers(:)
+      integer :: a, b
+      a = self%row_size*done
+      b = self%row_size*n
+      if (self%is_real) then
+         allocate (reals(self%row_size*self%rows_of_chunk()), source=0.0_wp)
+         reals(1:b) = self%reals(a + 1:a + b)
+         call file%write_plain_chunk(self%name, first + done, reals, error)
+      else
+         allocate (integers(self%row_size*self%rows_of_chunk()), source=0)
+         integers(1:b) = self%integers(a + 1:a + b)
+         call file%write_plain_chunk(self%name, first + done, integers, error)
+      end if
+   end subroutine write_begun
+
+   !> Keep the rows of the chunk that is begun, drop those before.
+   subroutine keep_last(self, n_rows, done)
+      class(series_type), intent(inout) :: self
+      integer, intent(in) :: n_rows, done       !! in memory; of complete chunks
+      integer :: a, b
+      a = self%row_size*done
+      b = self%row_size*(n_rows - done)
+      self%n_begun = n_rows - done
+      if (done == 0) return
+      if (self%is_real) then
+         self%reals(1:b) = self%reals(a + 1:a + b)
+      else
+         self%integers(1:b) = self%integers(a + 1:a + b)
+      end if
+   end subroutine keep_last
+
+   !> Rows of a chunk. Rows that are cut into several chunks are one row a chunk, always complete.
+   pure integer function rows_of_chunk(self)
+      class(series_type), intent(in) :: self
+      integer :: shape(size(self%row_shape) + 1)
+      shape = self%chunk_shape()
+      rows_of_chunk = shape(size(shape))
+   end function rows_of_chunk
 
    !> Bytes in memory.
    pure integer(i8) function waiting_bytes(self)
       class(series_type), intent(in) :: self
       waiting_bytes = int(self%row_size, i8)*self%n_waiting*merge(8, 4, self%is_real)
    end function waiting_bytes
-
-   !> Bytes by which the file grows at most when the waiting rows are written: they may not compress, and the
-   !> last chunk is written anew.
-   pure integer(i8) function room_needed(self)
-      class(series_type), intent(in) :: self
-      integer(i8) :: chunk
-      room_needed = 0
-      if (self%n_waiting == 0) return
-      chunk = product(int(self%chunk_shape(), i8))*merge(8, 4, self%is_real)
-      room_needed = self%waiting_bytes() + self%waiting_bytes()/64 + 2*chunk + 4096
-   end function room_needed
 
 end module rockdda_io_series

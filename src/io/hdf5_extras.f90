@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: MIT
-!> Two functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure,
-!> and opening files without a lock. Used by rockdda_io_hdf5_adapter only.
-module rockdda_io_hdf5_reason
-   use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int64_t, c_funptr, c_funloc, c_loc, &
-      c_f_pointer, c_associated, c_bool
+!> Functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure, opening
+!> files without a lock, writing a chunk as it is. Used by rockdda_io_hdf5_adapter only.
+module rockdda_io_hdf5_extras
+   use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int32_t, c_int64_t, c_size_t, &
+      c_funptr, c_funloc, c_loc, c_f_pointer, c_associated, c_bool
    use rockdda_base_kinds, only : i8
    implicit none
    private
-   public :: get_reason, disable_file_locking
+   public :: get_reason, disable_file_locking, write_chunk
 
    integer, parameter :: longest = 600
+   !> Both filters of a table left out: shuffle and compression.
+   integer(c_int32_t), parameter :: all_filters = 3
 
    !> H5E_error2_t
    type, bind(C) :: hdf5_error_type
@@ -38,6 +40,16 @@ module rockdda_io_hdf5_reason
          integer(c_int64_t), value :: access
          logical(c_bool), value :: use_locking, ignore_when_disabled
       end function c_set_file_locking
+
+      integer(c_int) function c_write_chunk(dataset, transfer, filters_left_out, offset, n_bytes, values) &
+         bind(C, name='H5Dwrite_chunk')
+         import :: c_int, c_int32_t, c_int64_t, c_size_t, c_ptr
+         integer(c_int64_t), value :: dataset, transfer
+         integer(c_int32_t), value :: filters_left_out      !! one bit each
+         integer(c_int64_t), intent(in) :: offset(*)        !! in C order
+         integer(c_size_t), value :: n_bytes
+         type(c_ptr), value :: values
+      end function c_write_chunk
    end interface
 
 contains
@@ -48,6 +60,19 @@ contains
       integer, intent(out) :: status        !! < 0: failed
       status = int(c_set_file_locking(int(access, c_int64_t), .false._c_bool, .true._c_bool))
    end subroutine disable_file_locking
+
+   !> Write the bytes of a chunk with all filters left out; the file's byte order is that of this machine.
+   integer function write_chunk(dataset, skip, rank, n_bytes, values)
+      integer(i8), intent(in) :: dataset
+      integer(i8), intent(in) :: skip        !! rows (of the slowest dimension) before the chunk
+      integer, intent(in) :: rank
+      integer(i8), intent(in) :: n_bytes
+      type(c_ptr), intent(in) :: values
+      integer(c_int64_t) :: offset(rank)
+      offset = 0
+      offset(1) = skip
+      write_chunk = int(c_write_chunk(dataset, 0_c_int64_t, all_filters, offset, int(n_bytes, c_size_t), values))
+   end function write_chunk
 
    !> The deepest message on HDF5's error stack: the system's words when there are any, else the library's.
    function get_reason() result(reason)
@@ -88,4 +113,4 @@ contains
       end do
    end function take_first
 
-end module rockdda_io_hdf5_reason
+end module rockdda_io_hdf5_extras

@@ -1,0 +1,274 @@
+! SPDX-License-Identifier: MIT
+!> Values that go to an HDF5 file and come back from it, each under its name, by one and the same call:
+!>
+!>     call archive%section('state')
+!>     call archive%item('time', state%time)           ! written to state/time, or read from there
+!>     call archive%item('vertices', state%vertices)   ! allocated when read; not there: not allocated
+!>
+!> so that what is written and what is read cannot differ. Reals come back bit by bit. After a failure, which is kept
+!> in `error`, nothing more happens.
+module rockdda_io_archive
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   implicit none
+   private
+   public :: archive_type
+
+   type :: archive_type
+      type(hdf5_file_type) :: file
+      logical :: saving = .false.                      !! else loading
+      type(error_type), allocatable :: error           !! the first failure
+      character(len=:), allocatable, private :: prefix !! 'state/'
+   contains
+      procedure :: section
+      generic :: item => integer_item, real_item, logical_item, text_item, integers_item, reals_item, &
+         integer_rows_item, real_rows_item, logicals_item
+      generic :: fixed => fixed_reals, fixed_integers
+      generic :: part => integer_part, real_part, logical_part
+      procedure, private :: integer_item, real_item, logical_item, text_item, integers_item, reals_item
+      procedure, private :: integer_rows_item, real_rows_item, logicals_item, fixed_reals, fixed_integers
+      procedure, private :: integer_part, real_part, logical_part
+      procedure, private :: is_there, wrong_size
+   end type archive_type
+
+contains
+
+   !> The items that follow belong together under this name.
+   subroutine section(self, name)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      self%prefix = name//'/'
+      if (self%saving .and. .not. allocated(self%error)) call self%file%create_group(name, self%error)
+   end subroutine section
+
+   !> A whole number.
+   subroutine integer_item(self, name, value)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: value
+      integer :: values(1)
+      values = value
+      call self%fixed(name, values)
+      value = values(1)
+   end subroutine integer_item
+
+   !> A real.
+   subroutine real_item(self, name, value)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: value
+      real(wp) :: values(1)
+      values = value
+      call self%fixed(name, values)
+      value = values(1)
+   end subroutine real_item
+
+   !> Yes or no.
+   subroutine logical_item(self, name, value)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(inout) :: value
+      integer :: values(1)
+      values = merge(1, 0, value)
+      call self%fixed(name, values)
+      value = values(1) /= 0
+   end subroutine logical_item
+
+   !> A text.
+   subroutine text_item(self, name, text)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(inout) :: text
+      if (allocated(self%error)) return
+      if (self%saving) then
+         if (allocated(text)) call self%file%write(self%prefix//name, text, self%error)
+      else if (self%is_there(name)) then
+         call self%file%read(self%prefix//name, text, self%error)
+      else if (allocated(text)) then
+         deallocate (text)
+      end if
+   end subroutine text_item
+
+   !> A list of integers of the same size in the file and here.
+   subroutine fixed_integers(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: values(:)
+      integer, allocatable :: found(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         return
+      end if
+      call self%file%read(self%prefix//name, found, self%error)
+      if (allocated(self%error)) return
+      if (size(found) == size(values)) then
+         values = found
+      else
+         call self%wrong_size(name)
+      end if
+   end subroutine fixed_integers
+
+   !> A list of reals of the same size in the file and here.
+   subroutine fixed_reals(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: values(:)
+      real(wp), allocatable :: found(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         return
+      end if
+      call self%file%read(self%prefix//name, found, self%error)
+      if (allocated(self%error)) return
+      if (size(found) == size(values)) then
+         values = found
+      else
+         call self%wrong_size(name)
+      end if
+   end subroutine fixed_reals
+
+   !> A list of integers.
+   subroutine integers_item(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: values(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         if (allocated(values)) call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         return
+      end if
+      if (allocated(values)) deallocate (values)
+      if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
+   end subroutine integers_item
+
+   !> A list of reals.
+   subroutine reals_item(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: values(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         if (allocated(values)) call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         return
+      end if
+      if (allocated(values)) deallocate (values)
+      if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
+   end subroutine reals_item
+
+   !> A table of integers.
+   subroutine integer_rows_item(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: values(:, :)
+      integer, allocatable :: found(:)
+      integer(i8), allocatable :: shape_there(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
+                                                     reshape(values, [size(values)]), self%error)
+         return
+      end if
+      if (allocated(values)) deallocate (values)
+      if (.not. self%is_there(name)) return
+      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      if (.not. allocated(self%error)) call self%file%read(self%prefix//name, found, self%error)
+      if (allocated(self%error)) return
+      if (size(shape_there) == 2) then
+         allocate (values(shape_there(1), shape_there(2)))
+         values = reshape(found, shape(values))
+      else
+         call self%wrong_size(name)
+      end if
+   end subroutine integer_rows_item
+
+   !> A table of reals.
+   subroutine real_rows_item(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: values(:, :)
+      real(wp), allocatable :: found(:)
+      integer(i8), allocatable :: shape_there(:)
+      if (allocated(self%error)) return
+      if (self%saving) then
+         if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
+                                                     reshape(values, [size(values)]), self%error)
+         return
+      end if
+      if (allocated(values)) deallocate (values)
+      if (.not. self%is_there(name)) return
+      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      if (.not. allocated(self%error)) call self%file%read(self%prefix//name, found, self%error)
+      if (allocated(self%error)) return
+      if (size(shape_there) == 2) then
+         allocate (values(shape_there(1), shape_there(2)))
+         values = reshape(found, shape(values))
+      else
+         call self%wrong_size(name)
+      end if
+   end subroutine real_rows_item
+
+   !> A list of yes and no.
+   subroutine logicals_item(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, allocatable, intent(inout) :: values(:)
+      integer, allocatable :: numbers(:)
+      if (self%saving .and. allocated(values)) then
+         allocate (numbers(size(values)))
+         numbers(:) = merge(1, 0, values)
+      end if
+      call self%item(name, numbers)
+      if (self%saving) return
+      if (allocated(values)) deallocate (values)
+      if (allocated(numbers)) values = numbers /= 0
+   end subroutine logicals_item
+
+   !> The first n entries of a list that may be longer; it is long enough when they are read.
+   subroutine integer_part(self, name, n, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: n
+      integer, allocatable, intent(inout) :: values(:)
+      call self%fixed(name, values(1:n))
+   end subroutine integer_part
+
+   !> As integer_part, for reals.
+   subroutine real_part(self, name, n, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: n
+      real(wp), allocatable, intent(inout) :: values(:)
+      call self%fixed(name, values(1:n))
+   end subroutine real_part
+
+   !> As integer_part, for yes and no.
+   subroutine logical_part(self, name, n, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: n
+      logical, allocatable, intent(inout) :: values(:)
+      integer, allocatable :: numbers(:)
+      allocate (numbers(n))
+      numbers(:) = merge(1, 0, values(1:n))
+      call self%fixed(name, numbers)
+      values(1:n) = numbers /= 0
+   end subroutine logical_part
+
+   !> Is there such an item?
+   logical function is_there(self, name)
+      class(archive_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      is_there = self%file%exists(self%prefix//name)
+   end function is_there
+
+   !> An item that does not fit.
+   subroutine wrong_size(self, name)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      call make_error(self%error, error_code%input, self%file%path//': '//self%prefix//name//' has an unexpected size')
+   end subroutine wrong_size
+
+end module rockdda_io_archive

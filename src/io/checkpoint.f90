@@ -1,0 +1,324 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints: all that a run needs to go on as if it had never stopped (docs/file-formats.md, "checkpoints").
+!>
+!> A checkpoint is an HDF5 file and, behind what HDF5 sees of it, one line with the SHA-256 digest of all bytes before.
+!> It is written under a temporary name in the same folder and then takes the place of the older one in one step: at
+!> any moment there is a whole checkpoint. A file whose digest does not fit is refused before HDF5 looks at it.
+!>
+!>     call checkpoint%begin_saving(path, facts, error)            call checkpoint%begin_loading(path, facts, error)
+!>     … the exchange_… procedures on checkpoint%archive …         … the same procedures …
+!>     call checkpoint%end_saving(.true., error)                   call checkpoint%end_loading(error)
+module rockdda_io_checkpoint
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_version, only : version, build_description
+   use rockdda_io_archive, only : archive_type
+   use rockdda_io_digest, only : digest_of_text, digest_of_file, hexadecimal, digest_length
+   use rockdda_io_output_lock, only : errno_text
+   use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
+   use rockdda_io_results_header, only : results_header_type, results_rows_type
+   implicit none
+   private
+   public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
+
+   integer, parameter :: checkpoint_format_version = 1
+   !> Attribute `format` of the file.
+   character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
+   character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '
+   !> Bytes of the last line.
+   integer, parameter :: seal_length = len(seal_start) + 2*digest_length + 1
+   character(len=*), parameter :: ending = '.ckpt.h5'
+   !> Endings of results files for which the checkpoint's name does not hold the ending.
+   character(len=*), parameter :: endings(3) = [character(len=5) :: '.h5', '.hdf5', '.hdf']
+
+   !> The run that a checkpoint belongs to, and where it stands.
+   type :: checkpoint_facts_type
+      type(results_header_type) :: header         !! of the results
+      type(results_rows_type) :: rows             !! of the results
+      character(len=:), allocatable :: results_ending            !! '.h5' for OUT.h5
+      character(len=:), allocatable :: build                     !! of the program that wrote it
+      character(len=:), allocatable :: written                   !! UTC
+      character(len=:), allocatable :: model_file, analysis_file, config_file !! as the user named them
+      integer :: frame_every = 0                  !! see rockdda_app_frame_plan
+      real(wp) :: frame_interval = 0
+      integer :: frames_passed = 0
+      integer :: last_frame = -1                  !! step of the last planned frame
+      integer :: threads = 0                      !! 0: not chosen
+      real(wp) :: checkpoint_every = 60           !! [s]
+   end type checkpoint_facts_type
+
+   type :: checkpoint_type
+      type(archive_type) :: archive
+      character(len=digest_length) :: digest = ''
+      character(len=:), allocatable, private :: path
+   contains
+      procedure :: begin_saving
+      procedure :: end_saving
+      procedure :: begin_loading
+      procedure :: end_loading
+   end type checkpoint_type
+
+   interface
+      integer(c_int) function c_seal(path, bytes, n, sync) bind(C, name='rockdda_checkpoint_seal')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*), bytes(*)
+         integer(c_int), value :: n, sync
+      end function c_seal
+
+      integer(c_int) function c_replace(from, to, sync) bind(C, name='rockdda_checkpoint_replace')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: from(*), to(*)
+         integer(c_int), value :: sync
+      end function c_replace
+   end interface
+
+contains
+
+   !> Path of the checkpoint beside a results file: OUT.ckpt.h5 for OUT.h5.
+   pure function checkpoint_path(results) result(path)
+      character(len=*), intent(in) :: results
+      character(len=:), allocatable :: path
+      path = results(1:len(results) - len(ending_of(results)))//ending
+   end function checkpoint_path
+
+   !> Path of the results beside a checkpoint; '' when the name is not that of a checkpoint.
+   pure function results_path(checkpoint, results_ending) result(path)
+      character(len=*), intent(in) :: checkpoint
+      character(len=*), intent(in) :: results_ending   !! '.h5'
+      character(len=:), allocatable :: path
+      integer :: n
+      path = ''
+      n = len(checkpoint) - len(ending)
+      if (n < 1) return
+      if (checkpoint(n + 1:) == ending) path = checkpoint(1:n)//results_ending
+   end function results_path
+
+   !> The ending of a results file that its checkpoint's name does not hold: '.h5', or nothing.
+   pure function ending_of(results) result(text)
+      character(len=*), intent(in) :: results
+      character(len=:), allocatable :: text
+      integer :: i, n
+      text = ''
+      do i = 1, size(endings)
+         n = len(results) - len_trim(endings(i))
+         if (n < 1) cycle
+         if (results(n + 1:) == trim(endings(i)) .and. results(n:n) /= '/') text = trim(endings(i))
+      end do
+   end function ending_of
+
+   !> Begin a checkpoint for a results file; the values follow.
+   subroutine begin_saving(self, results, facts, error)
+      class(checkpoint_type), intent(inout) :: self
+      character(len=*), intent(in) :: results
+      type(checkpoint_facts_type), intent(inout) :: facts
+      type(error_type), allocatable, intent(out) :: error
+      self%path = checkpoint_path(results)
+      self%archive%saving = .true.
+      if (allocated(self%archive%error)) deallocate (self%archive%error)
+      facts%results_ending = ending_of(results)
+      associate (file => self%archive%file)
+         call file%create(part_path(self%path), error, in_commits=.true.)
+         if (.not. allocated(error)) call file%set_attribute('/', 'format', checkpoint_format, error)
+         if (.not. allocated(error)) call file%set_attribute('/', 'format_version', checkpoint_format_version, error)
+         if (.not. allocated(error)) call file%set_attribute('/', 'program_version', version, error)
+         if (.not. allocated(error)) call file%set_attribute('/', 'build', build_description(), error)
+      end associate
+      if (.not. allocated(error)) call exchange_facts(self%archive, facts)
+      if (.not. allocated(error)) call put_digests(self%archive, facts, error)
+      if (allocated(error)) call give_up(self)
+   end subroutine begin_saving
+
+   !> Finish the checkpoint: it takes the place of the older one. On error the older one is as it was.
+   subroutine end_saving(self, sync, error)
+      class(checkpoint_type), intent(inout) :: self
+      logical, intent(in) :: sync                   !! wait until it is on the disk
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: part, line
+      integer(c_int) :: wait
+      wait = merge(1_c_int, 0_c_int, sync)
+      part = part_path(self%path)
+      if (allocated(self%archive%error)) call move_alloc(self%archive%error, error)
+      if (.not. allocated(error)) call self%archive%file%flush(error)
+      if (.not. allocated(error)) call self%archive%file%close(error)
+      if (.not. allocated(error)) call digest_of_file(part, -1_i8, self%digest, error)
+      if (.not. allocated(error)) then
+         line = seal_start//hexadecimal(self%digest)//new_line('a')
+         call explain(c_seal(part//c_null_char, line, len(line, c_int), wait))
+      end if
+      if (.not. allocated(error)) call explain(c_replace(part//c_null_char, self%path//c_null_char, wait))
+      if (allocated(error)) call give_up(self)
+
+   contains
+
+      subroutine explain(status)
+         integer(c_int), intent(in) :: status
+         if (status /= 0) call make_error(error, error_code%output, self%path//': '//errno_text(status))
+      end subroutine explain
+
+   end subroutine end_saving
+
+   !> Leave no half-made file.
+   subroutine give_up(self)
+      class(checkpoint_type), intent(inout) :: self
+      call self%archive%file%abandon()
+      call remove_file(part_path(self%path))
+   end subroutine give_up
+
+   !> Name of a checkpoint that is being written.
+   pure function part_path(path) result(part)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: part
+      part = path//'.part'
+   end function part_path
+
+   !> Open a checkpoint after all tests; the values follow. Nothing is read from a damaged file or one of another
+   !> version (code input).
+   subroutine begin_loading(self, path, facts, error)
+      class(checkpoint_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(checkpoint_facts_type), intent(inout) :: facts
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer :: number
+      self%path = path
+      self%archive%saving = .false.
+      if (allocated(self%archive%error)) deallocate (self%archive%error)
+      call check_seal(path, self%digest, error)
+      if (allocated(error)) return
+      associate (file => self%archive%file)
+         call file%open(path, .false., error)
+         if (allocated(error)) return
+         call file%get_attribute('/', 'format', text, error)
+         if (.not. allocated(error)) then
+            if (text /= checkpoint_format) call refuse('this is no checkpoint of RockDDA')
+         end if
+         if (.not. allocated(error)) call file%get_attribute('/', 'format_version', number, error)
+         if (.not. allocated(error)) then
+            if (number /= checkpoint_format_version) call refuse('checkpoints of format version '// &
+               to_string(number)//' are not known to this program, only '//to_string(checkpoint_format_version))
+         end if
+         if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, error)
+         if (.not. allocated(error)) call file%get_attribute('/', 'build', facts%build, error)
+      end associate
+      if (.not. allocated(error)) call exchange_facts(self%archive, facts)
+      if (.not. allocated(error) .and. allocated(self%archive%error)) call move_alloc(self%archive%error, error)
+      if (allocated(error)) call self%archive%file%abandon()
+
+   contains
+
+      subroutine refuse(why)
+         character(len=*), intent(in) :: why
+         call make_error(error, error_code%input, path//': '//why)
+      end subroutine refuse
+
+   end subroutine begin_loading
+
+   !> All values were taken.
+   subroutine end_loading(self, error)
+      class(checkpoint_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      if (allocated(self%archive%error)) call move_alloc(self%archive%error, error)
+      call self%archive%file%abandon()
+   end subroutine end_loading
+
+   !> Is this HDF5 file a checkpoint, or was it one: by its last line, else by its name?
+   logical function is_checkpoint(path)
+      character(len=*), intent(in) :: path
+      character(len=seal_length) :: line
+      call read_last_line(path, line)
+      is_checkpoint = index(line, seal_start) == 1 .or. len(results_path(path, '')) > 0
+   end function is_checkpoint
+
+   !> The last line of a checkpoint; blank when the file is too short or cannot be read.
+   subroutine read_last_line(path, line)
+      character(len=*), intent(in) :: path
+      character(len=seal_length), intent(out) :: line
+      integer(i8) :: n
+      integer :: unit, status
+      line = ''
+      n = get_file_size(path) - seal_length
+      if (n <= 0) return
+      open (newunit=unit, file=path, status='old', action='read', access='stream', form='unformatted', iostat=status)
+      if (status /= 0) return
+      read (unit, pos=n + 1, iostat=status) line
+      if (status /= 0) line = ''
+      close (unit)
+   end subroutine read_last_line
+
+   !> The last line, and whether all bytes before it fit.
+   subroutine check_seal(path, digest, error)
+      character(len=*), intent(in) :: path
+      character(len=digest_length), intent(out) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      character(len=seal_length) :: line
+      digest = ''
+      if (get_path_kind(path) == path_kind%missing) then
+         call refuse('there is no such file')
+      else if (get_path_kind(path) /= path_kind%file) then
+         call refuse('this is not a file')
+      end if
+      if (allocated(error)) return
+      call read_last_line(path, line)
+      if (index(line, seal_start) /= 1) then
+         call refuse('this is no checkpoint of RockDDA, or one that was cut off')
+         return
+      end if
+      call digest_of_file(path, get_file_size(path) - seal_length, digest, error)
+      if (allocated(error)) return
+      if (line(len(seal_start) + 1:) /= hexadecimal(digest)//new_line('a')) &
+         call refuse('the checkpoint is damaged: its content does not fit its digest')
+
+   contains
+
+      subroutine refuse(why)
+         character(len=*), intent(in) :: why
+         call make_error(error, error_code%input, path//': '//why)
+      end subroutine refuse
+
+   end subroutine check_seal
+
+   !> What is known about the run besides model and state.
+   subroutine exchange_facts(archive, facts)
+      type(archive_type), intent(inout) :: archive
+      type(checkpoint_facts_type), intent(inout) :: facts
+      call archive%section('input')
+      call archive%item('geometry', facts%header%geometry)
+      call archive%item('analysis', facts%header%analysis)
+      call archive%item('config', facts%header%config)
+      call archive%item('model_file', facts%model_file)
+      call archive%item('analysis_file', facts%analysis_file)
+      call archive%item('config_file', facts%config_file)
+      call archive%section('results')
+      call archive%item('title', facts%header%title)
+      call archive%item('created', facts%header%created)
+      call archive%item('written', facts%written)
+      call archive%item('ending', facts%results_ending)
+      call archive%item('frames', facts%header%frames)
+      call archive%item('contacts', facts%header%contacts)
+      call archive%item('history_rows', facts%rows%steps)
+      call archive%item('frame_rows', facts%rows%frames)
+      call archive%item('contact_rows', facts%rows%contacts)
+      call archive%item('frame_every', facts%frame_every)
+      call archive%item('frame_interval', facts%frame_interval)
+      call archive%item('frames_passed', facts%frames_passed)
+      call archive%item('last_frame', facts%last_frame)
+      call archive%item('threads', facts%threads)
+      call archive%item('checkpoint_every', facts%checkpoint_every)
+   end subroutine exchange_facts
+
+   !> Digests of the input files, for people and scripts.
+   subroutine put_digests(archive, facts, error)
+      type(archive_type), intent(in) :: archive
+      type(checkpoint_facts_type), intent(in) :: facts
+      type(error_type), allocatable, intent(out) :: error
+      if (allocated(archive%error)) return
+      call archive%file%set_attribute('input/geometry', 'sha256', hexadecimal(digest_of_text(facts%header%geometry)), error)
+      if (.not. allocated(error)) call archive%file%set_attribute('input/analysis', 'sha256', &
+         hexadecimal(digest_of_text(facts%header%analysis)), error)
+      if (.not. allocated(error)) call archive%file%set_attribute('input/config', 'sha256', &
+         hexadecimal(digest_of_text(facts%header%config)), error)
+   end subroutine put_digests
+
+end module rockdda_io_checkpoint

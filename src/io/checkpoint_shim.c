@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/* Thin POSIX shim: finish a file under a temporary name and put it in the place of another in one step. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static int sync_it(int fd)
+{
+   return fsync(fd) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP ? 0 : errno;
+}
+
+/* Append n bytes, and wait until the file is on the disk when asked to. 0 or an errno value. */
+int rockdda_checkpoint_seal(const char *path, const char *bytes, int n, int sync)
+{
+   int fd = open(path, O_WRONLY | O_APPEND | O_CLOEXEC), problem = 0;
+   ssize_t done;
+   if (fd < 0) return errno;
+   done = write(fd, bytes, (size_t)n);
+   if (done != n) problem = done < 0 ? errno : ENOSPC;
+   if (!problem && sync) problem = sync_it(fd);
+   if (close(fd) != 0 && !problem) problem = errno;
+   return problem;
+}
+
+/* Replace `to` by `from`; when asked to, wait until the folder on the disk says so. 0 or an errno value. */
+int rockdda_checkpoint_replace(const char *from, const char *to, int sync)
+{
+   char *folder, *slash;
+   int fd, problem = 0;
+   if (rename(from, to) != 0) return errno;
+   if (!sync) return 0;
+   folder = strdup(to);
+   if (!folder) return ENOMEM;
+   slash = strrchr(folder, '/');
+   if (slash == folder) slash[1] = '\0';
+   else if (slash) slash[0] = '\0';
+   fd = open(slash ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+   free(folder);
+   if (fd < 0) return 0; /* a folder that cannot be opened cannot be waited for */
+   problem = sync_it(fd);
+   close(fd);
+   return problem;
+}

@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: MIT
+!> What changes while blocks move, to and from a checkpoint: all that the next step depends on.
+!>
+!> A component that is added to these types has to be added here.
+module rockdda_io_checkpoint_state
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_state, only : block_state_type, step_record_type
+   use rockdda_stepping_control, only : step_control_type
+   use rockdda_stepping_ledger, only : ledger_type
+   use rockdda_io_archive, only : archive_type
+   implicit none
+   private
+   public :: exchange_state, exchange_contacts, exchange_control, exchange_ledger, exchange_record, state_fits
+
+contains
+
+   !> Moving blocks and points.
+   subroutine exchange_state(archive, state)
+      type(archive_type), intent(inout) :: archive
+      type(block_state_type), intent(inout) :: state
+      call archive%section('state')
+      call archive%item('step', state%step)
+      call archive%item('time', state%time)
+      call archive%item('vertices', state%vertices)
+      call archive%item('centroid', state%centroid)
+      call archive%item('rotation', state%rotation)
+      call archive%item('stress', state%stress)
+      call archive%item('velocity', state%velocity)
+      call archive%item('area', state%area)
+      call archive%item('moments', state%moments)
+      call archive%item('mass', state%mass)
+      call archive%item('fixed_position', state%fixed_position)
+      call archive%item('loading_position', state%loading_position)
+      call archive%item('measured_position', state%measured_position)
+      call archive%item('bolt_ends', state%bolt_ends)
+      call archive%item('bolt_elongation', state%bolt_elongation)
+      call archive%item('bolt_plastic', state%bolt_plastic)
+   end subroutine exchange_state
+
+   !> Contacts of the last step with their history.
+   subroutine exchange_contacts(archive, contacts)
+      type(archive_type), intent(inout) :: archive
+      type(contact_table_type), intent(inout) :: contacts
+      integer :: n, axis
+      character(len=*), parameter :: axes(2) = ['x', 'y']
+      call archive%section('contacts')
+      n = contacts%n
+      call archive%item('n', n)
+      if (.not. archive%saving) call contacts%resize(n)
+      call archive%part('block_a', n, contacts%block_a)
+      call archive%part('vertex', n, contacts%vertex)
+      call archive%part('block_b', n, contacts%block_b)
+      call archive%part('edge', n, contacts%edge)
+      call archive%part('partner', n, contacts%partner)
+      call archive%part('joint', n, contacts%joint)
+      call archive%part('state', n, contacts%state)
+      call archive%part('shear', n, contacts%shear)
+      call archive%part('normal_force', n, contacts%normal_force)
+      call archive%part('shear_force', n, contacts%shear_force)
+      call archive%part('bonded', n, contacts%bonded)
+      call archive%part('total_slip', n, contacts%total_slip)
+      call archive%part('energy', n, contacts%energy)
+      call archive%part('slip_sign', n, contacts%slip_sign)
+      call archive%part('gap', n, contacts%gap)
+      call archive%part('length', n, contacts%length)
+      do axis = 1, 2
+         call archive%fixed('normal_'//axes(axis), contacts%normal(axis, 1:n))
+         call archive%fixed('point_'//axes(axis), contacts%point(axis, 1:n))
+      end do
+   end subroutine exchange_contacts
+
+   !> Step size and stages.
+   subroutine exchange_control(archive, control)
+      type(archive_type), intent(inout) :: archive
+      type(step_control_type), intent(inout) :: control
+      call archive%section('control')
+      call archive%item('dt', control%dt)
+      call archive%item('last_dt', control%last_dt)
+      call archive%item('last_displacement', control%last_displacement)
+      call archive%item('last_k01', control%last_k01)
+      call archive%item('stage', control%stage)
+      call archive%item('released', control%released)
+   end subroutine exchange_control
+
+   !> Energies.
+   subroutine exchange_ledger(archive, ledger)
+      type(archive_type), intent(inout) :: archive
+      type(ledger_type), intent(inout) :: ledger
+      call archive%section('ledger')
+      call archive%fixed('total', ledger%total)
+      call archive%item('at_start', ledger%at_start)
+      call archive%item('contact_energy', ledger%contact_energy)
+      call archive%item('fixed_energy', ledger%fixed_energy)
+      call archive%item('bolt_energy', ledger%bolt_energy)
+   end subroutine exchange_ledger
+
+   !> The record of the last step.
+   subroutine exchange_record(archive, record)
+      type(archive_type), intent(inout) :: archive
+      type(step_record_type), intent(inout) :: record
+      call archive%section('record')
+      call archive%item('step', record%step)
+      call archive%item('time', record%time)
+      call archive%item('dt', record%dt)
+      call archive%item('open_close_iterations', record%open_close_iterations)
+      call archive%item('attempts', record%attempts)
+      call archive%item('solver_iterations', record%solver_iterations)
+      call archive%fixed('contacts', record%contacts)
+      call archive%item('max_displacement', record%max_displacement)
+      call archive%fixed('energy', record%energy)
+      call archive%item('measured_displacement', record%measured_displacement)
+      call archive%item('measured_stress', record%measured_stress)
+      call archive%item('measured_rotation', record%measured_rotation)
+      call archive%item('fixed_force', record%fixed_force)
+   end subroutine exchange_record
+
+   !> Is there everything that a state of these blocks consists of?
+   pure logical function state_fits(state, blocks)
+      type(block_state_type), intent(in) :: state
+      type(block_system_type), intent(in) :: blocks
+      integer :: nb
+      nb = blocks%n_blocks
+      state_fits = has_rows(state%vertices, 2, blocks%n_vertices()) .and. has_rows(state%centroid, 2, nb) .and. &
+                   has_rows(state%stress, 3, nb) .and. has_rows(state%velocity, 6, nb) .and. &
+                   has_rows(state%moments, 3, nb) .and. has(state%rotation, nb) .and. has(state%area, nb) .and. &
+                   has(state%mass, nb) .and. has_rows(state%fixed_position, 2, blocks%fixed%n) .and. &
+                   has_rows(state%loading_position, 2, blocks%loading%n) .and. &
+                   has_rows(state%measured_position, 2, blocks%measured%n) .and. &
+                   has_rows(state%bolt_ends, 4, blocks%bolts%n) .and. has(state%bolt_elongation, blocks%bolts%n) .and. &
+                   has(state%bolt_plastic, blocks%bolts%n)
+   end function state_fits
+
+   !> Is there a list of n reals?
+   pure logical function has(values, n)
+      real(wp), allocatable, intent(in) :: values(:)
+      integer, intent(in) :: n
+      has = allocated(values)
+      if (has) has = size(values) == n
+   end function has
+
+   !> Is there a table of n times m reals?
+   pure logical function has_rows(values, m, n)
+      real(wp), allocatable, intent(in) :: values(:, :)
+      integer, intent(in) :: m, n
+      has_rows = allocated(values)
+      if (has_rows) has_rows = size(values, 1) == m .and. size(values, 2) == n
+   end function has_rows
+
+end module rockdda_io_checkpoint_state

@@ -1,0 +1,64 @@
+! SPDX-License-Identifier: MIT
+!> SHA-256 of texts and files.
+module rockdda_io_digest
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_long_long, c_null_char
+   use rockdda_base_kinds, only : i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_io_hdf5_driver, only : digest_length
+   use rockdda_io_output_lock, only : errno_text
+   implicit none
+   private
+   public :: digest_of_text, digest_of_file, hexadecimal, digest_length
+
+   interface
+      subroutine c_bytes(bytes, n, digest) bind(C, name='rockdda_sha256_bytes')
+         import :: c_char, c_long_long
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_long_long), value :: n
+         character(kind=c_char), intent(inout) :: digest(*)
+      end subroutine c_bytes
+
+      integer(c_int) function c_file(path, n, digest) bind(C, name='rockdda_sha256_file')
+         import :: c_char, c_int, c_long_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long_long), value :: n
+         character(kind=c_char), intent(inout) :: digest(*)
+      end function c_file
+   end interface
+
+contains
+
+   !> Digest of a text.
+   function digest_of_text(text) result(digest)
+      character(len=*), intent(in) :: text
+      character(len=digest_length) :: digest
+      digest = ''
+      call c_bytes(text, len(text, c_long_long), digest)
+   end function digest_of_text
+
+   !> Digest of the first n bytes of a file, of all of it when n < 0.
+   subroutine digest_of_file(path, n, digest, error)
+      character(len=*), intent(in) :: path
+      integer(i8), intent(in) :: n
+      character(len=digest_length), intent(out) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: status
+      digest = ''
+      status = c_file(path//c_null_char, int(n, c_long_long), digest)
+      if (status /= 0) call make_error(error, error_code%input, path//': '//errno_text(status))
+   end subroutine digest_of_file
+
+   !> Digits 0 … f of bytes.
+   pure function hexadecimal(bytes) result(text)
+      character(len=*), intent(in) :: bytes
+      character(len=2*len(bytes)) :: text
+      character(len=*), parameter :: digits = '0123456789abcdef'
+      integer :: i, value
+      do i = 1, len(bytes)
+         value = ichar(bytes(i:i))
+         text(2*i - 1:2*i - 1) = digits(value/16 + 1:value/16 + 1)
+         text(2*i:2*i) = digits(mod(value, 16) + 1:mod(value, 16) + 1)
+      end do
+   end function hexadecimal
+
+end module rockdda_io_digest

@@ -1,0 +1,120 @@
+! SPDX-License-Identifier: MIT
+!> Results files that are written in commits: all that was written since the last commit reaches the file, or
+!> nothing does; a reader sees every row of the last commit at any moment; after a kill the file can be put back to
+!> the state of a checkpoint. The work is done by a file driver of the HDF5 library, hdf5_driver_shim.c, which tells
+!> how. Used by rockdda_io_hdf5_file.
+module rockdda_io_hdf5_driver
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_int64_t, c_null_char
+   use rockdda_base_kinds, only : i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_io_output_lock, only : errno_text
+   implicit none
+   private
+   public :: use_driver, commit_pieces, sync_pieces, drop_pieces, begin_undo, roll_back, undo_path, digest_length
+
+   !> Bytes of a digest (SHA-256).
+   integer, parameter :: digest_length = 32
+
+   interface
+      integer(c_int) function c_set(access) bind(C, name='rockdda_driver_set')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: access
+      end function c_set
+
+      integer(c_int) function c_commit(file) bind(C, name='rockdda_driver_commit')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: file
+      end function c_commit
+
+      integer(c_int) function c_sync(file) bind(C, name='rockdda_driver_sync')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: file
+      end function c_sync
+
+      subroutine c_abandon(file) bind(C, name='rockdda_driver_abandon')
+         import :: c_int64_t
+         integer(c_int64_t), value :: file
+      end subroutine c_abandon
+
+      integer(c_int) function c_keep_undo(file, path, digest) bind(C, name='rockdda_driver_keep_undo')
+         import :: c_char, c_int, c_int64_t
+         integer(c_int64_t), value :: file
+         character(kind=c_char), intent(in) :: path(*), digest(*)
+      end function c_keep_undo
+
+      integer(c_int) function c_roll_back(results, undo, digest, done) bind(C, name='rockdda_undo_roll_back')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: results(*), undo(*), digest(*)
+         integer(c_int), intent(out) :: done
+      end function c_roll_back
+   end interface
+
+contains
+
+   !> Where the undo file of a results file lies.
+   pure function undo_path(results) result(path)
+      character(len=*), intent(in) :: results
+      character(len=:), allocatable :: path
+      path = results//'.undo'
+   end function undo_path
+
+   !> Files opened with these access properties are written in commits.
+   subroutine use_driver(access, status)
+      integer(i8), intent(in) :: access     !! property list
+      integer, intent(out) :: status        !! < 0: failed
+      status = int(c_set(int(access, c_int64_t)))
+   end subroutine use_driver
+
+   !> Write all that waits, or nothing. The library was flushed before.
+   subroutine commit_pieces(file, path, error)
+      integer(i8), intent(in) :: file       !! of the library
+      character(len=*), intent(in) :: path  !! for messages
+      type(error_type), allocatable, intent(out) :: error
+      call explain(c_commit(int(file, c_int64_t)), path, error)
+   end subroutine commit_pieces
+
+   !> Wait until what was committed is on the disk.
+   subroutine sync_pieces(file, path, error)
+      integer(i8), intent(in) :: file
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      call explain(c_sync(int(file, c_int64_t)), path, error)
+   end subroutine sync_pieces
+
+   !> Commit nothing any more, not even at the end.
+   subroutine drop_pieces(file)
+      integer(i8), intent(in) :: file
+      call c_abandon(int(file, c_int64_t))
+   end subroutine drop_pieces
+
+   !> Keep an undo file that leads back to the last commit, the state of the checkpoint with this digest.
+   subroutine begin_undo(file, path, digest, error)
+      integer(i8), intent(in) :: file
+      character(len=*), intent(in) :: path  !! of the undo file
+      character(len=digest_length), intent(in) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      call explain(c_keep_undo(int(file, c_int64_t), path//c_null_char, digest), path, error)
+   end subroutine begin_undo
+
+   !> Put a results file that nobody has open back to the state of the checkpoint with this digest. Nothing happens
+   !> when there is no undo file of that checkpoint.
+   subroutine roll_back(results, digest, done, error)
+      character(len=*), intent(in) :: results
+      character(len=digest_length), intent(in) :: digest
+      logical, intent(out) :: done          !! there was one
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: status, was_there
+      status = c_roll_back(results//c_null_char, undo_path(results)//c_null_char, digest, was_there)
+      done = was_there /= 0
+      call explain(status, results, error)
+   end subroutine roll_back
+
+   !> Turn an error number into an error.
+   subroutine explain(status, path, error)
+      integer(c_int), intent(in) :: status
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      if (status /= 0) call make_error(error, error_code%output, path//': '//errno_text(status))
+   end subroutine explain
+
+end module rockdda_io_hdf5_driver

@@ -1,0 +1,418 @@
+/* SPDX-License-Identifier: MIT */
+/* HDF5 file driver of the results: what the library writes waits in memory until all of it is committed.
+ *
+ * A commit
+ *   1. takes the room on the disk, so that a full disk is found out before the file is touched;
+ *   2. saves the pages it is going to change in the undo file, if one is kept;
+ *   3. writes what lies behind the old end of the file, to which nothing points yet; then the superblock, which names
+ *      the end; then data and chunk indices, index nodes near the root first; object headers, which hold the numbers
+ *      of rows, last.
+ * A reader that comes in the midst of it, or after a kill, finds every row that was there before; when a write fails,
+ * what was changed is put back.
+ *
+ * The undo file holds the pages of the results that have changed since the last checkpoint, as they were then. It
+ * reaches the disk before the results are changed, so that they can be put back exactly, whatever ended the run:
+ *
+ *   header  "RDDAUNDO", length of the results then (8 bytes), digest of the checkpoint (32), check sum (8)
+ *   record  number of the page (8), check sum (8), the page (4096)          as many as were saved
+ *
+ * Numbers are little endian or as the machine has them: an undo file is for the machine that wrote it. */
+#define _GNU_SOURCE
+#include "hdf5_driver_shim.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <hdf5.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+#if H5_VERSION_GE(1, 13, 0)
+#include <H5FDdevelop.h>
+#endif
+
+/* One piece that waits. */
+typedef struct {
+   haddr_t addr;
+   size_t size;
+   H5FD_mem_t type;
+   unsigned char *bytes;
+} piece_t;
+
+/* The file; `base` comes first for the library. */
+typedef struct {
+   H5FD_t base;
+   int fd;
+   int writable, abandoned;
+   haddr_t eoa, eof;  /* end of what the library uses, logical end of the file */
+   haddr_t committed; /* length on the disk */
+   dev_t device;
+   ino_t inode;
+   piece_t *pieces; /* by address, without overlap */
+   size_t n, room;
+   rockdda_undo_t undo;
+} results_t;
+
+static hid_t driver = -1;
+
+/* Place of the first piece that ends behind addr. */
+static size_t first_behind(const results_t *file, haddr_t addr)
+{
+   size_t low = 0, high = file->n;
+   while (low < high) {
+      size_t middle = low + (high - low) / 2;
+      if (file->pieces[middle].addr + file->pieces[middle].size > addr)
+         high = middle;
+      else
+         low = middle + 1;
+   }
+   return low;
+}
+
+/* Insert a copy of some bytes as a new piece at place k. 0 or -1. */
+static int insert_piece(results_t *file, size_t k, H5FD_mem_t type, haddr_t addr, size_t size, const unsigned char *bytes)
+{
+   piece_t *piece;
+   if (file->n == file->room) {
+      size_t room = file->room ? 2 * file->room : 256;
+      piece_t *larger = realloc(file->pieces, room * sizeof *larger);
+      if (!larger) return -1;
+      file->pieces = larger;
+      file->room = room;
+   }
+   unsigned char *copy = malloc(size);
+   if (!copy) return -1;
+   memcpy(copy, bytes, size);
+   memmove(file->pieces + k + 1, file->pieces + k, (file->n - k) * sizeof *piece);
+   piece = file->pieces + k;
+   piece->addr = addr;
+   piece->size = size;
+   piece->type = type;
+   piece->bytes = copy;
+   file->n++;
+   return 0;
+}
+
+static void drop_pieces(results_t *file)
+{
+   size_t i;
+   for (i = 0; i < file->n; i++) free(file->pieces[i].bytes);
+   file->n = 0;
+}
+
+static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_t maxaddr)
+{
+   struct stat info;
+   results_t *file;
+   int mode = flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY, fd;
+   (void)fapl;
+   (void)maxaddr;
+   if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
+   if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
+   if (flags & H5F_ACC_EXCL) mode |= O_EXCL;
+   fd = open(name, mode | O_CLOEXEC, 0666);
+   if (fd < 0) return NULL;
+   file = calloc(1, sizeof *file);
+   if (!file || fstat(fd, &info) != 0) {
+      free(file);
+      close(fd);
+      return NULL;
+   }
+   file->fd = fd;
+   file->writable = (flags & H5F_ACC_RDWR) != 0;
+   file->eof = file->committed = (haddr_t)info.st_size;
+   file->device = info.st_dev;
+   file->inode = info.st_ino;
+   file->undo.fd = -1;
+   return (H5FD_t *)file;
+}
+
+/* Order of writing within what was there before. */
+static int rank_of(const piece_t *piece)
+{
+   switch (piece->type) {
+   case H5FD_MEM_SUPER: return 0;
+   case H5FD_MEM_OHDR: return 1000;
+   case H5FD_MEM_BTREE:
+      /* "TREE", type, level: HDF5 File Format Specification, version 1 B-trees */
+      return piece->size > 5 && memcmp(piece->bytes, "TREE", 4) == 0 ? 500 - piece->bytes[5] : 500;
+   default: return 1;
+   }
+}
+
+static int by_rank(const void *a, const void *b)
+{
+   const piece_t *one = *(piece_t *const *)a, *other = *(piece_t *const *)b;
+   int difference = rank_of(one) - rank_of(other);
+   if (difference != 0) return difference;
+   return one->addr < other->addr ? -1 : one->addr > other->addr;
+}
+
+/* Lengthen the file on the disk. 0 or an errno value. */
+static int take_room(int fd, haddr_t from, haddr_t to)
+{
+   struct statvfs disk;
+   if (fallocate(fd, 0, (off_t)from, (off_t)(to - from)) == 0) return 0;
+   if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINTR) return errno;
+   if (fstatvfs(fd, &disk) == 0 && (haddr_t)disk.f_bavail * disk.f_frsize < to - from) return ENOSPC;
+   return ftruncate(fd, (off_t)to) == 0 ? 0 : errno;
+}
+
+/* Write the pieces in place, keeping what was there; put it back when that fails, or say that it could not be put
+ * back: what was written then stays, a reader finds its rows. 0 or an errno value. */
+static int write_in_place(results_t *file, piece_t **in_place, size_t n, int *stays)
+{
+   unsigned char **before = calloc(n ? n : 1, sizeof *before);
+   size_t done = 0, i;
+   int problem = before ? 0 : ENOMEM;
+   while (problem == 0 && done < n) {
+      piece_t *piece = in_place[done];
+      before[done] = malloc(piece->size);
+      problem = before[done] ? rockdda_read_at(file->fd, before[done], piece->size, piece->addr) : ENOMEM;
+      if (problem) break;
+      done++;
+      problem = rockdda_write_at(file->fd, piece->bytes, piece->size, piece->addr);
+   }
+   for (i = done; problem && i-- > 0;)
+      if (rockdda_write_at(file->fd, before[i], in_place[i]->size, in_place[i]->addr)) *stays = 1;
+   for (i = 0; before && i < n; i++) free(before[i]);
+   free(before);
+   return problem;
+}
+
+/* Write the pieces behind the old end; neighbours go together. 0 or an errno value. */
+static int write_behind(results_t *file, haddr_t old)
+{
+   enum { LARGEST = 1 << 20 };
+   unsigned char *buffer = malloc(LARGEST);
+   size_t i = 0, k, used;
+   int problem = buffer ? 0 : ENOMEM;
+   while (i < file->n && file->pieces[i].addr < old) i++;
+   while (i < file->n && !problem) {
+      const piece_t *first = file->pieces + i;
+      for (k = i, used = 0; k < file->n && file->pieces[k].addr == first->addr + used; k++) {
+         if (used + file->pieces[k].size > LARGEST) break;
+         memcpy(buffer + used, file->pieces[k].bytes, file->pieces[k].size);
+         used += file->pieces[k].size;
+      }
+      if (used > 0)
+         problem = rockdda_write_at(file->fd, buffer, used, first->addr);
+      else
+         problem = rockdda_write_at(file->fd, first->bytes, first->size, first->addr);
+      i = used > 0 ? k : i + 1;
+   }
+   free(buffer);
+   return problem;
+}
+
+/* Write all that waits. 0 or an errno value. */
+static int commit(results_t *file)
+{
+   haddr_t old = file->committed, new = file->eof;
+   piece_t **in_place;
+   size_t i, n = 0;
+   int problem = 0, stays = 0;
+   /* what may have to be put back is not cut off */
+   if (file->undo.fd >= 0 && new < file->undo.length) new = file->undo.length;
+   if (!file->writable || file->abandoned || (file->n == 0 && new == old)) return 0;
+   in_place = malloc((file->n ? file->n : 1) * sizeof *in_place);
+   if (!in_place) return ENOMEM;
+   for (i = 0; i < file->n; i++)
+      if (file->pieces[i].addr < old) in_place[n++] = &file->pieces[i];
+   qsort(in_place, n, sizeof *in_place, by_rank);
+   if (new > old) problem = take_room(file->fd, old, new);
+   for (i = 0; i < n && !problem; i++)
+      problem = rockdda_undo_save(&file->undo, file->fd, in_place[i]->addr, in_place[i]->size);
+   if (!problem) problem = rockdda_undo_flush(&file->undo);
+   if (!problem) problem = write_behind(file, old);
+   if (!problem) problem = write_in_place(file, in_place, n, &stays);
+   free(in_place);
+   if (problem) {
+      if (new > old && !stays && ftruncate(file->fd, (off_t)old) != 0) errno = 0; /* zeros at the end disturb no reader */
+      return problem;
+   }
+   if (new < old && ftruncate(file->fd, (off_t)new) != 0) return errno;
+   file->committed = new;
+   drop_pieces(file);
+   return 0;
+}
+
+static herr_t results_close(H5FD_t *base)
+{
+   results_t *file = (results_t *)base;
+   /* All is committed but what the library changes while it closes, a smaller end of the file: the file is whole
+    * without it, and the library does not survive a failure here. */
+   if (commit(file) != 0) errno = 0;
+   drop_pieces(file);
+   free(file->pieces);
+   rockdda_undo_close(&file->undo);
+   close(file->fd);
+   free(file);
+   return 0;
+}
+
+static int results_compare(const H5FD_t *one, const H5FD_t *other)
+{
+   const results_t *a = (const results_t *)one, *b = (const results_t *)other;
+   if (a->device != b->device) return a->device < b->device ? -1 : 1;
+   if (a->inode != b->inode) return a->inode < b->inode ? -1 : 1;
+   return 0;
+}
+
+/* No accumulation of metadata: each piece then comes by itself, with its type. */
+static herr_t results_query(const H5FD_t *base, unsigned long *flags)
+{
+   (void)base;
+   if (flags) *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_DATA_SIEVE;
+   return 0;
+}
+
+static haddr_t results_get_eoa(const H5FD_t *base, H5FD_mem_t type)
+{
+   (void)type;
+   return ((const results_t *)base)->eoa;
+}
+
+static herr_t results_set_eoa(H5FD_t *base, H5FD_mem_t type, haddr_t addr)
+{
+   (void)type;
+   ((results_t *)base)->eoa = addr;
+   return 0;
+}
+
+static haddr_t results_get_eof(const H5FD_t *base, H5FD_mem_t type)
+{
+   (void)type;
+   return ((const results_t *)base)->eof;
+}
+
+static herr_t results_get_handle(H5FD_t *base, hid_t fapl, void **handle)
+{
+   (void)fapl;
+   if (!handle) return -1;
+   *handle = base;
+   return 0;
+}
+
+static herr_t results_read(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr_t addr, size_t size, void *buffer)
+{
+   results_t *file = (results_t *)base;
+   unsigned char *bytes = buffer;
+   size_t k;
+   (void)type;
+   (void)transfer;
+   errno = rockdda_read_at(file->fd, bytes, size, addr);
+   if (errno) return -1;
+   for (k = first_behind(file, addr); k < file->n && file->pieces[k].addr < addr + size; k++) {
+      const piece_t *piece = file->pieces + k;
+      haddr_t from = piece->addr > addr ? piece->addr : addr, to = piece->addr + piece->size;
+      if (to > addr + size) to = addr + size;
+      memcpy(bytes + (from - addr), piece->bytes + (from - piece->addr), (size_t)(to - from));
+   }
+   return 0;
+}
+
+static herr_t results_write(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr_t addr, size_t size, const void *buffer)
+{
+   results_t *file = (results_t *)base;
+   const unsigned char *bytes = buffer;
+   haddr_t end = addr + size;
+   size_t k = first_behind(file, addr);
+   (void)transfer;
+   if (!file->writable) return -1;
+   while (addr < end) {
+      haddr_t to = end;
+      if (k < file->n && file->pieces[k].addr <= addr) { /* over one that waits */
+         piece_t *piece = file->pieces + k;
+         if (to > piece->addr + piece->size) to = piece->addr + piece->size;
+         memcpy(piece->bytes + (addr - piece->addr), bytes, (size_t)(to - addr));
+         piece->type = type;
+      } else {
+         if (k < file->n && to > file->pieces[k].addr) to = file->pieces[k].addr;
+         if (insert_piece(file, k, type, addr, (size_t)(to - addr), bytes) != 0) return -1;
+      }
+      bytes += to - addr;
+      addr = to;
+      k++;
+   }
+   if (end > file->eof) file->eof = end;
+   return 0;
+}
+
+static herr_t results_truncate(H5FD_t *base, hid_t transfer, hbool_t closing)
+{
+   results_t *file = (results_t *)base;
+   (void)transfer;
+   (void)closing;
+   if (file->writable) file->eof = file->eoa;
+   return 0;
+}
+
+static const H5FD_class_t results_class = {
+#if H5_VERSION_GE(1, 13, 0)
+   .version = H5FD_CLASS_VERSION,
+   .value = (H5FD_class_value_t)601, /* of the range for drivers that are not registered with the HDF Group */
+#endif
+   .name = "rockdda",
+   .maxaddr = (haddr_t)INT64_MAX,
+   .fc_degree = H5F_CLOSE_STRONG,
+   .open = results_open,
+   .close = results_close,
+   .cmp = results_compare,
+   .query = results_query,
+   .get_eoa = results_get_eoa,
+   .set_eoa = results_set_eoa,
+   .get_eof = results_get_eof,
+   .get_handle = results_get_handle,
+   .read = results_read,
+   .write = results_write,
+   .truncate = results_truncate,
+   .fl_map = H5FD_FLMAP_DICHOTOMY,
+};
+
+/* Files opened with these access properties go through this driver. 0 or -1. */
+int rockdda_driver_set(int64_t access)
+{
+   if (driver < 0 || H5Iis_valid(driver) <= 0) driver = H5FDregister(&results_class);
+   return driver < 0 || H5Pset_driver((hid_t)access, driver, NULL) < 0 ? -1 : 0;
+}
+
+static results_t *file_of(int64_t id)
+{
+   void *handle = NULL;
+   if (H5Fget_vfd_handle((hid_t)id, H5P_DEFAULT, &handle) < 0) return NULL;
+   return handle;
+}
+
+/* Write all that waits in memory; the library has been flushed. 0 or an errno value. */
+int rockdda_driver_commit(int64_t id)
+{
+   results_t *file = file_of(id);
+   return file ? commit(file) : EBADF;
+}
+
+/* Wait until what was committed is on the disk. 0 or an errno value. */
+int rockdda_driver_sync(int64_t id)
+{
+   results_t *file = file_of(id);
+   if (!file) return EBADF;
+   return rockdda_sync(file->fd);
+}
+
+/* Write nothing any more, not even when the file is closed. */
+void rockdda_driver_abandon(int64_t id)
+{
+   results_t *file = file_of(id);
+   if (file) file->abandoned = 1;
+}
+
+/* Keep an undo file from now on: the state to go back to is the present one, that of the checkpoint with this digest;
+ * if the undo file is already of that checkpoint, it is continued. 0 or an errno value. */
+int rockdda_driver_keep_undo(int64_t id, const char *path, const unsigned char *digest)
+{
+   results_t *file = file_of(id);
+   if (!file) return EBADF;
+   rockdda_undo_close(&file->undo);
+   return rockdda_undo_open(&file->undo, path, digest, file->committed);
+}

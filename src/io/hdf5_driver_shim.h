@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/* Undo files of results, for hdf5_driver_shim.c; the format is described there. All functions return 0 or an errno
+ * value. */
+#ifndef ROCKDDA_HDF5_DRIVER_SHIM_H
+#define ROCKDDA_HDF5_DRIVER_SHIM_H
+#include <stddef.h>
+#include <stdint.h>
+
+enum { ROCKDDA_PAGE = 4096, ROCKDDA_DIGEST = 32 };
+
+typedef struct {
+   int fd;               /* -1: no undo file is kept */
+   uint64_t length;      /* of the results at the checkpoint */
+   unsigned char *saved; /* one bit for each page */
+   unsigned char *waiting;
+   size_t n_waiting, room;
+} rockdda_undo_t;
+
+/* Continue the undo file of this checkpoint, or begin one whose state is the present one. */
+int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned char *digest, uint64_t length);
+
+/* Save the pages that hold these bytes, unless they are saved; `fd` is the results. Nothing happens without a file. */
+int rockdda_undo_save(rockdda_undo_t *undo, int fd, uint64_t addr, size_t size);
+
+/* Bring what was saved to the disk. */
+int rockdda_undo_flush(rockdda_undo_t *undo);
+
+void rockdda_undo_close(rockdda_undo_t *undo);
+
+/* Read or write at a place of a file; what lies behind its end reads as zeros. */
+int rockdda_read_at(int fd, unsigned char *bytes, size_t n, uint64_t addr);
+int rockdda_write_at(int fd, const unsigned char *bytes, size_t n, uint64_t addr);
+
+/* fsync, where the file system has it. */
+int rockdda_sync(int fd);
+
+#endif

@@ -1,0 +1,427 @@
+! SPDX-License-Identifier: MIT
+!> HDF5 files: opening, closing, groups and attributes. The datasets are in rockdda_io_hdf5_adapter, which is what
+!> everybody else uses.
+module rockdda_io_hdf5_file
+   use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char, c_f_pointer, &
+      c_associated, c_int, c_size_t
+   use hdf5, only : hid_t, hsize_t, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_SCOPE_GLOBAL_F, &
+      H5F_CLOSE_STRONG_F, H5P_FILE_ACCESS_F, H5P_DEFAULT_F, H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_NATIVE_INTEGER, &
+      H5T_STD_I32LE, H5T_STRING, h5aclose_f, h5acreate_f, h5aexists_f, h5aget_space_f, h5aget_type_f, &
+      h5aopen_f, h5aread_f, h5awrite_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, &
+      h5gcreate_f, h5get_libversion_f, h5lexists_f, h5oclose_f, h5oopen_f, h5open_f, h5pclose_f, h5pcreate_f, &
+      h5pset_fclose_degree_f, h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_ndims_f, &
+      h5tclose_f, h5tcopy_f, &
+      h5tis_variable_str_f, h5tset_cset_f
+   use rockdda_base_kinds, only : i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_io_hdf5_driver, only : use_driver, commit_pieces, sync_pieces, drop_pieces, begin_undo, digest_length
+   use rockdda_io_hdf5_extras, only : get_reason, disable_file_locking
+   implicit none
+   private
+   public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, take_text
+
+   type :: hdf5_handle_type
+      character(len=:), allocatable :: path
+      logical :: is_open = .false.
+      integer(hid_t) :: id = -1                !! for rockdda_io_hdf5_adapter
+      integer, private :: failure = 5          !! error code of this file's failures: output, or input when only read
+      logical, private :: in_commits = .false. !! what is written waits for `flush`, see rockdda_io_hdf5_driver
+   contains
+      procedure :: create => create_file
+      procedure :: open => open_file
+      procedure :: close => close_file
+      procedure :: abandon
+      procedure :: flush => flush_file
+      procedure :: sync => sync_file
+      procedure :: keep_undo
+      procedure :: create_group
+      procedure :: exists
+      procedure :: fail
+      generic :: set_attribute => set_text_attribute, set_integer_attribute, set_integers_attribute, &
+         set_texts_attribute
+      generic :: get_attribute => get_text_attribute, get_integer_attribute
+      procedure, private :: set_text_attribute, set_integer_attribute, set_integers_attribute, set_texts_attribute
+      procedure, private :: get_text_attribute, get_integer_attribute
+      procedure, private :: open_attribute
+      procedure, private :: write_texts_attribute
+   end type hdf5_handle_type
+
+contains
+
+   !> Create a file, replacing what is there. The caller has made sure that it may be replaced.
+   subroutine create_file(self, path, error, in_commits)
+      class(hdf5_handle_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      logical, intent(in), optional :: in_commits   !! true: what is written waits for `flush`, then all or nothing
+      integer(hid_t) :: access
+      integer :: status
+      self%path = path
+      self%failure = error_code%output
+      self%in_commits = .false.
+      if (present(in_commits)) self%in_commits = in_commits
+      call start_library(self%in_commits, access, status)
+      if (status == 0) call h5fcreate_f(path, H5F_ACC_TRUNC_F, self%id, status, access_prp=access)
+      if (status /= 0) then
+         call self%fail('cannot create the file', error)
+         return
+      end if
+      self%is_open = .true.
+      call h5pclose_f(access, status)
+   end subroutine create_file
+
+   !> Open an existing file, to read it or to continue it.
+   subroutine open_file(self, path, writable, error)
+      class(hdf5_handle_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      logical, intent(in) :: writable               !! then what is written waits for `flush`
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: access
+      integer :: status
+      self%path = path
+      self%failure = merge(error_code%output, error_code%input, writable)
+      self%in_commits = writable
+      call start_library(self%in_commits, access, status)
+      if (status == 0) call h5fopen_f(path, merge(H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, writable), self%id, status, &
+                                      access_prp=access)
+      if (status /= 0) then
+         call self%fail('cannot open the file', error)
+         return
+      end if
+      self%is_open = .true.
+      call h5pclose_f(access, status)
+   end subroutine open_file
+
+   !> Write what is left and close. Nothing happens when no file is open.
+   subroutine close_file(self, error)
+      class(hdf5_handle_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer :: status
+      if (.not. self%is_open) return
+      if (self%in_commits) call self%flush(error)
+      if (allocated(error)) then
+         call self%abandon()
+         return
+      end if
+      self%is_open = .false.
+      call h5fclose_f(self%id, status)
+      if (status /= 0) call self%fail('cannot finish the file', error)
+   end subroutine close_file
+
+   !> Close without writing what is left and without an error. A file in commits stays as the last flush left it.
+   subroutine abandon(self)
+      class(hdf5_handle_type), intent(inout) :: self
+      integer :: status
+      if (.not. self%is_open) return
+      self%is_open = .false.
+      if (self%in_commits) call drop_pieces(int(self%id, i8))
+      call h5fclose_f(self%id, status)
+   end subroutine abandon
+
+   !> Hand everything to the system, so that it survives a kill; in commits: all or nothing.
+   subroutine flush_file(self, error)
+      class(hdf5_handle_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer :: status
+      call h5fflush_f(self%id, H5F_SCOPE_GLOBAL_F, status)
+      if (status /= 0) then
+         call self%fail('cannot write', error)
+      else if (self%in_commits) then
+         call commit_pieces(int(self%id, i8), self%path, error)
+      end if
+   end subroutine flush_file
+
+   !> Wait until what was flushed is on the disk. For files in commits.
+   subroutine sync_file(self, error)
+      class(hdf5_handle_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      call sync_pieces(int(self%id, i8), self%path, error)
+   end subroutine sync_file
+
+   !> From now on keep what is needed to go back to the state of the last flush, that of the checkpoint with this
+   !> digest. For files in commits.
+   subroutine keep_undo(self, undo_path, digest, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: undo_path
+      character(len=digest_length), intent(in) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      call begin_undo(int(self%id, i8), undo_path, digest, error)
+   end subroutine keep_undo
+
+   !> Create a group; its parents exist.
+   subroutine create_group(self, name, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: group
+      integer :: status
+      call h5gcreate_f(self%id, name, group, status)
+      if (status == 0) call h5gclose_f(group, status)
+      if (status /= 0) call self%fail('cannot create group '//name, error)
+   end subroutine create_group
+
+   !> Does the object exist? Every part of the path is looked at.
+   logical function exists(self, name)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: name      !! without leading slash
+      integer :: status, slash, first
+      exists = .false.
+      first = 1
+      do
+         slash = index(name(first:), '/')
+         if (slash == 0) exit
+         call h5lexists_f(self%id, name(1:first + slash - 2), exists, status)
+         if (status /= 0 .or. .not. exists) then
+            exists = .false.
+            return
+         end if
+         first = first + slash
+      end do
+      call h5lexists_f(self%id, name, exists, status)
+      if (status /= 0) exists = .false.
+   end function exists
+
+   !> Set a text attribute of an object ('/' is the file), replacing its value.
+   subroutine set_text_attribute(self, object, name, text, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name, text
+      type(error_type), allocatable, intent(out) :: error
+      character(len=len(text)) :: texts(1)
+      texts(1) = text
+      call self%write_texts_attribute(object, name, texts, .true., error)
+   end subroutine set_text_attribute
+
+   !> Set an attribute that is a list of texts; trailing blanks are not kept.
+   subroutine set_texts_attribute(self, object, name, texts, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name, texts(:)
+      type(error_type), allocatable, intent(out) :: error
+      call self%write_texts_attribute(object, name, texts, .false., error)
+   end subroutine set_texts_attribute
+
+   !> Set a text attribute, scalar or list.
+   subroutine write_texts_attribute(self, object, name, texts, scalar, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name, texts(:)
+      logical, intent(in) :: scalar
+      type(error_type), allocatable, intent(out) :: error
+      character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
+      type(c_ptr), target :: pointers(size(texts))
+      integer(hid_t) :: attribute, type
+      integer(hsize_t), allocatable :: dims(:)
+      integer :: i, k, length, status
+      allocate (dims(merge(0, 1, scalar)))
+      dims = size(texts, kind=hsize_t)
+      allocate (buffer(len(texts) + 1, size(texts)))
+      do i = 1, size(texts)
+         length = merge(len(texts), len_trim(texts(i)), scalar)
+         do k = 1, length
+            buffer(k, i) = texts(i) (k:k)
+         end do
+         buffer(length + 1, i) = c_null_char
+         pointers(i) = c_loc(buffer(1, i))
+      end do
+      call new_text_type(type, status)
+      if (status == 0) call self%open_attribute(object, name, type, dims, attribute, status)
+      if (status == 0) call h5awrite_f(attribute, type, c_loc(pointers), status)
+      if (status /= 0) call self%fail('cannot write attribute '//name, error)
+      call h5aclose_f(attribute, status)
+      call h5tclose_f(type, status)
+   end subroutine write_texts_attribute
+
+   !> Set an integer attribute, replacing its value.
+   subroutine set_integer_attribute(self, object, name, value, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer, intent(in) :: value
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: attribute
+      integer(hsize_t) :: dims(0)
+      integer :: status
+      call self%open_attribute(object, name, H5T_STD_I32LE, dims, attribute, status)
+      if (status == 0) call h5awrite_f(attribute, H5T_NATIVE_INTEGER, value, dims, status)
+      if (status /= 0) call self%fail('cannot write attribute '//name, error)
+      call h5aclose_f(attribute, status)
+   end subroutine set_integer_attribute
+
+   !> Set an attribute that is a list of integers (of the same length as before).
+   subroutine set_integers_attribute(self, object, name, values, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer, intent(in) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: attribute
+      integer(hsize_t) :: dims(1)
+      integer :: status
+      dims = size(values, kind=hsize_t)
+      call self%open_attribute(object, name, H5T_STD_I32LE, dims, attribute, status)
+      if (status == 0 .and. size(values) > 0) call h5awrite_f(attribute, H5T_NATIVE_INTEGER, values, dims, status)
+      if (status /= 0) call self%fail('cannot write attribute '//name, error)
+      call h5aclose_f(attribute, status)
+   end subroutine set_integers_attribute
+
+   !> Open an attribute, creating it when it is not there; dims of size 0: scalar.
+   subroutine open_attribute(self, object, name, type, dims, attribute, status)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer(hid_t), intent(in) :: type
+      integer(hsize_t), intent(in) :: dims(:)
+      integer(hid_t), intent(out) :: attribute
+      integer, intent(out) :: status
+      integer(hid_t) :: owner, space
+      logical :: there
+      integer :: ignored
+      attribute = -1
+      call h5oopen_f(self%id, object, owner, status)
+      if (status /= 0) return
+      call h5aexists_f(owner, name, there, status)
+      if (status == 0 .and. there) then
+         call h5aopen_f(owner, name, attribute, status)
+      else if (status == 0) then
+         call new_space(dims, space, status)
+         if (status == 0) call h5acreate_f(owner, name, type, space, attribute, status)
+         call h5sclose_f(space, ignored)
+      end if
+      call h5oclose_f(owner, ignored)
+   end subroutine open_attribute
+
+   !> Value of a text attribute.
+   subroutine get_text_attribute(self, object, name, text, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      character(len=:), allocatable, intent(out) :: text
+      type(error_type), allocatable, intent(out) :: error
+      type(c_ptr), target :: pointer(1)
+      type(c_ptr) :: place
+      integer(hid_t) :: owner, attribute, type, stored
+      logical :: variable
+      integer :: status
+      text = ''
+      pointer = c_null_ptr
+      place = c_loc(pointer)
+      variable = .false.
+      attribute = -1
+      call h5oopen_f(self%id, object, owner, status)
+      if (status == 0) call h5aopen_f(owner, name, attribute, status)
+      if (status == 0) call h5aget_type_f(attribute, stored, status)
+      if (status == 0) call h5tis_variable_str_f(stored, variable, status)
+      if (status == 0 .and. variable) then
+         call new_text_type(type, status)
+         call h5aread_f(attribute, type, place, status)
+         if (status == 0) text = take_text(pointer(1))
+         call h5tclose_f(type, status)
+      else
+         call self%fail('cannot read text attribute '//name, error)
+      end if
+      call h5aclose_f(attribute, status)
+      call h5oclose_f(owner, status)
+   end subroutine get_text_attribute
+
+   !> Value of an integer attribute.
+   subroutine get_integer_attribute(self, object, name, value, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer, intent(out) :: value
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: owner, attribute, space
+      integer(hsize_t) :: dims(0)
+      integer :: status, rank, ignored
+      value = 0
+      attribute = -1
+      rank = -1
+      call h5oopen_f(self%id, object, owner, status)
+      if (status == 0) call h5aopen_f(owner, name, attribute, status)
+      if (status == 0) call h5aget_space_f(attribute, space, status)
+      if (status == 0) call h5sget_simple_extent_ndims_f(space, rank, status)
+      if (rank == 0) call h5aread_f(attribute, H5T_NATIVE_INTEGER, value, dims, status)
+      if (rank /= 0 .or. status < 0) call self%fail('cannot read integer attribute '//name, error)
+      call h5aclose_f(attribute, ignored)
+      call h5oclose_f(owner, ignored)
+   end subroutine get_integer_attribute
+
+   !> A data space; dims of size 0: scalar.
+   subroutine new_space(dims, space, status)
+      integer(hsize_t), intent(in) :: dims(:)
+      integer(hid_t), intent(out) :: space
+      integer, intent(out) :: status
+      if (size(dims) == 0) then
+         call h5screate_f(H5S_SCALAR_F, space, status)
+      else
+         call h5screate_simple_f(size(dims), dims, space, status)
+      end if
+   end subroutine new_space
+
+   !> UTF-8 text of variable length.
+   subroutine new_text_type(type, status)
+      integer(hid_t), intent(out) :: type
+      integer, intent(out) :: status
+      call h5tcopy_f(H5T_STRING, type, status)
+      if (status == 0) call h5tset_cset_f(type, H5T_CSET_UTF8_F, status)
+   end subroutine new_text_type
+
+   !> Start the library and make the access properties of every file: no file locking (readers may look on
+   !> while a run writes; runs are kept apart by rockdda_io_output_lock), everything closed with the file.
+   subroutine start_library(in_commits, access, status)
+      logical, intent(in) :: in_commits
+      integer(hid_t), intent(out) :: access
+      integer, intent(out) :: status
+      access = H5P_DEFAULT_F
+      call h5open_f(status)
+      if (status == 0) call h5eset_auto_f(0, status)
+      if (status == 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
+      if (status == 0) call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+      if (status == 0 .and. in_commits) then
+         call use_driver(int(access, i8), status)
+      else if (status == 0) then
+         call disable_file_locking(int(access, i8), status)
+      end if
+   end subroutine start_library
+
+   !> Copy a C text and free it.
+   function take_text(pointer) result(text)
+      type(c_ptr), intent(in) :: pointer
+      character(len=:), allocatable :: text
+      character(kind=c_char, len=1), pointer :: bytes(:)
+      integer :: i, n
+      interface
+         integer(c_size_t) function c_strlen(text) bind(C, name='strlen')
+            import :: c_ptr, c_size_t
+            type(c_ptr), value :: text
+         end function c_strlen
+         integer(c_int) function c_free(memory) bind(C, name='H5free_memory')
+            import :: c_ptr, c_int
+            type(c_ptr), value :: memory
+         end function c_free
+      end interface
+      text = ''
+      if (.not. c_associated(pointer)) return
+      n = int(c_strlen(pointer))
+      call c_f_pointer(pointer, bytes, [n])
+      text = repeat(' ', n)
+      do i = 1, n
+         text(i:i) = bytes(i)
+      end do
+      i = int(c_free(pointer))
+   end function take_text
+
+   !> An error that names the file, what could not be done and why.
+   subroutine fail(self, what, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: what
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: reason
+      reason = get_reason()
+      if (len(reason) > 0) reason = ' ('//reason//')'
+      call make_error(error, self%failure, self%path//': '//what//reason)
+   end subroutine fail
+
+   !> Version of the HDF5 library in use.
+   function hdf5_version() result(text)
+      character(len=:), allocatable :: text
+      integer :: major, minor, release, status
+      call h5get_libversion_f(major, minor, release, status)
+      text = to_string(major)//'.'//to_string(minor)//'.'//to_string(release)
+   end function hdf5_version
+
+end module rockdda_io_hdf5_file
