@@ -16,7 +16,8 @@ module rockdda_app_arguments
    public :: command_line_type, parse_command_line, command_names
 
    !> The commands, in the order of the help.
-   character(len=*), parameter :: command_names(5) = [character(len=5) :: 'lines', 'cut', 'run', 'check', 'info']
+   character(len=*), parameter :: command_names(6) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'check', &
+                                                                 'info']
    !> Those that write a file.
    character(len=*), parameter :: writers = ' lines cut run '
 
@@ -36,18 +37,18 @@ module rockdda_app_arguments
       character(len=24) :: commands                  !! those that know it, between blanks; '' = all
    end type option_type
 
-   character(len=*), parameter :: run_only = ' run '
+   character(len=*), parameter :: run_only = ' run ', runs = ' run resume '
    type(option_type), parameter :: known(17) = [ &
                                    option_type('--output', takes_text, writers), &
                                    option_type('--seed', takes_whole, ' lines '), &
                                    option_type('--config', takes_text, run_only), &
-                                   option_type('--threads', takes_whole, run_only), &
+                                   option_type('--threads', takes_whole, runs), &
                                    option_type('--solver', takes_text, run_only), &
-                                   option_type('--steps', takes_whole, run_only), &
-                                   option_type('--t-end', takes_real, run_only), &
+                                   option_type('--steps', takes_whole, runs), &
+                                   option_type('--t-end', takes_real, runs), &
                                    option_type('--save-every', takes_whole, run_only), &
-                                   option_type('--max-wall', takes_real, run_only), &
-                                   option_type('--checkpoint-every', takes_real, run_only), &
+                                   option_type('--max-wall', takes_real, runs), &
+                                   option_type('--checkpoint-every', takes_real, runs), &
                                    option_type('--dialect', takes_text, ''), &
                                    option_type('--force', takes_nothing, ''), &
                                    option_type('--quiet', takes_nothing, ''), &

@@ -14,12 +14,15 @@ module rockdda_app_command_check
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_analysis_file, only : read_analysis_file
    use rockdda_io_block_file, only : read_block_file
+   use rockdda_io_checkpoint, only : checkpoint_facts_type, results_path
+   use rockdda_io_digest, only : digest_length
    use rockdda_io_geometry_file, only : read_geometry_file
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name
    use rockdda_io_results_info, only : results_info_type, read_results_info
+   use rockdda_driver_checkpointing, only : load_checkpoint
    use rockdda_driver_model_input, only : model_input_type, read_model, recognise_file
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
@@ -181,6 +184,8 @@ contains
          if (messages%n_errors == before) call generate_lines(statistics, geometry, lines, messages)
       case (7)
          call read_results_info(path, results, error)
+      case (8)
+         call check_checkpoint(path, messages, error)
       case default
          origin%file = path
          call messages%add(severity%error, 'this version cannot check this file, it is of the kind: '// &
@@ -188,6 +193,26 @@ contains
       end select
       if (allocated(error)) call add_error(error, messages)
    end subroutine check_alone
+
+   !> A checkpoint: all that it holds, and whether its results are beside it.
+   subroutine check_checkpoint(path, messages, error)
+      character(len=*), intent(in) :: path
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type) :: sim
+      type(checkpoint_facts_type) :: facts
+      type(origin_type) :: origin
+      character(len=digest_length) :: digest
+      call load_checkpoint(path, sim, facts, digest, error)
+      origin%file = path
+      if (allocated(error)) then
+         call messages%add(severity%error, error%message(len(path) + 3:), origin)
+         deallocate (error)
+      else if (get_path_kind(results_path(path, facts%results_ending)) /= path_kind%file) then
+         call messages%add(severity%warning, 'its results '//results_path(path, facts%results_ending)// &
+                           ' are not beside it', origin)
+      end if
+   end subroutine check_checkpoint
 
    !> Turn an error into messages, one for each that it lists.
    subroutine add_error(error, messages)

@@ -13,6 +13,8 @@ module rockdda_app_command_info
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_io_analysis_file, only : read_analysis_file
    use rockdda_io_block_file, only : read_block_file
+   use rockdda_io_checkpoint, only : results_path
+   use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
    use rockdda_io_geometry_file, only : read_geometry_file
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
@@ -112,7 +114,7 @@ contains
       call recognise_file(path, kind, messages, ok)
       facts%title = path
       if (.not. ok) return
-      if (kind /= file_kind%hdf5) call facts%add('kind', kind_name(kind))
+      if (kind /= file_kind%hdf5 .and. kind /= file_kind%checkpoint) call facts%add('kind', kind_name(kind))
       select case (kind)
       case (1); call describe_geometry(path, facts, messages)
       case (2); call describe_analysis(line, path, points, facts, messages)
@@ -120,6 +122,7 @@ contains
       case (4); call describe_options(path, facts, messages)
       case (5); call describe_statistics(path, facts, messages)
       case (7); call describe_results(path, facts, messages)
+      case (8); call describe_checkpoint(path, facts, messages)
       case default
          origin%file = path
          call messages%add(severity%warning, 'this version says no more about a file of this kind: '//kind_name(kind), &
@@ -303,5 +306,42 @@ contains
       call facts%add('first_frame_time', info%first_frame)
       call facts%add('last_frame_time', info%last_frame)
    end subroutine describe_results
+
+   !> A checkpoint.
+   subroutine describe_checkpoint(path, facts, messages)
+      character(len=*), intent(in) :: path
+      type(facts_type), intent(inout) :: facts
+      type(diagnostics_type), intent(inout) :: messages
+      type(checkpoint_info_type) :: info
+      type(error_type), allocatable :: error
+      type(origin_type) :: origin
+      call read_checkpoint_info(path, info, error)
+      if (allocated(error)) then
+         origin%file = path
+         call messages%add(severity%error, error%message(len(path) + 3:), origin)
+         return
+      end if
+      call facts%add('kind', 'checkpoint file')
+      call facts%add('title', info%facts%header%title)
+      call facts%add('program_version', info%facts%header%program_version)
+      call facts%add('created', info%facts%header%created)
+      call facts%add('written', info%facts%written)
+      call facts%add('results', results_path(path, info%facts%results_ending))
+      call facts%add('geometry_or_blocks', info%facts%model_file)
+      call facts%add('analysis', info%facts%analysis_file)
+      if (len(info%facts%config_file) > 0) call facts%add('options', info%facts%config_file)
+      call facts%add('blocks', info%n_blocks)
+      call facts%add('contacts', info%n_contacts)
+      call facts%add('solver', info%solver)
+      call facts%add('step', info%step)
+      call facts%add('time', info%time)
+      if (info%n_steps < huge(1)) call facts%add('last_step_of_run', info%n_steps)
+      if (info%t_end < huge(1.0_wp)) call facts%add('end_time_of_run', info%t_end)
+      call facts%add('frames', info%facts%rows%frames)
+      call facts%add('sha256', info%digest)
+      call facts%add('sha256_of_geometry', info%input_digests(1))
+      call facts%add('sha256_of_analysis', info%input_digests(2))
+      call facts%add('sha256_of_options', info%input_digests(3))
+   end subroutine describe_checkpoint
 
 end module rockdda_app_command_info

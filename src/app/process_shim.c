@@ -8,13 +8,15 @@
 
 static volatile sig_atomic_t signal_seen = 0; /* first stop signal */
 static volatile sig_atomic_t writing = 0;     /* output is being written: do not leave now */
+static volatile sig_atomic_t leaving = 0;     /* leave when it is written */
 static volatile sig_atomic_t orderly = 0;     /* the program chose to end */
 
 static const char bug_message[] =
    "\nrockdda: internal error: this is a bug in RockDDA. Please report it with the command line, the input files and\n"
    "the lines above; `rockdda --version` says what else is needed.\n";
 static const char stop_message[] =
-   "\nrockdda: stopped at once; the results hold everything up to their last flush\n";
+   "\nrockdda: stopped at once; the results hold everything up to their last flush, 'rockdda resume' continues from the\n"
+   "last checkpoint\n";
 
 static void say(const char *text)
 {
@@ -35,11 +37,17 @@ static void on_crash(int number)
    _exit(1);
 }
 
+static void leave(void)
+{
+   say(stop_message);
+   _exit(4);
+}
+
 static void on_stop(int number)
 {
-   if (signal_seen != 0 && number == SIGINT && !writing) {
-      say(stop_message);
-      _exit(4);
+   if (signal_seen != 0 && number == SIGINT) {
+      if (!writing) leave();
+      leaving = 1;
    }
    if (signal_seen == 0) signal_seen = number;
 }
@@ -94,6 +102,7 @@ int rockdda_process_signal(void)
 void rockdda_process_set_writing(int yes)
 {
    writing = yes;
+   if (!yes && leaving) leave();
 }
 
 int rockdda_process_is_terminal(int descriptor)

@@ -8,6 +8,7 @@ module rockdda_app_program
    use rockdda_app_command_cut, only : run_cut
    use rockdda_app_command_info, only : run_info
    use rockdda_app_command_lines, only : run_lines
+   use rockdda_app_command_resume, only : run_resume
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
    use rockdda_app_process, only : argument_type, say, complain
@@ -42,6 +43,7 @@ contains
          case ('lines'); call run_lines(line, exit_code)
          case ('cut'); call run_cut(line, exit_code)
          case ('run'); call run_run(line, exit_code)
+         case ('resume'); call run_resume(line, exit_code)
          case ('check'); call run_check(line, exit_code)
          case ('info'); call run_info(line, exit_code)
          case default

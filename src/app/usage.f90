@@ -18,6 +18,7 @@ contains
       case ('lines'); text = lines_text()
       case ('cut'); text = cut_text()
       case ('run'); text = run_text()
+      case ('resume'); text = resume_text()
       case ('check'); text = check_text()
       case ('info'); text = info_text()
       case default; text = program_text()
@@ -34,8 +35,9 @@ contains
              '  lines   draw joint lines from the statistics of joint sets'//nl// &
              '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
              '  run     move the blocks in time and write the results'//nl// &
+             '  resume  go on with a run that was stopped, or add steps to one that is done'//nl// &
              '  check   read input files and list every problem; computes nothing'//nl// &
-             '  info    say what a model, block or result file holds'//nl// &
+             '  info    say what a model, block, result or checkpoint file holds'//nl// &
              nl// &
              "'rockdda COMMAND --help' explains a command and gives examples."//nl// &
              nl// &
@@ -89,7 +91,8 @@ contains
              '       rockdda run MODEL.dc MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
              '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
              nl// &
-             'Moves the blocks in time and writes the results (HDF5) and a log (OUT.log beside OUT.h5). A'//nl// &
+             'Moves the blocks in time and writes the results (HDF5), and beside OUT.h5 a log (OUT.log) and a'//nl// &
+             "checkpoint (OUT.ckpt.h5) from which 'rockdda resume' goes on. A"//nl// &
              'geometry file is cut into blocks first. A folder holds one geometry or block file, one'//nl// &
              'analysis file and at most one namelist file (.nml). Kinds of files are recognised by what is'//nl// &
              'in them.'//nl// &
@@ -105,11 +108,11 @@ contains
              '  --threads N       number of threads; results do not depend on it'//nl// &
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
-             '                    seconds between flushes of the results at most (they happen every 2 s anyhow)'//nl// &
+             '                    a checkpoint every S seconds; default: 60'//nl// &
              common_text()// &
              nl// &
              'SIGTERM, SIGINT and SIGUSR1 end the run after the current step with everything so far in OUT.h5'//nl// &
-             '(exit 4); a second SIGINT ends it at once.'//nl// &
+             'and a checkpoint (exit 4); a second SIGINT ends it at once.'//nl// &
              nl// &
              'examples:'//nl// &
              '  rockdda run slope.dc slope.df'//nl// &
@@ -117,6 +120,30 @@ contains
              '  rockdda run inputs/incline --quiet --json'//nl// &
              '  rockdda run slope.dc slope.df --config slope.nml --max-wall 3600'
    end function run_text
+
+   pure function resume_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda resume OUT.ckpt.h5 [--steps N] [OPTION…]'//nl// &
+             nl// &
+             'Goes on with the run of a checkpoint into the same OUT.h5, which lies beside it and is first cut'//nl// &
+             'back to the checkpoint. The results are bit by bit those of a run that never stopped. Without'//nl// &
+             'options it goes on to where the run was to end; a run that is done already is left alone.'//nl// &
+             nl// &
+             'options:'//nl// &
+             '  --steps N         N more steps from the checkpoint'//nl// &
+             '  --t-end T         end time, instead of the one of the run'//nl// &
+             '  --threads N       number of threads; results do not depend on it'//nl// &
+             '  --max-wall S      stop after S seconds on the wall clock (exit 4); one given to the run itself'//nl// &
+             '                    does not count here'//nl// &
+             '  --checkpoint-every S'//nl// &
+             '                    a checkpoint every S seconds; default: as in the run'//nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda resume slope.ckpt.h5'//nl// &
+             '  rockdda resume out/slope.ckpt.h5 --steps 1000 --threads 8'//nl// &
+             '  rockdda resume slope.ckpt.h5 --max-wall 3600 --quiet --json'
+   end function resume_text
 
    pure function check_text() result(text)
       character(len=:), allocatable :: text
@@ -138,7 +165,7 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda info FILE… [OPTION…]'//nl// &
              nl// &
-             'Says what geometry, analysis, namelist, block and result files hold.'//nl// &
+             'Says what geometry, analysis, namelist, block, result and checkpoint files hold.'//nl// &
              nl// &
              common_text()// &
              nl// &
@@ -164,7 +191,7 @@ contains
              '  1  internal error: a bug, please report it'//nl// &
              '  2  bad usage or bad input: nothing was computed, nothing overwritten'//nl// &
              '  3  the computation could not go on; results so far are kept'//nl// &
-             '  4  stopped by a signal or --max-wall; results so far are kept'//nl// &
+             "  4  stopped by a signal or --max-wall; a checkpoint was written, 'rockdda resume' continues"//nl// &
              '  5  output could not be written; what was written before is readable'
    end function exit_text
 

@@ -16,7 +16,7 @@ module rockdda_driver_frame_plan
    type :: frame_plan_type
       integer :: every = 0                      !! steps; 0: not by steps
       real(wp) :: interval = 0                  !! time; 0: not by time
-      integer, private :: passed = 0            !! multiples of the interval reached so far
+      integer :: passed = 0                     !! multiples of the interval reached so far
    contains
       procedure :: is_due
    end type frame_plan_type

@@ -7,22 +7,32 @@
 !>        call run%sim%advance(error)
 !>        call run%keep(error)                           what is kept of the step
 !>     end do
-!>     call run%close(error)                             the last frame, and how it ended
+!>     call run%close(error)                             a checkpoint, the last frame, and how it ended
+!>
+!> or, to go on from a checkpoint, instead of `prepare` and `open`
+!>
+!>     call run%load(path, messages, error)              nothing is written
+!>     run%sim%parameters%n_steps = …                    perhaps another end
+!>     call run%reopen(messages, error)                  results and log as they were at the checkpoint
 !>
 !> Several runs may go on at a time in threads of one process: HDF5 is then used by one after the other.
 module rockdda_driver_run
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_base_version, only : version, build_description
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
+   use rockdda_io_digest, only : digest_length
    use rockdda_io_log, only : log_type, log_path
    use rockdda_io_output_lock, only : is_same_file
-   use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_results, only : results_type, results_header_type
+   use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
+   use rockdda_io_results, only : results_type
+   use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_timestamp, only : utc_now, wall_seconds
+   use rockdda_driver_checkpointing, only : save_checkpoint, load_checkpoint
    use rockdda_driver_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_driver_model_input, only : model_input_type, run_request_type, stem_of
    implicit none
@@ -31,30 +41,43 @@ module rockdda_driver_run
 
    !> The results are flushed at least this often [s], whatever the user says.
    real(wp), parameter :: longest_flush_interval = 2
+   !> Seconds between checkpoints when the user says nothing.
+   real(wp), parameter :: usual_checkpoint_interval = 60
    !> The log has about this many lines for steps.
    integer, parameter :: log_lines = 1000
 
    type :: run_type
       type(simulation_type) :: sim
-      character(len=:), allocatable :: output, log_file
+      character(len=:), allocatable :: output, log_file, checkpoint_file
       character(len=:), allocatable :: reason      !! 'finished' or why it stopped
+      character(len=:), allocatable :: warning     !! of the last `keep`: what went wrong and does not end the run
+      type(checkpoint_facts_type) :: facts         !! what a checkpoint says about the run
+      integer :: first_step = 0                    !! after which this process began
       integer :: n_frames = 0                      !! in the file
       real(wp) :: start = 0                        !! wall clock
+      real(wp) :: deadline = huge(1.0_wp)          !! wall clock, for the caller's loop
       logical :: is_open = .false.                 !! results are being written
       type(results_type), private :: results
       type(log_type), private :: log
       type(frame_plan_type), private :: plan
-      logical, private :: write_frames = .true.
+      character(len=digest_length), private :: digest = ''  !! of the checkpoint to go on from
+      real(wp), private :: last_checkpoint = 0              !! wall clock
+      integer, private :: planned_steps = 0                 !! end of the run as the checkpoint says
+      real(wp), private :: planned_end = 0
       integer, private :: last_frame = -1, last_logged = -1 !! steps
       character(len=:), allocatable, private :: last_choice !! of the automatic solver, as logged
       real(wp), allocatable, private :: force(:, :)         !! scratch: contact forces
    contains
       procedure :: prepare
       procedure :: open => open_run
+      procedure :: load => load_run
+      procedure :: reopen => reopen_run
+      procedure :: look_at_results
       procedure :: keep
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, end_files
+      procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, save, &
+         reopen_files, end_files
    end type run_type
 
    interface
@@ -90,6 +113,7 @@ contains
       end if
       if (.not. input%in_memory) call keep_apart(output)
       if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(log_path(output))
+      if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(checkpoint_path(output))
       if (allocated(error)) return
       if (request%force) return
       if (get_path_kind(output) == path_kind%file) &
@@ -109,7 +133,8 @@ contains
 
    end subroutine choose_output
 
-   !> Create results and log with everything known at the start, and the first frame.
+   !> Create results and log with everything known at the start, the first frame, and the first checkpoint: from here
+   !> on there is something to go on from, whatever happens.
    subroutine open_run(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
       class(run_request_type), intent(in) :: request
@@ -131,8 +156,8 @@ contains
       call end_turn()
    end subroutine keep
 
-   !> Write the last frame, say how the run ended (`reason`), close the files. The first failure, of the run so far
-   !> or of the output, is the one to report; a failure of the output becomes the reason.
+   !> Write checkpoint and last frame, say how the run ended (`reason`), close the files. The first failure, of the run
+   !> so far or of the output, is the one to report; a failure of the output becomes the reason.
    subroutine close_run(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
@@ -142,6 +167,110 @@ contains
       self%is_open = .false.
    end subroutine close_run
 
+   !> Read a checkpoint and find the results beside it. Nothing is changed.
+   subroutine load_run(self, path, messages, error)
+      class(run_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      self%reason = 'finished'
+      call take_turn()
+      call load_checkpoint(path, self%sim, self%facts, self%digest, error)
+      call end_turn()
+      if (allocated(error)) then
+         call as_compilers_do(path, error)
+         if (len(results_path(path, '.h5')) > 0) return
+         if (get_path_kind(checkpoint_path(path)) == path_kind%file) &
+            error%message = error%message//'; the checkpoint of these results is '//checkpoint_path(path)
+         return
+      end if
+      if (self%facts%header%program_version /= version) then
+         call make_error(error, error_code%input, path//': error: was written by version '// &
+                         self%facts%header%program_version//' of the program, this is version '//version// &
+                         '; continue with the version that began the run')
+         return
+      end if
+      if (self%facts%build /= build_description()) call messages%add(severity%warning, path// &
+         ' was written by another build of this version: last digits of the results may differ')
+      self%checkpoint_file = path
+      self%output = results_path(path, self%facts%results_ending)
+      if (len(self%output) == 0) then
+         call make_error(error, error_code%input, path//": error: the name of a checkpoint ends in '.ckpt.h5': "// &
+                         'that tells where its results are')
+         return
+      end if
+      self%log_file = log_path(self%output)
+      self%planned_steps = self%sim%parameters%n_steps
+      self%planned_end = self%sim%parameters%t_end
+      self%plan%every = self%facts%frame_every
+      self%plan%interval = self%facts%frame_interval
+      self%plan%passed = self%facts%frames_passed
+      self%last_frame = self%facts%last_frame
+      self%n_frames = self%facts%rows%frames
+      self%first_step = self%sim%state%step
+      self%last_logged = self%sim%state%step
+   end subroutine load_run
+
+   !> Has a run that was loaded done everything, and do its results say so?
+   subroutine look_at_results(self, is_complete)
+      class(run_type), intent(inout) :: self
+      logical, intent(out) :: is_complete
+      type(results_info_type) :: info
+      type(error_type), allocatable :: unreadable
+      is_complete = .false.
+      if (.not. self%sim%is_finished()) return
+      call take_turn()
+      call read_results_info(self%output, info, unreadable)
+      call end_turn()
+      if (allocated(unreadable)) return
+      is_complete = info%complete .and. info%last_step == self%sim%state%step .and. &
+                    info%created == self%facts%header%created
+      if (is_complete) self%n_frames = int(info%n_frames)
+   end subroutine look_at_results
+
+   !> Take the results of a run that was loaded back to the checkpoint, and go on with the log.
+   subroutine reopen_run(self, messages, error)
+      class(run_type), intent(inout) :: self
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      call take_turn()
+      call self%reopen_files(messages, error)
+      call end_turn()
+      self%is_open = .not. allocated(error)
+   end subroutine reopen_run
+
+   !> Results and log as they were.
+   subroutine reopen_files(self, messages, error)
+      class(run_type), intent(inout) :: self
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      self%facts%header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
+      call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, self%sim%blocks, &
+                               self%sim%record, error)
+      if (allocated(error)) then
+         if (error%code == error_code%input) call as_compilers_do(self%output, error)
+         return
+      end if
+      self%last_checkpoint = wall_seconds()
+      call self%log%open(self%log_file, error, append=.true.)
+      if (.not. allocated(error)) call self%log%put('resumed: from step '//to_string(self%sim%state%step)// &
+         ' at time '//to_string(self%sim%state%time, 10)//', '//utc_now(), error)
+      if (.not. allocated(error)) call self%log%put_messages(messages, error)
+      if (.not. allocated(error)) call self%log%put_columns(error)
+      ! were the run killed before its next checkpoint, a new end would be forgotten
+      if (allocated(error)) return
+      if (self%sim%parameters%n_steps /= self%planned_steps .or. &
+          abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%save(.true., error)
+   end subroutine reopen_files
+
+   !> "FILE: error: what" for messages about a file.
+   subroutine as_compilers_do(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      if (index(error%message, path//': ') /= 1 .or. index(error%message, ': error: ') > 0) return
+      error%message = path//': error: '//error%message(len(path) + 3:)
+   end subroutine as_compilers_do
+
    !> Begin results and log.
    subroutine begin_files(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
@@ -149,39 +278,45 @@ contains
       type(model_input_type), intent(in) :: input
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
-      type(results_header_type) :: header
-      header%title = input%parameters%title
-      header%program_version = version
-      header%created = utc_now()
-      header%geometry = input%model_text
-      header%analysis = input%analysis_text
-      header%config = input%config_text
-      header%frames = input%options%write_frames
-      header%contacts = input%options%write_contacts
-      header%flush_interval = longest_flush_interval
-      if (is_set(input%options%checkpoint_every)) &
-         header%flush_interval = min(longest_flush_interval, input%options%checkpoint_every)
-      call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
-      if (allocated(error)) return
+      self%facts%model_file = input%model_file
+      self%facts%analysis_file = input%analysis_file
+      self%facts%config_file = input%config_file
+      if (is_set(input%options%threads)) self%facts%threads = input%options%threads
+      self%facts%checkpoint_every = usual_checkpoint_interval
+      if (is_set(input%options%checkpoint_every)) self%facts%checkpoint_every = input%options%checkpoint_every
+      self%checkpoint_file = checkpoint_path(self%output)
       self%log_file = log_path(self%output)
+      associate (header => self%facts%header)
+         header%title = input%parameters%title
+         header%program_version = version
+         header%created = utc_now()
+         header%geometry = input%model_text
+         header%analysis = input%analysis_text
+         header%config = input%config_text
+         header%frames = input%options%write_frames
+         header%contacts = input%options%write_contacts
+         header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
+         call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
+      end associate
+      if (allocated(error)) return
+      ! one of an older run that was here
+      call remove_file(self%checkpoint_file)
       call self%log%open(self%log_file, error)
-      if (.not. allocated(error)) call self%write_log_head(input, messages, header, error)
-      self%write_frames = header%frames
+      if (.not. allocated(error)) call self%write_log_head(input, messages, error)
       self%plan = new_frame_plan(input%options, input%parameters)
       if (.not. allocated(error)) call self%save_frame(error)
-      if (.not. allocated(error)) call self%results%flush(error)
+      if (.not. allocated(error)) call self%save(.false., error)
    end subroutine begin_files
 
    !> Head of the log.
-   subroutine write_log_head(self, input, messages, header, error)
+   subroutine write_log_head(self, input, messages, error)
       class(run_type), intent(inout) :: self
       type(model_input_type), intent(in) :: input
       type(diagnostics_type), intent(in) :: messages
-      type(results_header_type), intent(in) :: header
       type(error_type), allocatable, intent(out) :: error
       call self%log%put(build_description(), error)
-      if (.not. allocated(error)) call self%log%put('title: '//header%title, error)
-      if (.not. allocated(error)) call self%log%put('created: '//header%created, error)
+      if (.not. allocated(error)) call self%log%put('title: '//self%facts%header%title, error)
+      if (.not. allocated(error)) call self%log%put('created: '//self%facts%header%created, error)
       if (.not. allocated(error)) call self%log%put('geometry or blocks: '//input%model_file, error)
       if (.not. allocated(error)) call self%log%put('analysis: '//input%analysis_file, error)
       if (.not. allocated(error) .and. len(input%config_file) > 0) &
@@ -198,7 +333,9 @@ contains
    subroutine keep_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: problem
       integer :: every
+      if (allocated(self%warning)) deallocate (self%warning)
       call self%results%append_history(self%sim%record, error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time)) call self%save_frame(error)
@@ -207,8 +344,44 @@ contains
       if (self%sim%parameters%n_steps < huge(1)) every = max(1, self%sim%parameters%n_steps/log_lines)
       if (self%sim%state%step == 1 .or. mod(self%sim%state%step, every) == 0 .or. &
           self%last_frame == self%sim%state%step .or. self%sim%record%attempts > 1) call self%log_step(error)
-      if (.not. allocated(error)) call self%results%flush_if_due(error)
+      if (allocated(error)) return
+      if (wall_seconds() - self%last_checkpoint < self%facts%checkpoint_every .or. self%sim%is_finished()) then
+         call self%results%flush_if_due(error)
+         return
+      end if
+      ! a checkpoint that cannot be written does not end a run that can go on: it is said, and tried again later
+      call self%save(.true., problem)
+      if (.not. allocated(problem)) return
+      if (self%results%has_failed()) then
+         call move_alloc(problem, error)
+         return
+      end if
+      self%warning = 'no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
+                     '; the run goes on, an older checkpoint is as it was'
+      call self%log%put('warning: '//self%warning, error)
    end subroutine keep_step
+
+   !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they never end before
+   !> it. On error the older checkpoint is as it was, and so is the way back to it.
+   subroutine save(self, sync, error)
+      class(run_type), intent(inout) :: self
+      logical, intent(in) :: sync                      !! wait until it is on the disk
+      type(error_type), allocatable, intent(out) :: error
+      character(len=digest_length) :: digest
+      self%last_checkpoint = wall_seconds()
+      call self%results%flush(error)
+      if (.not. allocated(error) .and. sync) call self%results%sync(error)
+      if (allocated(error) .or. self%results%has_failed()) return
+      self%facts%rows = self%results%rows()
+      self%facts%written = utc_now()
+      self%facts%frame_every = self%plan%every
+      self%facts%frame_interval = self%plan%interval
+      self%facts%frames_passed = self%plan%passed
+      self%facts%last_frame = self%last_frame
+      call save_checkpoint(self%output, self%sim, self%facts, sync, digest, error)
+      self%last_checkpoint = wall_seconds()
+      if (.not. allocated(error)) call self%results%keep_undo(digest, error)
+   end subroutine save
 
    !> One line in the log.
    subroutine log_step(self, error)
@@ -238,23 +411,28 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       self%last_frame = self%sim%state%step
-      if (.not. self%write_frames) return
+      if (.not. self%facts%header%frames) return
       call self%sim%contact_forces(self%force)
       call self%results%append_frame(self%sim%state, self%sim%contacts, self%force, error)
       self%n_frames = self%n_frames + 1
    end subroutine save_frame
 
-   !> The last frame, the last words, the end of the files.
+   !> The checkpoint, the last frame, the last words, the end of the files.
+   !>
+   !> The checkpoint comes before the frame of the last step: in a run that goes on that step may be no frame. After a
+   !> step that failed the older checkpoint stays, because the failed attempts have left their mark on the solver.
    subroutine end_files(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error   !! of the run so far
-      type(error_type), allocatable :: output_error
+      type(error_type), allocatable :: output_error, no_checkpoint
+      if (.not. allocated(error)) call self%save(.true., no_checkpoint)
       if (self%last_frame /= self%sim%state%step) call self%save_frame(output_error)
       if (.not. allocated(output_error) .and. self%last_logged /= self%sim%state%step .and. &
           self%sim%state%step > 0) call self%log_step(output_error)
       call keep_first(output_error)
       call self%results%close(self%reason == 'finished', self%reason, output_error)
       call keep_first(output_error)
+      call keep_first(no_checkpoint)
       call self%log%put('end: '//self%reason//' after '//to_string(self%sim%state%step)//' steps at time '// &
                         to_string(self%sim%state%time, 10)//', '//to_string(wall_seconds() - self%start, 3)// &
                         ' s on the wall clock', output_error)

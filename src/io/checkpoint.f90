@@ -199,7 +199,8 @@ contains
             if (number /= checkpoint_format_version) call refuse('checkpoints of format version '// &
                to_string(number)//' are not known to this program, only '//to_string(checkpoint_format_version))
          end if
-         if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, error)
+         if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, &
+                                                             error)
          if (.not. allocated(error)) call file%get_attribute('/', 'build', facts%build, error)
       end associate
       if (.not. allocated(error)) call exchange_facts(self%archive, facts)
@@ -314,7 +315,8 @@ contains
       type(checkpoint_facts_type), intent(in) :: facts
       type(error_type), allocatable, intent(out) :: error
       if (allocated(archive%error)) return
-      call archive%file%set_attribute('input/geometry', 'sha256', hexadecimal(digest_of_text(facts%header%geometry)), error)
+      call archive%file%set_attribute('input/geometry', 'sha256', &
+                                      hexadecimal(digest_of_text(facts%header%geometry)), error)
       if (.not. allocated(error)) call archive%file%set_attribute('input/analysis', 'sha256', &
          hexadecimal(digest_of_text(facts%header%analysis)), error)
       if (.not. allocated(error)) call archive%file%set_attribute('input/config', 'sha256', &

@@ -16,27 +16,27 @@ module rockdda_io_hdf5_driver
    integer, parameter :: digest_length = 32
 
    interface
-      integer(c_int) function c_set(access) bind(C, name='rockdda_driver_set')
+      integer(c_int) function c_set(access) bind(C, name='rockdda_pieces_set')
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: access
       end function c_set
 
-      integer(c_int) function c_commit(file) bind(C, name='rockdda_driver_commit')
+      integer(c_int) function c_commit(file) bind(C, name='rockdda_pieces_commit')
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: file
       end function c_commit
 
-      integer(c_int) function c_sync(file) bind(C, name='rockdda_driver_sync')
+      integer(c_int) function c_sync(file) bind(C, name='rockdda_pieces_sync')
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: file
       end function c_sync
 
-      subroutine c_abandon(file) bind(C, name='rockdda_driver_abandon')
+      subroutine c_abandon(file) bind(C, name='rockdda_pieces_abandon')
          import :: c_int64_t
          integer(c_int64_t), value :: file
       end subroutine c_abandon
 
-      integer(c_int) function c_keep_undo(file, path, digest) bind(C, name='rockdda_driver_keep_undo')
+      integer(c_int) function c_keep_undo(file, path, digest) bind(C, name='rockdda_pieces_keep_undo')
          import :: c_char, c_int, c_int64_t
          integer(c_int64_t), value :: file
          character(kind=c_char), intent(in) :: path(*), digest(*)

@@ -372,7 +372,7 @@ static const H5FD_class_t results_class = {
 };
 
 /* Files opened with these access properties go through this driver. 0 or -1. */
-int rockdda_driver_set(int64_t access)
+int rockdda_pieces_set(int64_t access)
 {
    if (driver < 0 || H5Iis_valid(driver) <= 0) driver = H5FDregister(&results_class);
    return driver < 0 || H5Pset_driver((hid_t)access, driver, NULL) < 0 ? -1 : 0;
@@ -386,14 +386,14 @@ static results_t *file_of(int64_t id)
 }
 
 /* Write all that waits in memory; the library has been flushed. 0 or an errno value. */
-int rockdda_driver_commit(int64_t id)
+int rockdda_pieces_commit(int64_t id)
 {
    results_t *file = file_of(id);
    return file ? commit(file) : EBADF;
 }
 
 /* Wait until what was committed is on the disk. 0 or an errno value. */
-int rockdda_driver_sync(int64_t id)
+int rockdda_pieces_sync(int64_t id)
 {
    results_t *file = file_of(id);
    if (!file) return EBADF;
@@ -401,7 +401,7 @@ int rockdda_driver_sync(int64_t id)
 }
 
 /* Write nothing any more, not even when the file is closed. */
-void rockdda_driver_abandon(int64_t id)
+void rockdda_pieces_abandon(int64_t id)
 {
    results_t *file = file_of(id);
    if (file) file->abandoned = 1;
@@ -409,7 +409,7 @@ void rockdda_driver_abandon(int64_t id)
 
 /* Keep an undo file from now on: the state to go back to is the present one, that of the checkpoint with this digest;
  * if the undo file is already of that checkpoint, it is continued. 0 or an errno value. */
-int rockdda_driver_keep_undo(int64_t id, const char *path, const unsigned char *digest)
+int rockdda_pieces_keep_undo(int64_t id, const char *path, const unsigned char *digest)
 {
    results_t *file = file_of(id);
    if (!file) return EBADF;

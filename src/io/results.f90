@@ -16,8 +16,8 @@ module rockdda_io_results
    use rockdda_io_hdf5_driver, only : undo_path, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type
-   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, check_belongs, &
-      check_reaches
+   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
+      check_belongs, check_reaches
    use rockdda_io_series, only : series_type
    implicit none
    private

@@ -13,7 +13,7 @@ try:
 except ImportError:  # tests that look into results are then skipped
     h5py = None
 
-PROGRAM = os.environ["ROCKDDA_PROGRAM"]
+PROGRAM = os.environ.get("ROCKDDA_PROGRAM", os.fspath(Path(__file__).parents[2] / "build" / "bin" / "rockdda"))
 
 # A block 2 x 1 on a base 4 x 1 that is fixed at two points; one loading and one measured point in the block.
 GEOMETRY = """\
@@ -81,8 +81,10 @@ class Outcome:
 class ProgramTest(unittest.TestCase):
     """Every test works in a fresh folder that holds block.dc and block.df."""
 
+    parent = None  # where that folder is made
+
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory(dir=self.parent)
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
         self.write("block.dc", GEOMETRY)
@@ -101,7 +103,7 @@ class ProgramTest(unittest.TestCase):
         options.setdefault("cwd", self.folder)
         options.setdefault("timeout", 120)
         process = subprocess.run(
-            [PROGRAM, *map(os.fspath, arguments)],
+            [PROGRAM, *map(str, arguments)],
             stdin=subprocess.DEVNULL,
             stdout=options.pop("stdout", subprocess.PIPE),
             stderr=subprocess.PIPE,

@@ -105,15 +105,14 @@ class Stop(InterruptionTest):
                 last = self.check_ended(f"signal {number.name}")
                 self.assertTrue(out.startswith(f"stopped: {last} steps to time "), out)
                 self.assertIn(
-                    f"rockdda: stopped (signal {number.name}) after step {last}; the results so far are kept", err
+                    f"rockdda: stopped (signal {number.name}) after step {last}; 'rockdda resume block.ckpt.h5'", err
                 )
 
-    def test_no_resume_is_promised_that_does_not_exist(self):
+    def test_how_to_go_on_is_said(self):
         process = self.start()
         process.send_signal(signal.SIGTERM)
         _, err = self.finish(process, 4)
-        resume = "\n  resume " in self.run_program("--help").out
-        self.assertEqual("cannot resume" in err, not resume)
+        self.assertIn("; 'rockdda resume block.ckpt.h5' continues", err)
 
     def test_json_of_a_stopped_run(self):
         process = self.start("--json")

@@ -396,7 +396,8 @@ class Options(ResultsTest):
         self.write("run.nml", "&output file = 'sub/named.h5' /\n")
         self.path("sub").mkdir()
         self.assertEqual(self.run_program("run", "block.dc", "block.df", "--config", "run.nml").code, 0)
-        self.assertEqual(self.files(), ["block.dc", "block.df", "run.nml", "sub/named.h5", "sub/named.log"])
+        named = ["sub/named.ckpt.h5", "sub/named.h5", "sub/named.log"]
+        self.assertEqual(self.files(), ["block.dc", "block.df", "run.nml", *named])
 
     def test_peer_dialect(self):
         self.write("block.df", PEER_ANALYSIS)
@@ -415,7 +416,9 @@ class Output(ResultsTest):
         self.write("case.df", ANALYSIS)
         outcome = self.run_program("run", "../block.dc", "../case.df", cwd=self.path("work"))
         self.assertEqual(outcome.code, 0)
-        self.assertEqual(self.files(), ["block.dc", "block.df", "case.df", "work/case.h5", "work/case.log"])
+        self.assertEqual(
+            self.files(), ["block.dc", "block.df", "case.df", "work/case.ckpt.h5", "work/case.h5", "work/case.log"]
+        )
 
     def test_folder(self):
         self.write("model/m.dc", GEOMETRY)

@@ -1,0 +1,92 @@
+! SPDX-License-Identifier: MIT
+!> rockdda resume: a run goes on from its checkpoint as if it had never stopped.
+module rockdda_app_command_resume
+!$ use omp_lib, only : omp_set_num_threads
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_options, only : is_set
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_driver_run, only : run_type
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_process, only : complain, watch_signals
+   use rockdda_app_progress, only : progress_type
+   use rockdda_app_report, only : report_failure, show_messages
+   use rockdda_app_running, only : step_until_done, end_run, summarise
+   implicit none
+   private
+   public :: run_resume
+
+contains
+
+   !> Do the command; returns the exit code.
+   subroutine run_resume(line, exit_code)
+      type(command_line_type), intent(in) :: line
+      integer, intent(out) :: exit_code
+      type(run_type) :: run
+      type(progress_type) :: progress
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: error
+      logical :: is_complete, ok
+
+      run%start = wall_seconds()
+      if (size(line%files) /= 1) then
+         call make_error(error, error_code%input, "'rockdda resume' needs one checkpoint file; found "// &
+                         to_string(size(line%files))//trim(merge(' file ', ' files', size(line%files) == 1))// &
+                         ", see 'rockdda resume --help'")
+      else
+         call run%load(line%files(1)%text, messages, error)
+      end if
+      if (.not. allocated(error)) call apply_command_line(line, run, error)
+      if (allocated(error)) then
+         call report_failure(line, messages, error, exit_code)
+         return
+      end if
+      if (.not. line%quiet) call show_messages(messages, severity%warning)
+      call run%look_at_results(is_complete)
+      if (is_complete) then
+         exit_code = 0
+         if (.not. line%quiet) call complain('rockdda: nothing left to do: the run has done all its '// &
+                                             to_string(run%sim%state%step)//' steps; --steps N adds N more')
+         call summarise(line, run, messages, error, exit_code, ok)
+         if (.not. ok) exit_code = error_code%output
+         return
+      end if
+      call watch_signals()
+      call run%reopen(messages, error)
+      if (allocated(error)) then
+         call report_failure(line, messages, error, exit_code)
+         return
+      end if
+      call progress%begin(line%quiet)
+      call step_until_done(run, progress, error)
+      call progress%finish()
+      call end_run(line, run, messages, error, exit_code)
+   end subroutine run_resume
+
+   !> The command line: how far to go, and how.
+   subroutine apply_command_line(line, run, error)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(out) :: error
+      associate (parameters => run%sim%parameters, step => run%sim%state%step, time => run%sim%state%time)
+         if (is_set(line%t_end)) then
+            if (line%t_end < time*(1 - 1.0e-12_wp)) then
+               call make_error(error, error_code%input, 'option --t-end: the checkpoint is at time '// &
+                               to_string(time)//' already')
+               return
+            end if
+            parameters%t_end = line%t_end
+            ! with only an end time given, the number of steps is not a limit
+            if (.not. is_set(line%steps)) parameters%n_steps = huge(1)
+         end if
+         if (is_set(line%steps)) parameters%n_steps = step + min(line%steps, huge(1) - step)
+      end associate
+      if (is_set(line%threads)) run%facts%threads = line%threads
+!$    if (run%facts%threads > 0) call omp_set_num_threads(run%facts%threads)
+      if (is_set(line%checkpoint_every)) run%facts%checkpoint_every = line%checkpoint_every
+      if (is_set(line%max_wall)) run%deadline = run%start + line%max_wall
+   end subroutine apply_command_line
+
+end module rockdda_app_command_resume

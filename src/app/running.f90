@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: MIT
+!> The loop over steps and the end of a run: what `run` and `resume` share.
+module rockdda_app_running
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_state, only : energy_names, n_energies
+   use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_driver_run, only : run_type, first_line
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_json, only : json_type
+   use rockdda_app_process, only : complain, say, seen_signal, set_writing
+   use rockdda_app_progress, only : progress_type
+   use rockdda_app_report, only : show_error, begin_json, end_json
+   implicit none
+   private
+   public :: step_until_done, end_run, summarise
+
+contains
+
+   !> The loop over steps. On return `run%reason` says why it ended; an error is a failure of the computation or
+   !> of the output.
+   subroutine step_until_done(run, progress, error)
+      type(run_type), intent(inout) :: run
+      type(progress_type), intent(inout) :: progress
+      type(error_type), allocatable, intent(out) :: error
+      do while (.not. run%sim%is_finished())
+         if (len(seen_signal()) > 0) then
+            run%reason = 'signal '//seen_signal()
+            return
+         end if
+         if (wall_seconds() >= run%deadline) then
+            run%reason = 'max-wall'
+            return
+         end if
+         call run%sim%advance(error)
+         if (allocated(error)) then
+            run%reason = 'failed: '//first_line(error%message)
+            return
+         end if
+         call set_writing(.true.)
+         call run%keep(error)
+         call set_writing(.false.)
+         if (allocated(error)) then
+            run%reason = 'output: '//first_line(error%message)
+            return
+         end if
+         if (allocated(run%warning)) call complain('rockdda: warning: '//run%warning)
+         call progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
+                              to_string(run%sim%state%time))
+      end do
+   end subroutine step_until_done
+
+   !> Write the last frame, close the files, and say how it ended.
+   subroutine end_run(line, run, messages, error, exit_code)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(inout) :: run
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(inout) :: error   !! of the loop
+      integer, intent(out) :: exit_code
+      logical :: ok
+      ! from here on a second SIGINT finds nothing to interrupt
+      call set_writing(.true.)
+      call run%close(error)
+      exit_code = 0
+      if (allocated(error)) then
+         exit_code = error%code
+      else if (run%reason /= 'finished') then
+         exit_code = error_code%stopped
+      end if
+      if (allocated(error)) call show_error(error)
+      if (exit_code == error_code%stopped) call complain('rockdda: stopped ('//run%reason//') after step '// &
+         to_string(run%sim%state%step)//"; 'rockdda resume "//run%checkpoint_file//"' continues")
+      if (exit_code == error_code%computation) call complain('rockdda: the results up to step '// &
+         to_string(run%sim%state%step)//' are kept in '//run%output)
+      if (exit_code == error_code%output) then
+         if (get_path_kind(run%output) == path_kind%file) &
+            call complain('rockdda: the results up to the last flush are kept in '//run%output)
+         if (get_path_kind(run%checkpoint_file) == path_kind%file) &
+            call complain("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
+      end if
+      call summarise(line, run, messages, error, exit_code, ok)
+      if (.not. ok .and. exit_code == 0) exit_code = error_code%output
+   end subroutine end_run
+
+   !> The summary on standard output.
+   subroutine summarise(line, run, messages, error, exit_code, ok)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(in) :: run
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
+      integer, intent(in) :: exit_code
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      character(len=:), allocatable :: status
+      integer :: i
+      status = 'done'
+      if (exit_code == error_code%stopped) status = 'stopped'
+      if (allocated(error)) status = 'error'
+      if (.not. line%json) then
+         call say(status//': '//to_string(run%sim%state%step)//' steps to time '// &
+                  to_string(run%sim%state%time, 10)//', '//to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
+                  to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
+                  ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
+                  'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file, ok)
+         return
+      end if
+      call begin_json(json, line, status, exit_code)
+      call json%put('exit_reason', run%reason)
+      call json%put('output', run%output)
+      call json%put('checkpoint', run%checkpoint_file)
+      call json%put('log', run%log_file)
+      call json%put('title', run%sim%parameters%title)
+      call json%put('solver', run%sim%parameters%solver_method)
+      call json%put('blocks', run%sim%blocks%n_blocks)
+      call json%put('first_step', run%first_step)
+      call json%put('steps', run%sim%state%step)
+      call json%put('time', run%sim%state%time)
+      call json%put('frames', run%n_frames)
+      call json%open('{', 'contacts')
+      call json%put('open', run%sim%record%contacts(1))
+      call json%put('sliding', run%sim%record%contacts(2))
+      call json%put('locked', run%sim%record%contacts(3))
+      call json%close('}')
+      call json%open('{', 'energy')
+      do i = 1, n_energies
+         call json%put(trim(energy_names(i)), run%sim%record%energy(i))
+      end do
+      call json%close('}')
+      call json%put('wall_seconds', wall_seconds() - run%start)
+      call end_json(json, messages, error, ok)
+   end subroutine summarise
+
+end module rockdda_app_running

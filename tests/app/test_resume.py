@@ -1,0 +1,431 @@
+# SPDX-License-Identifier: MIT
+"""Checkpoints: a run that stopped, was killed or met a full disk goes on as if nothing had happened.
+
+A few faults of each kind; scripts/torture tries many, on all shipped models.
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from support import PROGRAM, ProgramTest, h5py
+
+if h5py is not None:
+    import numpy as np
+    from faults import MEMORY, Case, Faults, differences, lost_rows, shipped_models
+
+BLOCK = ("run", "block.dc", "block.df")
+SOLVERS = ("cholmod", "pcg", "sor", "dense", "auto")
+#: A checkpoint after every step.
+EVERY_STEP = ("--checkpoint-every", "1e-9")
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class ResumeTest(ProgramTest):
+    parent = MEMORY if h5py is not None else None
+
+    def good(self, *arguments):
+        outcome = self.run_program(*arguments)
+        self.assertEqual(outcome.code, 0, outcome.err)
+        return outcome
+
+    def assertSame(self, one, other):
+        self.assertEqual(differences(self.path(one), self.path(other)), [])
+
+    def refused(self, message, *arguments):
+        before = {name: self.path(name).read_bytes() for name in self.files()}
+        outcome = self.run_program("resume", *arguments, "--quiet")
+        self.assertEqual((outcome.code, outcome.err), (2, message + "\n"))
+        self.assertEqual({name: self.path(name).read_bytes() for name in self.files()}, before, "nothing was changed")
+
+
+class Bits(ResumeTest):
+    """N steps, resume, N more: bit by bit what 2N steps give."""
+
+    def check(self, model, solver, n):
+        options = ("--solver", solver, "--save-every", "3", "--quiet", "--force")
+        whole = self.run_program("run", model, "-o", "whole.h5", "--steps", 2 * n, *options)
+        if "not built in" in whole.err:
+            self.skipTest(whole.err)
+        self.assertEqual(whole.code, 0, whole.err)
+        self.good("run", model, "-o", "out.h5", "--steps", n, "--threads", "2", *options)
+        self.good("resume", "out.ckpt.h5", "--steps", n, "--threads", "1", "--quiet")
+        self.assertSame("whole.h5", "out.h5")
+
+    def test_every_shipped_model(self):
+        for k, model in enumerate(shipped_models()):
+            with self.subTest(model=model.name):
+                self.check(model, SOLVERS[k % 2], 5)
+
+    def test_every_solver(self):
+        models = {path.name: path for path in shipped_models()}
+        for solver in SOLVERS:
+            with self.subTest(solver=solver):
+                self.check(models["six_block_beam"], solver, 8)
+
+    def test_frames_of_the_end_are_no_frames_of_a_run_that_goes_on(self):
+        self.good(*BLOCK, "-o", "whole.h5", "--steps", "12", "--save-every", "5")
+        self.good(*BLOCK, "-o", "out.h5", "--steps", "3", "--save-every", "5")
+        for n, frames in ((4, [0, 5, 7]), (0, [0, 5, 7]), (3, [0, 5, 10]), (2, [0, 5, 10, 12])):
+            outcome = self.good("resume", "out.ckpt.h5", "--steps", n)
+            self.assertIn(f"({len(frames)} frames)", outcome.out)
+            with h5py.File(self.path("out.h5")) as file:
+                self.assertEqual(file["frames/step"][()].tolist(), frames)
+        self.assertSame("whole.h5", "out.h5")
+
+    def test_end_time_and_frames_by_time(self):
+        self.write("run.nml", "&run save_dt = 0.017 /\n")
+        options = ("--config", "run.nml", "--t-end", "0.1")
+        self.good(*BLOCK, "-o", "whole.h5", *options)
+        self.good(*BLOCK, "-o", "out.h5", *options, "--steps", "4")
+        self.good("resume", "out.ckpt.h5", "--t-end", "0.1")
+        self.assertSame("whole.h5", "out.h5")
+
+    def test_without_frames_or_contacts(self):
+        for k, what in enumerate(("frames = .false.", "contacts = .false.")):
+            self.write("run.nml", f"&output {what} /\n")
+            whole, out = f"whole{k}.h5", f"out{k}.h5"
+            self.good(*BLOCK, "-o", whole, "--config", "run.nml", "--steps", "6")
+            self.good(*BLOCK, "-o", out, "--config", "run.nml", "--steps", "3")
+            self.good("resume", f"out{k}.ckpt.h5", "--steps", "3")
+            self.assertSame(whole, out)
+
+    def test_other_names_of_results(self):
+        for name, checkpoint in (("a.hdf5", "a.ckpt.h5"), ("b", "b.ckpt.h5"), ("c.d/e f.h5", "c.d/e f.ckpt.h5")):
+            self.path("c.d").mkdir(exist_ok=True)
+            self.good(*BLOCK, "-o", name, "--steps", "3")
+            # both files may move
+            outcome = self.good("resume", checkpoint, "--steps", "2", "--json")
+            self.assertEqual((outcome.json["output"], outcome.json["steps"]), (name, 5))
+        shutil.copy(self.path("a.hdf5"), self.path("moved.hdf5"))
+        shutil.copy(self.path("a.ckpt.h5"), self.path("moved.ckpt.h5"))
+        self.good("resume", "a.ckpt.h5", "--steps", "2")
+        self.good("resume", "moved.ckpt.h5", "--steps", "2")
+        self.assertSame("a.hdf5", "moved.hdf5")
+
+
+class Command(ResumeTest):
+    def setUp(self):
+        super().setUp()
+        self.good(*BLOCK, "--steps", "5")
+
+    def test_a_run_that_is_done(self):
+        before = self.path("block.h5").read_bytes()
+        outcome = self.good("resume", "block.ckpt.h5")
+        self.assertEqual(
+            outcome.err, "rockdda: nothing left to do: the run has done all its 5 steps; --steps N adds N more\n"
+        )
+        self.assertTrue(outcome.out.startswith("done: 5 steps"))
+        outcome = self.good("resume", "block.ckpt.h5", "--quiet", "--json")
+        self.assertEqual((outcome.err, outcome.json["status"], outcome.json["steps"]), ("", "done", 5))
+        self.assertEqual(self.path("block.h5").read_bytes(), before)
+
+    def test_json(self):
+        summary = self.good("resume", "block.ckpt.h5", "--steps", "2", "--json").json
+        self.assertEqual(summary["checkpoint"], "block.ckpt.h5")
+        self.assertEqual((summary["command"], summary["first_step"], summary["steps"]), ("resume", 5, 7))
+
+    def test_log_goes_on(self):
+        self.good("resume", "block.ckpt.h5", "--steps", "2")
+        log = self.path("block.log").read_text()
+        self.assertEqual(log.count("end: finished"), 2)
+        self.assertRegex(log, r"resumed: from step 5 at time 0\.05, \d{4}-\d\d-\d\dT")
+
+    def test_info_and_check(self):
+        facts = self.good("info", "block.ckpt.h5", "--json").json["files"][0]
+        self.assertEqual((facts["kind"], facts["step"], facts["blocks"]), ("checkpoint file", 5, 2))
+        self.assertEqual((facts["results"], facts["last_step_of_run"]), ("block.h5", 5))
+        # anybody can check the digests
+        for command, digest in (
+            ("head -c -124 block.ckpt.h5", facts["sha256"]),
+            ("cat block.dc", facts["sha256_of_geometry"]),
+            ("cat block.df", facts["sha256_of_analysis"]),
+        ):
+            found = subprocess.run(f"{command} | sha256sum", shell=True, cwd=self.folder, capture_output=True)
+            self.assertEqual(found.stdout.decode().split()[0], digest)
+        self.assertEqual(self.good("check", "block.ckpt.h5").out, "1 file checked: 0 errors, 0 warnings\n")
+        self.path("block.h5").unlink()
+        outcome = self.good("check", "block.ckpt.h5")
+        self.assertEqual(outcome.err, "block.ckpt.h5: warning: its results block.h5 are not beside it\n")
+
+    def test_a_new_run_has_nothing_of_an_old_one(self):
+        self.good(*BLOCK, "--steps", "3", "--force")
+        self.assertEqual(self.good("info", "block.ckpt.h5", "--json").json["files"][0]["step"], 3)
+
+    def test_usage(self):
+        self.refused(
+            "rockdda: error: 'rockdda resume' needs one checkpoint file; found 0 files, see 'rockdda resume --help'"
+        )
+        outcome = self.run_program("resume", "block.ckpt.h5", "--solver", "sor")
+        self.assertFails(outcome, 2, "rockdda: error: option --solver does not belong to 'rockdda resume'")
+        message = "rockdda: error: option --t-end: the checkpoint is at time 0.05 already"
+        self.refused(message, "block.ckpt.h5", "--t-end", "0.01")
+
+
+class Refused(ResumeTest):
+    """Files from which no run can go on. Nothing may change."""
+
+    def setUp(self):
+        super().setUp()
+        self.good(*BLOCK, "--steps", "5")
+        self.checkpoint = self.path("block.ckpt.h5").read_bytes()
+
+    def test_missing_or_foreign(self):
+        self.refused("no.ckpt.h5: error: there is no such file", "no.ckpt.h5")
+        self.write("text.ckpt.h5", "1 2 3\n")
+        message = ": error: this is no checkpoint of RockDDA, or one that was cut off"
+        self.refused("text.ckpt.h5" + message, "text.ckpt.h5")
+        self.refused("block.dc" + message, "block.dc")
+        self.refused("block.h5" + message + "; the checkpoint of these results is block.ckpt.h5", "block.h5")
+        with h5py.File(self.path("other.ckpt.h5"), "w") as file:
+            file["x"] = np.zeros(10)
+        self.refused("other.ckpt.h5" + message, "other.ckpt.h5")
+        self.path("folder.ckpt.h5").mkdir()
+        self.refused("folder.ckpt.h5: error: this is not a file", "folder.ckpt.h5")
+        self.path("block.ckpt.h5").rename(self.path("renamed.h5"))
+        outcome = self.run_program("resume", "renamed.h5")
+        self.assertIn("the name of a checkpoint ends in '.ckpt.h5'", outcome.err)
+
+    def test_damaged_or_cut(self):
+        generator = random.Random(4)
+        places = [0, 8, 100, len(self.checkpoint) - 2, *(generator.randrange(len(self.checkpoint)) for _ in range(8))]
+        for place in places:
+            damaged = bytearray(self.checkpoint)
+            damaged[place] ^= 1 << generator.randrange(8)
+            self.write("block.ckpt.h5", bytes(damaged))
+            for command in ("resume", "check", "info"):
+                outcome = self.run_program(
+                    command,
+                    "block.ckpt.h5",
+                    "--steps" if command == "resume" else "--quiet",
+                    *(["5"] if command == "resume" else []),
+                )
+                self.assertEqual(outcome.code, 2, (place, command, outcome.err))
+                self.assertRegex(
+                    outcome.err, r"\Ablock\.ckpt\.h5: error: (the checkpoint is damaged|this is no checkp)"
+                )
+        for length in (0, 1, 1000, len(self.checkpoint) // 2, len(self.checkpoint) - 1):
+            self.write("block.ckpt.h5", self.checkpoint[:length])
+            self.refused(
+                "block.ckpt.h5: error: this is no checkpoint of RockDDA, or one that was cut off", "block.ckpt.h5"
+            )
+
+    def seal(self, change):
+        """A checkpoint with other content and a digest that fits."""
+        import hashlib
+
+        path = self.write("block.ckpt.h5", self.checkpoint[:-124])
+        with h5py.File(path, "r+") as file:
+            change(file)
+        content = path.read_bytes()
+        line = "rockdda checkpoint, SHA-256 of all bytes before this line: " + hashlib.sha256(content).hexdigest()
+        path.write_bytes(content + line.encode() + b"\n")
+
+    def test_other_versions(self):
+        self.seal(lambda file: file.attrs.modify("program_version", "0.0.1"))
+        outcome = self.run_program("resume", "block.ckpt.h5")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn(
+            "block.ckpt.h5: error: was written by version 0.0.1 of the program, this is version ", outcome.err
+        )
+        self.seal(lambda file: file.attrs.modify("format_version", 99))
+        self.refused(
+            "block.ckpt.h5: error: checkpoints of format version 99 are not known to this program, only 1",
+            "block.ckpt.h5",
+        )
+        self.seal(lambda file: file.attrs.modify("format", "something"))
+        self.refused("block.ckpt.h5: error: this is no checkpoint of RockDDA", "block.ckpt.h5")
+        self.seal(lambda file: file.__delitem__("state/velocity"))
+        self.assertEqual(self.run_program("resume", "block.ckpt.h5", "--steps", "2").code, 2)
+        self.seal(lambda file: file.attrs.modify("build", "another"))
+        outcome = self.good("resume", "block.ckpt.h5", "--steps", "2")
+        self.assertIn("warning: block.ckpt.h5 was written by another build of this version", outcome.err)
+
+    def test_results_that_do_not_belong(self):
+        results = self.path("block.h5").read_bytes()
+        self.path("block.h5").unlink()
+        self.refused("block.h5: error: the results of this checkpoint are not there", "block.ckpt.h5", "--steps", "2")
+        self.good(*BLOCK, "-o", "short.h5", "--steps", "2")
+        with h5py.File(self.path("short.h5"), "r+") as file, h5py.File(self.write("block.h5", results)) as long:
+            file.attrs["created"] = long.attrs["created"]
+        shutil.copy(self.path("short.h5"), self.path("block.h5"))
+        message = (
+            "block.h5: error: these results end before the checkpoint (step 5); was the file replaced by an older copy?"
+        )
+        self.refused(message, "block.ckpt.h5", "--steps", "2")
+        message = "block.h5: error: these results are not those of the checkpoint; "
+        with h5py.File(self.write("block.h5", results), "r+") as file:
+            file.attrs["created"] = "2001-01-01T00:00:00Z"
+        self.refused(message + "it was written by another run", "block.ckpt.h5", "--steps", "2")
+        with h5py.File(self.write("block.h5", results), "r+") as file:
+            file["history/energy"][4, 2] += 1
+        self.refused(message + "they differ in step 5", "block.ckpt.h5", "--steps", "2")
+        with h5py.File(self.path("block.h5"), "w") as file:
+            file["x"] = 1.0
+        self.refused(message + "it was written by another run", "block.ckpt.h5", "--steps", "2")
+        self.write("block.h5", b"no HDF5 file")
+        outcome = self.run_program("resume", "block.ckpt.h5", "--steps", "2")
+        self.assertEqual(outcome.code, 2, outcome.err)
+
+
+class Interrupted(ResumeTest):
+    def setUp(self):
+        super().setUp()
+        self.steps = 60
+        options = ("--steps", self.steps, "--save-every", "7", "--quiet")
+        self.good(*BLOCK, "-o", "whole.h5", *options)
+        self.options = (*options, "-o", "out.h5")
+
+    def test_wall_clock_limit_again_and_again(self):
+        code = self.run_program(*BLOCK, *self.options, "--max-wall", "0.02").code
+        stops = 0
+        while code == 4:
+            stops += 1
+            self.assertEqual(lost_rows(self.path("out.h5"), self.path("whole.h5")), [])
+            # at least one step a time
+            self.assertLess(stops, 2 * self.steps)
+            code = self.run_program("resume", "out.ckpt.h5", "--max-wall", "0.05", "--quiet").code
+        self.assertEqual(code, 0)
+        self.assertSame("whole.h5", "out.h5")
+
+    def test_signals(self):
+        long = ("--steps", "100000000", "--save-every", "50", "--quiet")
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+            self.path("a.ckpt.h5").unlink(missing_ok=True)
+            process = self.start_program(*BLOCK, *long, "-o", "a.h5", "--force")
+            self.wait_for(process, "a.ckpt.h5")
+            process.send_signal(number)
+            _, err = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 4)
+            self.assertIn("; 'rockdda resume a.ckpt.h5' continues\n", err.decode())
+            step = self.good("info", "a.ckpt.h5", "--json").json["files"][0]["step"]
+            self.good("resume", "a.ckpt.h5", "--steps", "13", "--quiet")
+            with h5py.File(self.path("a.h5")) as file:
+                self.assertEqual(file["history/step"][()].tolist(), list(range(1, step + 14)))
+                times = np.cumsum(file["history/dt"][()])
+                self.assertTrue(np.array_equal(file["history/time"][()], times))
+
+    def wait_for(self, process, name):
+        deadline = time.monotonic() + 30
+        while not self.path(name).exists() and time.monotonic() < deadline:
+            self.assertIsNone(process.poll())
+            time.sleep(0.005)
+
+    def test_two_at_a_time(self):
+        self.good(*BLOCK, *self.options[:-2], "-o", "a.h5")
+        process = self.start_program("resume", "a.ckpt.h5", "--steps", "100000000", "--quiet")
+        deadline = time.monotonic() + 30
+        while "resumed" not in self.path("a.log").read_text() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        outcome = self.run_program("resume", "a.ckpt.h5", "--steps", "5", "--quiet")
+        self.assertEqual((outcome.code, outcome.err), (2, "a.h5: error: another run is writing this file\n"))
+        outcome = self.run_program(*BLOCK, "-o", "a.h5", "--force", "--quiet")
+        self.assertEqual(outcome.code, 2)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 4)
+
+    def test_new_target_survives_a_kill(self):
+        self.good(*BLOCK, "-o", "out.h5", "--steps", "5", "--quiet")
+        process = self.start_program("resume", "out.ckpt.h5", "--steps", "100000000", "--quiet")
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            facts = self.good("info", "out.ckpt.h5", "--json").json["files"][0]
+            if facts["last_step_of_run"] == 100000005:
+                break
+            time.sleep(0.01)
+        process.kill()
+        process.communicate()
+        self.assertEqual(self.good("info", "out.ckpt.h5", "--json").json["files"][0]["last_step_of_run"], 100000005)
+
+    def test_checkpoint_that_cannot_be_written(self):
+        # a folder in its place: the run goes on and says so, the end of it fails
+        process = self.start_program(*BLOCK, "--steps", "100000000", "-o", "a.h5", "--checkpoint-every", "0.02")
+        self.wait_for(process, "a.ckpt.h5")
+        self.path("a.ckpt.h5").rename(self.path("kept"))
+        self.path("a.ckpt.h5").mkdir()
+        time.sleep(0.5)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 5)
+        self.assertRegex(err.decode(), r"rockdda: warning: no checkpoint of step \d+: a\.ckpt\.h5: .*; the run goes on")
+        self.path("a.ckpt.h5").rmdir()
+        # the older one is still good for something
+        self.path("kept").rename(self.path("a.ckpt.h5"))
+        self.good("resume", "a.ckpt.h5", "--steps", "3", "--quiet")
+
+
+@unittest.skipIf(h5py is None or shutil.which("cc") is None, "h5py or a C compiler is missing")
+class FaultsOfTheDisk(ResumeTest):
+    """A fault at chosen calls that change files: nothing is lost, and the run can go on."""
+
+    def setUp(self):
+        super().setUp()
+        self.case = Case(PROGRAM, [os.fspath(self.path("block.dc")), os.fspath(self.path("block.df"))], 9)
+        self.addCleanup(self.case.remove)
+        self.faults = Faults(self.folder)
+        if self.case.run("run", env=self.faults.environment(-1, "kill")).returncode != 0:
+            self.skipTest("nothing can be preloaded into this build")
+
+    def check(self, kind, codes, tries):
+        calls = self.faults.count(self.case, "run", EVERY_STEP)
+        generator = random.Random(kind)
+        for at in sorted(generator.sample(range(1, calls), tries)):
+            with self.subTest(kind=kind, call=at):
+                self.case.clear()
+                outcome = self.case.run("run", more=EVERY_STEP, env=self.faults.environment(at, kind))
+                self.assertIn(outcome.returncode, codes, outcome.stderr)
+                self.assertEqual(self.case.recover(), "")
+
+    def test_kill(self):
+        self.check("kill", (-signal.SIGKILL,), 8)
+
+    def test_kill_in_the_midst_of_a_write(self):
+        self.check("tear", (-signal.SIGKILL,), 4)
+
+    def test_full_disk(self):
+        self.check("full", (5,), 5)
+
+    def test_one_write_that_fails(self):
+        self.check("once", (0, 5), 5)
+
+    def test_kill_of_a_run_that_was_resumed(self):
+        self.assertEqual(self.case.run("run", steps=4, more=EVERY_STEP).returncode, 0)
+        calls = self.faults.count(self.case, "resume", ("--steps", "5"))
+        generator = random.Random(9)
+        for at in sorted(generator.sample(range(1, calls), 6)):
+            with self.subTest(call=at):
+                self.case.clear()
+                self.case.run("run", steps=4, more=EVERY_STEP)
+                self.case.run("resume", more=("--steps", "5"), env=self.faults.environment(at, "kill"))
+                # killed before it had noted that it is to go further: then it is done
+                facts = self.good("info", self.case.folder / "out.ckpt.h5", "--json").json["files"][0]
+                if facts["last_step_of_run"] == 4:
+                    self.assertEqual(self.case.run("resume").returncode, 0)
+                    self.assertEqual(self.case.run("resume", more=("--steps", "5")).returncode, 0)
+                self.assertEqual(self.case.recover(), "")
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class KilledAtRandom(ResumeTest):
+    def test_shipped_models(self):
+        generator = random.Random(7)
+        models = {path.name: path for path in shipped_models()}
+        for name in ("incline", "stack", "released_block"):
+            case = Case(PROGRAM, [os.fspath(models[name])], 40)
+            self.addCleanup(case.remove)
+            for _ in range(3):
+                with self.subTest(model=name):
+                    case.clear()
+                    case.run_and_kill("run", 0.25 * generator.random(), ("--checkpoint-every", "0.01"))
+                    if (case.folder / "out.ckpt.h5").exists() and generator.random() < 0.5:
+                        case.run_and_kill("resume", 0.2 * generator.random())
+                    self.assertEqual(case.recover(), "")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""What is left: the terminal, a crash, and result files that are read again or are none."""
+
+import os
+import pty
+import signal
+import subprocess
+import time
+import unittest
+
+from support import GEOMETRY, PEER_ANALYSIS, PROGRAM, ProgramTest, h5py
+
+LONG_RUN = ["run", "block.dc", "block.df", "--steps", "100000000"]
+
+
+class Surroundings(ProgramTest):
+    def test_crash_asks_for_a_report(self):
+        process = self.start_program(*LONG_RUN)
+        deadline = time.monotonic() + 30
+        while not self.path("block.log").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGSEGV)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("internal error: this is a bug in RockDDA. Please report it", err.decode())
+
+    def test_bar_on_a_terminal(self):
+        terminal, end = pty.openpty()
+        self.addCleanup(os.close, terminal)
+        arguments = [PROGRAM, *LONG_RUN, "--max-wall", "1"]
+        process = subprocess.Popen(arguments, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=end)
+        os.close(end)
+        shown = b""
+        try:
+            while piece := os.read(terminal, 4096):
+                shown += piece
+        except OSError:
+            pass  # the other end was closed
+        self.assertEqual(process.wait(60), 4)
+        self.assertRegex(shown.decode(), r"\r\[\.{30}\]   0 %  step \d+, time [\d.]+, .* left")
+
+
+@unittest.skipIf(h5py is None, "needs h5py")
+class Reading(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.assertEqual(self.run_program("run", "block.dc", "block.df").code, 0)
+
+    def test_info_on_results(self):
+        facts = self.run_program("info", "block.h5", "--json").json["files"][0]
+        self.assertEqual((facts["kind"], facts["blocks"], facts["steps"]), ("results file", 2, 20))
+        self.assertEqual((facts["frames"], facts["complete"]), (21, True))
+
+    def test_foreign_and_damaged_hdf5_files(self):
+        with h5py.File(self.path("other.h5"), "w") as file:
+            file["x"] = [1.0]
+        outcome = self.run_program("info", "other.h5")
+        self.assertFails(outcome, 2, "other.h5: error: this HDF5 file holds no results of RockDDA")
+        data = self.path("block.h5").read_bytes()
+        self.write("cut.h5", data[: len(data) // 2])
+        outcome = self.run_program("info", "cut.h5")
+        self.assertEqual(outcome.code, 2)
+        self.assertTrue(outcome.err.startswith("cut.h5: error: "), outcome.err)
+
+    def test_model_without_points(self):
+        lines = GEOMETRY.splitlines()
+        lines[4:7] = ["0", "0", "0"]
+        self.write("block.dc", "\n".join(lines[:15]) + "\n")
+        self.write("block.df", PEER_ANALYSIS)
+        self.assertEqual(self.run_program("run", "block.dc", "block.df", "--steps", "3", "--force").code, 0)
+        with h5py.File(self.path("block.h5"), "r") as file:
+            self.assertEqual(file["model/fixed_points"].shape, (0, 2))
+            self.assertEqual(len(file["model/fixed_points"].attrs["block"]), 0)
+            self.assertEqual(file["history/measured_displacement"].shape, (3, 0, 2))
+            self.assertEqual(file["history/fixed_force"].shape, (3, 0, 2))
+
+
+if __name__ == "__main__":
+    unittest.main()
