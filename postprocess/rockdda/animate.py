@@ -152,7 +152,7 @@ def _scene(
     drawn.set_in_layout(False)
     axes.add_collection(drawn, autolim=False)
     if field == "material":
-        drawn.set_facecolors([MATERIALS[(m - 1) % len(MATERIALS)] for m in results.block_material])
+        drawn.set_facecolor([MATERIALS[(m - 1) % len(MATERIALS)] for m in results.block_material])
     else:
         bottom, top, colour_map = limits_of(field, np.array(values), limits)
         drawn.set(cmap=colour_map, clim=(bottom, top), array=np.zeros(results.n_blocks))
