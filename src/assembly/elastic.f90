@@ -10,7 +10,7 @@ module rockdda_assembly_elastic
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: elasticity, compliance, add_elastic, add_stress, strain_energy, elastic_energy
+   public :: elasticity, compliance, stress_of, add_elastic, add_stress, strain_energy, elastic_energy
 
 contains
 
@@ -48,6 +48,14 @@ contains
       c = reshape([direct, cross, 0.0_wp, cross, direct, 0.0_wp, &
                    0.0_wp, 0.0_wp, 2*(1 + poisson)/youngs], [3, 3])
    end function compliance
+
+   !> Stress of a strain, E e; written out, for matmul makes a temporary array.
+   pure function stress_of(e, strain) result(stress)
+      real(wp), intent(in) :: e(3, 3)        !! elasticity matrix [force/length^2]
+      real(wp), intent(in) :: strain(3)
+      real(wp) :: stress(3)
+      stress = e(:, 1)*strain(1) + e(:, 2)*strain(2) + e(:, 3)*strain(3)
+   end function stress_of
 
    !> Elastic stiffness S E of a block (Eq. 3.5.1): potential 1/2 S de^T E de of the strain of the step.
    pure subroutine add_elastic(e, area, k)

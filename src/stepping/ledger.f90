@@ -15,7 +15,7 @@ module rockdda_stepping_ledger
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type
    use rockdda_assembly_kinematics, only : mass_matrix, mass_times, displacement_at
-   use rockdda_assembly_elastic, only : strain_energy, elastic_energy
+   use rockdda_assembly_elastic, only : strain_energy, elastic_energy, stress_of
    use rockdda_assembly_inertia, only : new_velocity, mass_damping_dissipation
    use rockdda_assembly_contact_spring, only : dashpot_dissipation
    use rockdda_assembly_points, only : support_energy
@@ -81,16 +81,17 @@ contains
       real(wp), intent(in) :: dt                  !! [time]
       real(wp), intent(in) :: d(:, :)             !! (6, nb) unknowns of the step
       real(wp), intent(out) :: kinetic, strain    !! [energy]
+      real(wp) :: velocity(6), stress(3)
       integer :: p, i
       call make_room(self, blocks%n_blocks)
-      !$omp parallel do default(none) shared(self, blocks, matrices, state, dt, d) private(p, i) schedule(static) &
-      !$omp if (blocks%n_blocks > parallel_blocks)
+      !$omp parallel do default(none) shared(self, blocks, matrices, state, dt, d) private(p, i, velocity, stress) &
+      !$omp schedule(static) if (blocks%n_blocks > parallel_blocks)
       do p = 1, n_pieces(blocks%n_blocks)
          self%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, blocks%n_blocks)
-            call add_energies(i, blocks, matrices, state, new_velocity(d(:, i), state%velocity(:, i), dt), &
-                              state%stress(:, i) + matmul(matrices%e(:, :, blocks%block_material(i)), d(4:6, i)), &
-                              self%sums(1:2, p))
+            velocity = new_velocity(d(:, i), state%velocity(:, i), dt)
+            stress = state%stress(:, i) + stress_of(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
+            call add_energies(i, blocks, matrices, state, velocity, stress, self%sums(1:2, p))
          end do
       end do
       !$omp end parallel do

@@ -6,6 +6,7 @@
 !> taken in the middle of the step, where a constant acceleration over the step gives the velocity to second order.
 module rockdda_stepping_loads
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
@@ -62,7 +63,7 @@ contains
    end function fixed_target
 
    !> Stiffness and load of every block for a step of length dt from the given state.
-   pure subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, &
+   subroutine set_block_terms(blocks, parameters, matrices, state, released, line_blocks, line_ends, &
                                    gravity_factor, dt, loads, k, f, magnitude)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -84,6 +85,9 @@ contains
       base = -base_acceleration(parameters%base, state%time + 0.5_wp*dt)
       if (.not. allocated(loads%weight)) allocate (loads%weight(6, blocks%n_blocks), &
          loads%external(6, blocks%n_blocks), loads%target_start(2, blocks%fixed%n), loads%target_end(2, blocks%fixed%n))
+      !$omp parallel do default(none) private(i, material, gravity, m) schedule(static) &
+      !$omp shared(blocks, parameters, matrices, state, gravity_factor, dt, loads, k, f, magnitude, base) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          material = blocks%block_material(i)
          associate (mat => parameters%block_materials(material))
@@ -102,6 +106,7 @@ contains
             loads%external(:, i) = body_force(state%mass(i), base)
          end associate
       end do
+      !$omp end parallel do
       do p = 1, blocks%loading%n
          if (.not. allocated(parameters%loading_tables(p)%rows)) cycle
          if (size(parameters%loading_tables(p)%rows, 2) == 0) cycle

@@ -10,6 +10,7 @@ module rockdda_stepping_motion
    use rockdda_model_state, only : block_state_type
    use rockdda_assembly_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
+   use rockdda_assembly_elastic, only : stress_of
    use rockdda_assembly_inertia, only : new_velocity
    use rockdda_stepping_loads, only : material_matrices_type
    implicit none
@@ -129,7 +130,7 @@ contains
          call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
                                  state%moments(:, i))
          state%rotation(i) = state%rotation(i) + d(3, i)
-         state%stress(:, i) = state%stress(:, i) + matmul(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
+         state%stress(:, i) = state%stress(:, i) + stress_of(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
          if (parameters%mass_from_area) state%mass(i) = &
             parameters%block_materials(blocks%block_material(i))%density*state%area(i)
          if (exact) then

@@ -8,6 +8,7 @@ module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
    use rockdda_base_strings, only : to_string
+   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
@@ -217,7 +218,7 @@ contains
 
    !> How far the search has to look: four times the displacement expected in the step, at least a little,
    !> rounded up to a power of two (times w0) so that the graph of candidates changes seldom.
-   pure real(wp) function predicted_reach(self, dt) result(reach)
+   real(wp) function predicted_reach(self, dt) result(reach)
       class(simulation_type), intent(in) :: self
       real(wp), intent(in) :: dt
       real(wp) :: fastest, acceleration, expected, arm
@@ -230,11 +231,14 @@ contains
       end do
       if (self%parameters%gravity >= 0) acceleration = self%parameters%gravity
       fastest = 0
+      !$omp parallel do default(none) shared(self) private(i, arm) reduction(max:fastest) schedule(static) &
+      !$omp if (self%blocks%n_blocks > parallel_blocks)
       do i = 1, self%blocks%n_blocks
          arm = sqrt((self%state%moments(1, i) + self%state%moments(2, i))/self%state%area(i))
          fastest = max(fastest, norm2(self%state%velocity(1:2, i)) + &
                        2*arm*(abs(self%state%velocity(3, i)) + norm2(self%state%velocity(4:6, i))))
       end do
+      !$omp end parallel do
       expected = fastest*dt + 0.5_wp*acceleration*abs(self%control%gravity(self%parameters))*dt**2
       if (self%control%last_dt > 0) expected = max(expected, self%control%last_displacement*dt/self%control%last_dt)
       ! what moves further than the search distance allows will be cut; looking that far could make every pair of
