@@ -43,7 +43,7 @@ contains
    subroutine update(self, blocks, vertices, reach)
       class(close_pairs_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in) :: vertices(:, :)   !! (2, nv) now
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       real(wp), intent(in) :: reach
       real(wp) :: moved, rounding, size_of_blocks(2)
       self%reach = reach
@@ -74,7 +74,7 @@ contains
    !> Bounding boxes of all blocks.
    subroutine update_boxes(blocks, vertices, boxes)
       type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       real(wp), intent(inout) :: boxes(:, :)
       real(wp) :: low(2), high(2)
       integer :: i, v
@@ -94,7 +94,7 @@ contains
 
    !> How far any box reaches out of its earlier place, and a bound for the rounding of its coordinates.
    subroutine measure_motion(boxes, places, moved, rounding)
-      real(wp), intent(in) :: boxes(:, :), places(:, :)
+      real(wp), intent(in), contiguous :: boxes(:, :), places(:, :)
       real(wp), intent(out) :: moved, rounding
       integer :: i
       moved = 0
@@ -112,7 +112,7 @@ contains
 
    !> All pairs (i < j) whose boxes, widened by half the margin on each side, overlap; sorted by (i, j).
    pure subroutine find_close_pairs(boxes, margin, pairs, n_pairs, work)
-      real(wp), intent(in) :: boxes(:, :)             !! (4, n) xmin ymin xmax ymax
+      real(wp), intent(in), contiguous :: boxes(:, :)             !! (4, n) xmin ymin xmax ymax
       real(wp), intent(in) :: margin                  !! largest distance of interest
       integer, allocatable, intent(inout) :: pairs(:, :) !! (2, >= n_pairs)
       integer, intent(out) :: n_pairs
@@ -207,7 +207,8 @@ contains
 
    !> Cell size near the mean box, and at most about 4 cells per block.
    pure subroutine choose_cells(boxes, margin, low, high, cell, cells)
-      real(wp), intent(in) :: boxes(:, :), margin, low(2), high(2)
+      real(wp), intent(in), contiguous :: boxes(:, :)
+      real(wp), intent(in) :: margin, low(2), high(2)
       real(wp), intent(out) :: cell(2)
       integer, intent(out) :: cells(2)
       integer :: n
@@ -227,7 +228,8 @@ contains
    !> Width and height of a typical box, widened by the margin. Harmonic means: a few huge blocks (abutments) must not
    !> spoil it.
    pure function typical_size(boxes, margin) result(width)
-      real(wp), intent(in) :: boxes(:, :), margin
+      real(wp), intent(in), contiguous :: boxes(:, :)
+      real(wp), intent(in) :: margin
       real(wp) :: width(2)
       real(wp), parameter :: least = tiny(1.0_wp)*1.0e20_wp
       width = [size(boxes, 2)/sum(1/max(boxes(3, :) - boxes(1, :) + margin, least)), &

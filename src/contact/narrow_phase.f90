@@ -54,7 +54,7 @@ contains
                                limits, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
       real(wp), intent(in) :: box_a(4), box_b(4)      !! xmin ymin xmax ymax
-      real(wp), intent(in) :: vertices(:, :)          !! (2, nv) now
+      real(wp), intent(in), contiguous :: vertices(:, :)          !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines     !! of the vertices now
       type(contact_table_type), intent(in) :: previous !! last step's table
@@ -96,7 +96,7 @@ contains
    !> Is the vertex out of reach of the edge? Most pairs of a vertex and an edge are.
    pure logical function is_far(v, e, vertices, outlines, limits)
       integer, intent(in) :: v, e
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       real(wp) :: r(2), gap, s
@@ -111,7 +111,8 @@ contains
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
    pure subroutine collect_near(range, box, vertices, topology, reach, near, n_near, edges, n_edges)
       integer, intent(in) :: range(2)
-      real(wp), intent(in) :: box(4), vertices(:, :), reach
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      real(wp), intent(in) :: box(4), reach
       type(contact_topology_type), intent(in) :: topology
       integer, allocatable, intent(inout) :: near(:), edges(:)
       integer, intent(out) :: n_near, n_edges
@@ -148,7 +149,7 @@ contains
    !> Vertex-vertex contact of vertex a (block a) and vertex b (block b), close to each other.
    pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
       integer, intent(in) :: a, b
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(contact_table_type), intent(in) :: previous
@@ -273,7 +274,7 @@ contains
    pure subroutine try_edge(v, e, side, vertices, topology, outlines, limits, list)
       integer, intent(in) :: v, e
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
@@ -339,7 +340,8 @@ contains
 
    !> Does a point lie in the block that owns edge e? Crossings of the outline with the ray to the right.
    pure logical function is_inside(point, e, vertices, topology)
-      real(wp), intent(in) :: point(2), vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      real(wp), intent(in) :: point(2)
       integer, intent(in) :: e
       type(contact_topology_type), intent(in) :: topology
       real(wp) :: p(2), q(2)

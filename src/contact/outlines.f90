@@ -22,7 +22,7 @@ contains
    subroutine update(self, topology, vertices, sine)
       class(outlines_type), intent(inout) :: self
       type(contact_topology_type), intent(in) :: topology
-      real(wp), intent(in) :: vertices(:, :)   !! (2, nv)
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv)
       real(wp), intent(in) :: sine             !! of the angle tolerance
       real(wp) :: t(2), length
       integer :: v, nv

@@ -40,7 +40,7 @@ contains
       class(contact_search_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
-      real(wp), intent(in) :: vertices(:, :)               !! (2, nv) now
+      real(wp), intent(in), contiguous :: vertices(:, :)               !! (2, nv) now
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous     !! last step's table
       logical, intent(in) :: first_step                    !! touching contacts are born bonded
@@ -73,7 +73,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
@@ -146,7 +146,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in) :: vertices(:, :)
+      real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:), start(:)
@@ -184,7 +184,8 @@ contains
    !> Half the overlap of the edge with each edge at the vertex that lies face to face with it;
    !> zero for a lone vertex.
    pure real(wp) function contact_length(vertices, topology, v, e, t, length, limits)
-      real(wp), intent(in) :: vertices(:, :), t(2), length
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      real(wp), intent(in) :: t(2), length
       type(contact_topology_type), intent(in) :: topology
       integer, intent(in) :: v, e
       type(search_limits_type), intent(in) :: limits
