@@ -201,6 +201,8 @@ contains
       call line%real('output', writing%cpu)
       call line%integer('rounds', sim%record%open_close_iterations)
       call line%integer('attempts', sim%record%attempts)
+      call line%integer8('solves', sim%times%rounds - times_before%rounds)
+      call line%integer8('assembled', sim%times%assembled - times_before%assembled)
       call line%integer('iterations', sim%record%solver_iterations)
       call line%integer('contacts', sim%contacts%n)
       call line%integer('closed', sim%record%contacts(2) + sim%record%contacts(3))

@@ -9,13 +9,13 @@ from collections.abc import Callable
 
 from programs import Run
 
-COUNTS = ("rounds", "attempts", "iterations", "contacts", "closed", "sliding", "stored")
+COUNTS = ("rounds", "attempts", "solves", "assembled", "iterations", "contacts", "closed", "sliding", "stored")
 BYTES_PER_STORED_BLOCK = 36 * 8 + 4  # values in double precision and a column number
 
 
 def work_of(step: dict) -> int:
-    """Counted work of a step: block products of the solver, block products and contacts of the rounds."""
-    return step["iterations"] * step["stored"] + step["rounds"] * (step["stored"] + step["contacts"])
+    """Counted work of a step: block products of the solver, block products and contacts of each solve."""
+    return step["iterations"] * step["stored"] + step["solves"] * (step["stored"] + step["contacts"])
 
 
 def summarize(run: Run, repeats: list[dict]) -> dict:
@@ -68,6 +68,7 @@ def summarize(run: Run, repeats: list[dict]) -> dict:
     figures["seconds_per_round"] = sum(step["seconds"] for step in late) / sum(
         step["rounds"] * step["attempts"] for step in late
     )
+    figures["seconds_per_solve"] = sum(step["seconds"] for step in late) / sum(step["solves"] for step in late)
     figures["total_seconds"] = sum(step["seconds"] for step in steps)
     figures["n_steps"] = len(steps)
     figures["last_output"] = steps[-1]["output"]

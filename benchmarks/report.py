@@ -55,12 +55,13 @@ def print_report(results: dict) -> None:
         print(line)
 
     head = ["run (ms, one thread: CPU)", "blocks", "contacts", "first", "rounds", "settled", "rounds", "a round"]
-    rows = [[*head, "iterations", *GROUPS, "kB/block"]]
+    rows = [[*head, "solves", "iterations", *GROUPS, "kB/block"]]
     for run in results["runs"]:
         first, late = run["first"], run["settled"]
         phases = shares_of(run)
         cells = [run["name"], str(run["blocks"]), str(first["contacts"]), ms(first["seconds"]), str(first["rounds"])]
-        cells += [ms(late["seconds"]), f"{late['rounds']:g}", ms(run["seconds_per_round"]), f"{late['iterations']:g}"]
+        cells += [ms(late["seconds"]), f"{late['rounds']:g}", ms(run["seconds_per_round"])]
+        cells += [f"{late['solves']:g}", f"{late['iterations']:g}"]
         cells += [ms(phases[group]) if phases[group] > 0 else "-" for group in GROUPS]
         rows.append([*cells, f"{run['bytes_per_block'] / 1e3:.1f}"])
     print("\nSettled: median of the last third of the steps; phases: their mean there; output: of the last step.\n")
@@ -91,7 +92,7 @@ def print_report(results: dict) -> None:
             ours = next((run for run in results["runs"] if matches(run, row)), None)
             step = ours["first"] if ours else None
             cells = [str(row["size"]), f"{row['ratio']:g}", ms(row["seconds"]), f"{row['entries'] / 1e6:.1f}"]
-            cells.append(ms(step["phases"]["solve"] / step["rounds"]) if step and step["phases"] else "-")
+            cells.append(ms(step["phases"]["solve"] / step["solves"]) if step and step["phases"] else "-")
             rows.append(
                 [*cells, ("pcg" if step["iterations"] else "direct") if step else "-", f"{row['difference']:.1e}"]
             )
