@@ -105,7 +105,7 @@ contains
       integer :: i, m, phase, done
 
       ! residual of order one, in the variables of the splitting
-      norm = self%residual%norm(self%residual%r)
+      norm = self%residual%r_norm
       weight = 1/norm
       done = iterations
       alpha = 0

@@ -45,6 +45,7 @@ module rockdda_linear_residual
    type :: residual_type
       real(wp), allocatable :: factor(:, :, :)   !! (6, 6, n) Cholesky factors of the diagonal blocks
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
+      real(wp) :: r_norm = 0                     !! |r|
       real(wp), allocatable :: work(:, :)        !! (6, n)
       type(graph_type) :: graph                  !! of the matrix
       logical :: new_graph = .true.              !! it differs from the one of the system before
@@ -228,7 +229,8 @@ contains
       end do
       !$omp end do
       !$omp end parallel
-      relative = sqrt(sum(self%partial))/self%load_norm
+      self%r_norm = sqrt(sum(self%partial))
+      relative = self%r_norm/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)
    end subroutine evaluate
 
