@@ -77,11 +77,13 @@ def progress_bar(what: str, quiet: bool) -> Iterator[Callable[[int, int], None] 
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def open_results(path: Path, frame: int | None = None, field: str | None = None) -> Results:
-    """Open a results file, and see that it has the frame and field that are asked for."""
+def open_results(path: Path, frame: int | None = None, field: str | None = None, frames: bool = True) -> Results:
+    """Open a results file, and see that it has the frame and field that are asked for, and frames if needed."""
     results = Results(path)
+    if not frames:
+        return results
     if not results.n_frames:
-        raise InputError("there are no frames yet", path)
+        raise InputError("there are no frames in it" + ("" if results.complete else " yet"), path)
     if frame is not None and not -results.n_frames <= frame < results.n_frames:
         raise InputError(f"there are frames 0 to {results.n_frames - 1}, not {frame}", path)
     if field is not None and field not in FIELDS:
@@ -163,8 +165,9 @@ def plot_command(
         mpl.use("Agg")
     from . import plot
 
-    runs = [open_results(path, frame, field) for path in files]
-    if time is not None:
+    framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
+    runs = [open_results(path, frame, field, framed) for path in files]
+    if time is not None and framed:
         frame = runs[0].frame_at(time).index
     if interactive:
         plot.interactive(runs[0], field, frame, units=units)
@@ -185,7 +188,8 @@ def plot_command(
     else:
         axes = plot.plot(runs[0], explicit, frame, kind, **options)
     plot.save(axes, path, dpi)
-    tell(quiet, as_json, str(path), output=path, kind=kind, frame=runs[0].frames[frame].index)
+    shown = runs[0].frames[frame].index if framed else None
+    tell(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
 
 
 def _four_numbers(text: str) -> tuple[float, ...]:
@@ -316,7 +320,7 @@ def export_command(
     """
     from . import export
 
-    results = open_results(file)
+    results = open_results(file, frames=False)
     kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
     if output is not None and output.is_dir():
         output = output / f"{file.stem}.{kind or 'pvd'}"
@@ -326,6 +330,8 @@ def export_command(
         raise InputError(f"unknown format {form!r}; the formats are: pvd, vtu, csv, txt, dxf", path)
     if form in ("pvd", "vtu") and path.suffix.lower() != f".{form}":
         path = path.with_name(path.name + f".{form}")
+    if form != "csv" or table != "history":
+        open_results(file)  # frames are needed
     numbers = export.parse_frames(frames, results.n_frames)
     for number in numbers or ():
         if not -results.n_frames <= number < results.n_frames:
@@ -430,7 +436,7 @@ def compare_command(
     """
     from .compare import compare
 
-    a, b = open_results(first), open_results(second)
+    a, b = open_results(first, frames=False), open_results(second, frames=False)
     with progress_bar("tables", quiet or as_json) as bar:
         found = compare(a, b, tolerance, bar)
     if as_json:

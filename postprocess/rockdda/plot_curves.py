@@ -295,7 +295,7 @@ def iterations(
         panels[2].yaxis.set_major_locator(MaxNLocator(4, integer=True))
         _legend(panels[2])
         for panel in panels:
-            panel.set_xlim(step[0] if len(step) else 0, step[-1] if len(step) > 1 else 1)
+            panel.set_xlim(step[0] if len(step) > 1 else 0, step[-1] if len(step) > 1 else 2)
             panel.grid(color="#E4E4E4", lw=0.5)
         panels[0].set_title(results.title if title is None else title)
     return panels

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -213,3 +214,38 @@ def test_three_lines_do(flat_arch):
     results = rockdda.open(flat_arch)
     axes = results.plot("stress")
     assert axes.get_xlabel() == "x [length]"
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_runs_of_no_or_one_step(folder, capsys, program, steps):
+    command = [program, "run", ROOT / "inputs/incline", "-o", "short.h5", "--steps", str(steps), "--quiet"]
+    subprocess.run(command, check=True, capture_output=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for kind in ("history", "energy", "iterations", "profile", "displacements"):
+            assert run(capsys, "plot", "short.h5", "-k", kind, "--dpi", 40) == (0, f"short_{kind}.png\n", "")
+    assert run(capsys, "animate", "short.h5", "-o", "short.html")[0] == 0
+    assert run(capsys, "compare", "short.h5", "short.h5")[0] == 0
+
+
+def test_results_without_frames(folder, capsys, program):
+    (folder / "bare.nml").write_text("&output frames = .false. /\n")
+    command = [
+        program,
+        "run",
+        ROOT / "inputs/incline",
+        "-o",
+        "bare.h5",
+        "--steps",
+        "3",
+        "--quiet",
+        "--config",
+        "bare.nml",
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    assert run(capsys, "plot", "bare.h5", "-k", "energy", "--dpi", 40) == (0, "bare_energy.png\n", "")
+    assert run(capsys, "export", "bare.h5", "-o", "bare.csv") == (0, "bare.csv: 3 steps\n", "")
+    assert run(capsys, "compare", "bare.h5", "bare.h5")[0] == 0
+    for command in (["plot"], ["export"], ["export", "--table", "blocks", "-o", "b.csv"], ["animate"], ["view"]):
+        code, _, err = run(capsys, command[0], "bare.h5", *command[1:])
+        assert (code, err) == (2, "bare.h5: error: there are no frames in it\n")
