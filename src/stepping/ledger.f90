@@ -312,7 +312,7 @@ contains
       real(wp), intent(in) :: d(:, :)             !! (6, nb)
       real(wp), intent(out) :: fixed_force(:, :)  !! (2, nf) on the block
       real(wp), intent(inout) :: bolt_plastic(:)  !! (bolts) yielded elongation
-      real(wp) :: x0(2), x1(2), stored, lost, external, start_energy, end_energy, plastic, force, yielded
+      real(wp) :: x0(2), x1(2), pulled(2), stored, lost, external, start_energy, end_energy, plastic, force, yielded
       integer :: p, b, l
       fixed_force = 0
       do p = 1, blocks%fixed%n
@@ -326,8 +326,8 @@ contains
          x0 = state%fixed_position(:, p) - blocks%fixed%position(:, p) - loads%target_start(:, p)
          x1 = x0 + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
               - (loads%target_end(:, p) - loads%target_start(:, p))
-         call support_energy(parameters%fixed_stiffness, x0, x1, loads%target_end(:, p) - loads%target_start(:, p), &
-                             stored, lost, external)
+         pulled = loads%target_end(:, p) - loads%target_start(:, p)
+         call support_energy(parameters%fixed_stiffness, x0, x1, pulled, stored, lost, external)
          start_energy = 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
          call add(self, energy%geometry, start_energy - self%fixed_energy(p))
          self%fixed_energy(p) = start_energy + stored

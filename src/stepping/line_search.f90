@@ -14,6 +14,7 @@
 !> depends neither on units nor on the sizes of blocks. No solve is needed for it.
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_law, only : contact_law_type
@@ -39,6 +40,8 @@ module rockdda_stepping_line_search
       real(wp), allocatable :: stretch(:)           !! (bolts)
       real(wp), allocatable :: factor(:, :, :)      !! (6, 6, nb) Cholesky factors of K_ii
       real(wp), allocatable :: r(:, :)              !! (6, nb)
+      real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
+      real(wp), allocatable :: sums(:)              !! (pieces) of the norm
    contains
       procedure :: keep
       procedure :: search
@@ -78,15 +81,20 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, a
-      integer :: i, k
+      integer :: i, k, n_bad
       logical :: ok
 
       fraction = 1
-      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, equations%n_blocks), self%r(6, equations%n_blocks))
+      call make_room(self, equations)
+      n_bad = 0
+      !$omp parallel do default(none) shared(self, equations) private(i, ok) reduction(+:n_bad) schedule(static) &
+      !$omp if (equations%n_blocks > parallel_blocks)
       do i = 1, equations%n_blocks
          call factorize_block(equations%matrix%values(:, :, equations%matrix%row_start(i)), self%factor(:, :, i), ok)
-         if (.not. ok) return
+         if (.not. ok) n_bad = n_bad + 1
       end do
+      !$omp end parallel do
+      if (n_bad > 0) return
       at_start = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
       least = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
       if (least <= enough*at_start) return
@@ -123,46 +131,83 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp) :: gap, partner_gap, slip, normal, shear, force
       integer :: i, c, l, p
-      do i = 1, equations%n_blocks
-         self%r(:, i) = matmul(equations%block_matrix(:, :, i), self%x(:, i) + a*(equations%x(:, i) - self%x(:, i))) &
-                        - equations%block_load(:, i)
-      end do
+      !$omp parallel do default(none) private(c, gap, partner_gap, slip, normal, shear, p) schedule(static) &
+      !$omp shared(self, a, laws, settings, table, trial) if (table%n > parallel_contacts)
       do c = 1, table%n
          gap = self%gap(c) + a*(trial%gap(c) - self%gap(c))
          p = max(1, table%partner(c))
          partner_gap = self%gap(p) + a*(trial%gap(p) - self%gap(p))
          slip = self%slip(c) + a*(trial%slip(c) - self%slip(c))
          call trial%lawful_forces(table, laws, settings, c, gap, partner_gap, slip, normal, shear)
-         if (.not. abs(normal) + abs(shear) > 0) cycle
-         associate (i => equations%pair(1, c), j => equations%pair(2, c))
-            self%r(:, i) = self%r(:, i) - normal*equations%vector_a(:, 1, c) + shear*equations%vector_a(:, 2, c)
-            self%r(:, j) = self%r(:, j) - normal*equations%vector_b(:, 1, c) + shear*equations%vector_b(:, 2, c)
-         end associate
+         self%force(:, c) = [-normal, shear]
       end do
+      !$omp end parallel do
       do l = 1, blocks%bolts%n
-         c = table%n + l
          force = bolts%force(l) + blocks%bolts%stiffness(l)*(self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)))
          if (blocks%bolts%strength(l) > 0) force = max(-blocks%bolts%strength(l), min(blocks%bolts%strength(l), force))
-         associate (i => equations%pair(1, c), j => equations%pair(2, c))
-            if (i > 0) self%r(:, i) = self%r(:, i) + force*equations%vector_a(:, 1, c)
-            if (j > 0) self%r(:, j) = self%r(:, j) + force*equations%vector_b(:, 1, c)
-         end associate
+         self%force(:, table%n + l) = [force, 0.0_wp]
       end do
+      !$omp parallel do default(none) private(i) shared(self, a, equations) schedule(static) &
+      !$omp if (equations%n_blocks > parallel_blocks)
+      do i = 1, equations%n_blocks
+         call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, i))
+      end do
+      !$omp end parallel do
       measure = weighted_norm(self)
    end function measure
 
-   !> |r| in the measure of the module's head.
-   pure real(wp) function weighted_norm(self)
-      type(line_search_type), intent(in) :: self
-      real(wp) :: b(6)
-      integer :: i
-      weighted_norm = 0
-      do i = 1, size(self%r, 2)
-         b = self%r(:, i)
-         call solve_lower(self%factor(:, :, i), b)
-         weighted_norm = weighted_norm + dot_product(b, b)
+   !> Residual of one block: its own terms and the forces of its links, in the order of the table.
+   pure subroutine residual_of_block(i, a, equations, x, force, r)
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(in) :: x(6)                     !! motion that was kept
+      real(wp), intent(in), contiguous :: force(:, :)  !! (2, >= links)
+      real(wp), intent(out) :: r(6)
+      integer :: l, c, j
+      r = -equations%block_load(:, i)
+      do j = 1, 6
+         r = r + equations%block_matrix(:, j, i)*(x(j) + a*(equations%x(j, i) - x(j)))
       end do
-      weighted_norm = sqrt(weighted_norm)
+      do l = equations%start(i) + 1, equations%start(i + 1)
+         c = equations%incident(l)
+         if (c > 0) then
+            r = r + (force(1, c)*equations%vector_a(:, 1, c) + force(2, c)*equations%vector_a(:, 2, c))
+         else
+            r = r + (force(1, -c)*equations%vector_b(:, 1, -c) + force(2, -c)*equations%vector_b(:, 2, -c))
+         end if
+      end do
+   end subroutine residual_of_block
+
+   !> |r| in the measure of the module's head.
+   real(wp) function weighted_norm(self)
+      type(line_search_type), intent(inout) :: self
+      real(wp) :: b(6)
+      integer :: i, p
+      !$omp parallel do default(none) shared(self) private(i, p, b) schedule(static) &
+      !$omp if (size(self%r, 2) > parallel_blocks)
+      do p = 1, n_pieces(size(self%r, 2))
+         self%sums(p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, size(self%r, 2))
+            b = self%r(:, i)
+            call solve_lower(self%factor(:, :, i), b)
+            self%sums(p) = self%sums(p) + dot_product(b, b)
+         end do
+      end do
+      !$omp end parallel do
+      weighted_norm = sqrt(sum(self%sums))
    end function weighted_norm
+
+   !> Arrays for the present equations.
+   pure subroutine make_room(self, equations)
+      type(line_search_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, equations%n_blocks), self%r(6, equations%n_blocks), &
+                                                  self%sums(n_pieces(equations%n_blocks)))
+      if (allocated(self%force)) then
+         if (size(self%force, 2) < equations%n_links) deallocate (self%force)
+      end if
+      if (.not. allocated(self%force)) allocate (self%force(2, equations%n_links + equations%n_links/4))
+   end subroutine make_room
 
 end module rockdda_stepping_line_search

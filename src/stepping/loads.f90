@@ -78,7 +78,7 @@ contains
       real(wp), intent(inout) :: k(:, :, :)       !! (6, 6, nb)
       real(wp), intent(inout) :: f(:, :)          !! (6, nb)
       real(wp), intent(inout) :: magnitude(:, :)  !! (6, nb) of the contributions to f, summed up
-      real(wp) :: m(6, 6), before(6), base(2), force(2), factor, t_end, gravity
+      real(wp) :: m(6, 6), before(6), base(2), force(2), moved(2), factor, t_end, gravity
       integer :: i, p, b, material
 
       t_end = state%time + dt
@@ -132,9 +132,9 @@ contains
          if (released(p)) cycle
          b = blocks%fixed%block(p)
          before = f(:, b)
-         call add_point_spring(parameters%fixed_stiffness, state%fixed_position(:, p), state%centroid(:, b), &
-                               state%fixed_position(:, p) - blocks%fixed%position(:, p), loads%target_end(:, p), &
-                               k(:, :, b), f(:, b))
+         moved = state%fixed_position(:, p) - blocks%fixed%position(:, p)
+         call add_point_spring(parameters%fixed_stiffness, state%fixed_position(:, p), state%centroid(:, b), moved, &
+                               loads%target_end(:, p), k(:, :, b), f(:, b))
          magnitude(:, b) = magnitude(:, b) + abs(f(:, b) - before)
       end do
    end subroutine set_block_terms
