@@ -31,6 +31,8 @@ contains
       logical :: is_complete, ok
 
       run%start = wall_seconds()
+      ! there is a checkpoint already: a signal that comes while it is read ends the run in order too
+      call watch_signals()
       if (size(line%files) /= 1) then
          call make_error(error, error_code%input, "'rockdda resume' needs one checkpoint file; found "// &
                          to_string(size(line%files))//trim(merge(' file ', ' files', size(line%files) == 1))// &
@@ -53,7 +55,6 @@ contains
          if (.not. ok) exit_code = error_code%output
          return
       end if
-      call watch_signals()
       call run%reopen(messages, error)
       if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
