@@ -144,9 +144,10 @@ contains
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: c
       real(wp), intent(in) :: stiffness(2), force(2)
-      if (any(abs(stiffness - self%stiffness(:, c)) > 0)) then
+      ! what is not a number differs from everything: the solver shall see it
+      if (.not. all(abs(stiffness - self%stiffness(:, c)) <= 0)) then
          self%changed(c) = change%stiffness
-      else if (any(abs(force - self%force(:, c)) > 0)) then
+      else if (.not. all(abs(force - self%force(:, c)) <= 0)) then
          self%changed(c) = max(self%changed(c), change%force)
       end if
       self%stiffness(:, c) = stiffness
