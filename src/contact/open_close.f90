@@ -19,6 +19,7 @@
 !> otherwise change states for ever.
 module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_mixing, only : mixing_type
    use rockdda_contact_law, only : contact_law_type, shear_strength
@@ -90,48 +91,71 @@ contains
       end do
    end subroutine begin
 
-   !> Judge every contact by the predicted gap and slip of the last solve.
-   pure subroutine judge(self, table, laws, settings, n_changes, worst_friction)
+   !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
+   !> partner's state, which may be new already: these come after all others, in their order.
+   subroutine judge(self, table, laws, settings, n_changes, worst_friction)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(judge_settings_type), intent(in) :: settings
       integer, intent(out) :: n_changes               !! contacts whose state changed
       real(wp), intent(out) :: worst_friction         !! largest miss of a friction force used [force]
-      integer :: c, old, new
-      real(wp) :: limit
-      n_changes = 0
-      worst_friction = 0
+      real(wp) :: miss
+      integer :: c, n
+      n = 0
+      miss = 0
+      !$omp parallel do default(none) shared(self, table, laws, settings) private(c) schedule(static) &
+      !$omp reduction(+:n) reduction(max:miss) if (table%n > parallel_contacts)
       do c = 1, table%n
-         old = self%state(c)
-         self%state_used(c) = old
-         self%sign_used(c) = self%slip_sign(c)
-         self%friction_used(c) = self%friction(c)
-         if (old == contact_state%open) then
-            self%normal_force(c) = 0
-            call judge_open(self, table, laws, settings, c, new)
-         else
-            self%normal_force(c) = -settings%k_n*self%gap(c)
-            call judge_closed(self, table, laws, settings, c, new)
-         end if
-         self%state(c) = new
-         self%friction(c) = 0
-         self%miss(c) = 0
-         if (new == contact_state%sliding) then
-            limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
-            self%friction(c) = limit
-            if (old == contact_state%sliding) then
-               self%miss(c) = abs(limit - self%friction_used(c))
-               worst_friction = max(worst_friction, self%miss(c))
-            end if
-         end if
-         if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) cycle
-         self%changes(c) = self%changes(c) + 1
-         if (settings%peer .and. min(old, new) > 0) cycle
-         self%miss(c) = force_miss(self, table, settings, c)
-         n_changes = n_changes + 1
+         if (table%partner(c) == 0) call judge_contact(self, table, laws, settings, c, n, miss)
       end do
+      !$omp end parallel do
+      do c = 1, table%n
+         if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n, miss)
+      end do
+      n_changes = n
+      worst_friction = miss
    end subroutine judge
+
+   !> Judge one contact.
+   pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c
+      integer, intent(inout) :: n_changes
+      real(wp), intent(inout) :: worst_friction
+      integer :: old, new
+      real(wp) :: limit
+      old = self%state(c)
+      self%state_used(c) = old
+      self%sign_used(c) = self%slip_sign(c)
+      self%friction_used(c) = self%friction(c)
+      if (old == contact_state%open) then
+         self%normal_force(c) = 0
+         call judge_open(self, table, laws, settings, c, new)
+      else
+         self%normal_force(c) = -settings%k_n*self%gap(c)
+         call judge_closed(self, table, laws, settings, c, new)
+      end if
+      self%state(c) = new
+      self%friction(c) = 0
+      self%miss(c) = 0
+      if (new == contact_state%sliding) then
+         limit = strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., self%slip(c), settings)
+         self%friction(c) = limit
+         if (old == contact_state%sliding) then
+            self%miss(c) = abs(limit - self%friction_used(c))
+            worst_friction = max(worst_friction, self%miss(c))
+         end if
+      end if
+      if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) return
+      self%changes(c) = self%changes(c) + 1
+      if (settings%peer .and. min(old, new) > 0) return
+      self%miss(c) = force_miss(self, table, settings, c)
+      n_changes = n_changes + 1
+   end subroutine judge_contact
 
    !> Force by which a contact that changed its state in the last judgement departs from its law at the motion of the
    !> last solve: the force that it then had, against the one it should have had [force].
@@ -206,6 +230,7 @@ contains
                             settings) - value(c)
          worst = max(worst, abs(miss(c)))
       end do
+      if (.not. worst > 0) return
       call self%mixing%improve(value, miss)
       do c = 1, table%n
          if (self%state(c) == contact_state%sliding) self%friction(c) = max(0.0_wp, value(c))
