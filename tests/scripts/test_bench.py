@@ -77,7 +77,16 @@ def test_every_run_tells_where_its_time_went(figures):
     assert any(run["last_output"] > 0 for run in figures["runs"])
 
 
-@pytest.mark.parametrize("model", ["wall blocks=300 ratio=40", "roof blocks=200", "slope blocks=300", "tunnel"])
+@pytest.mark.parametrize(
+    "model",
+    [
+        "wall blocks=300 ratio=40",
+        "wall blocks=200 ratio=40 softness=50",
+        "roof blocks=200",
+        "slope blocks=300",
+        "tunnel",
+    ],
+)
 def test_a_solver_twice_as_accurate_changes_no_contact(build, figures, model):
     """The default tolerance is small enough: rounds and states of every step stay (`figures` has built the program)."""
     runs = []
