@@ -8,12 +8,13 @@
 !>     rho_i = e^T sum_j K_ij e / e^T K_ii e,    e = (1, 1, 0, 0, 0, 0),
 !>
 !> is the share of inertia in the block's stiffness. With rho their geometric mean the condition is about
-!> 1/rho, and PCG needs about 0.36 ln(1/reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
+!> 1/rho, and PCG needs about 0.36 ln(reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
 !> walls the factor is 0.32 to 0.41 for stiffness ratios from 1 to 100).
 !>
-!> That is where it starts. From then on the iterations that the last solves by PCG really needed count: warm-started
-!> ones are fewer. When the direct solver seems to be cheaper, PCG is tried first all the same, with as many iterations
-!> as cost no more than the direct solve; after a failure that is not repeated for a number of solves, which doubles.
+!> That is where it starts. From then on the iterations that solves by PCG really needed count. How far the residual
+!> has to come down is looked at when the direct solver seems to be cheaper: at rest the last solution is nearly good
+!> enough. And PCG is tried first all the same, with as many iterations as cost no more than the direct solve; after a
+!> failure that is not repeated for a number of solves, which doubles.
 !>
 !> Nothing but counts enters, and what is remembered is in `pack`: the same solve makes the same choice, on any machine
 !> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over. As long as
@@ -69,6 +70,8 @@ module rockdda_linear_auto
    !> PCG is tried against the count when it is expected to cost no more than this many direct solves.
    real(wp), parameter :: worth_a_try = 8
    integer, parameter :: longest_wait = 63
+   !> Solves that gain less than this share of all digits tell no more about the iterations for each.
+   real(wp), parameter :: least_share = 0.1_wp
    !> Blocks, about, at which the share of inertia is measured.
    integer, parameter :: sample = 500
    integer, parameter :: most_iterations = 10000
@@ -96,7 +99,7 @@ contains
          use_direct = self%direct_was_used
          granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       else
-         call choose(self, matrix, expected, use_direct, granted)
+         call choose(self, matrix, f, expected, x, use_direct, granted)
       end if
       self%values_id = matrix%values_id
       self%direct_was_used = use_direct
@@ -106,7 +109,8 @@ contains
          call self%pcg%solve(matrix, f, x, report, error)
          if (allocated(error)) return
          if (report%converged) then
-            self%correction = max(report%iterations/first_guess, forget*self%correction)
+            if (share_of_digits(self) >= least_share) self%correction = &
+               max(report%iterations/(first_guess*share_of_digits(self)), forget*self%correction)
             self%patience_lost = 0
          end if
          if (report%converged .or. matrix%n > self%direct_limit) then
@@ -127,13 +131,17 @@ contains
    end subroutine solve_auto
 
    !> Which solver, and how many iterations PCG may take.
-   subroutine choose(self, matrix, expected, use_direct, granted)
+   subroutine choose(self, matrix, f, expected, x, use_direct, granted)
       class(auto_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: expected      !! iterations of PCG
+      real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
+      real(wp), intent(in) :: expected                !! iterations of PCG for all digits
+      real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n) guess
       logical, intent(out) :: use_direct
       integer, intent(out) :: granted
       type(error_type), allocatable :: error
+      type(solve_report_type) :: report
+      logical :: done
       real(wp) :: work_pcg, work_direct, operations, fill, affordable
       use_direct = .false.
       granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
@@ -150,6 +158,14 @@ contains
       if (allocated(error)) return
       work_direct = per_operation*operations + per_fill*fill
       if (work_pcg <= work_direct) return
+      call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
+      if (done .or. allocated(error)) return
+      call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
+      self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%from_zero)
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + share_of_digits(self)*expected*per_iteration)
+      self%choice = 'pcg: about '//to_string(nint(min(share_of_digits(self)*expected, 1.0e9_wp)))// &
+                    ' iterations expected'
+      if (work_pcg <= work_direct) return
       affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/per_iteration
       if (self%waiting == 0 .and. work_pcg < worth_a_try*work_direct .and. affordable >= 1) then
          granted = nint(min(affordable, real(most_iterations, wp)))
@@ -160,6 +176,14 @@ contains
       self%waiting = max(0, self%waiting - 1)
       self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
    end subroutine choose
+
+   !> Digits that PCG has to gain from its first residual, over those from a residual of one.
+   pure real(wp) function share_of_digits(self) result(share)
+      class(auto_solver_type), intent(in) :: self
+      share = 0
+      if (self%pcg%first_residual > self%pcg%tolerance) &
+         share = min(1.0_wp, log(self%pcg%first_residual/self%pcg%tolerance)/log(1/self%pcg%tolerance))
+   end function share_of_digits
 
    !> Correction of the count, solves to wait, length of the last wait.
    pure subroutine pack_auto(self, memory)

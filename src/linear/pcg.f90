@@ -32,6 +32,7 @@ module rockdda_linear_pcg
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       integer :: max_iterations = 3000
       integer :: passes = 0                !! passes of the last solve
+      real(wp) :: first_residual = 0       !! relative residual that the last solve began with
       logical, private :: stale = .true.   !! the splitting is not that of the graph
       integer, private :: values_id = 0    !! matrix whose splitting is at hand, 0 none
       type(residual_type) :: residual
@@ -63,6 +64,7 @@ contains
       logical :: done
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
+      self%first_residual = 0
       self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
       call self%residual%evaluate(matrix, f, x, relative)
@@ -71,6 +73,7 @@ contains
          x = 0
          call self%residual%evaluate(matrix, f, x, relative)
       end if
+      self%first_residual = relative
       self%passes = 0
       if (relative > self%tolerance) then
          if (self%stale) then
