@@ -181,7 +181,10 @@ contains
       integer :: i
       associate (s => self%splitting)
          do i = s%group(m), s%group(m + 1) - 1
-            b = real(weight*matmul(s%scale(:, :, i), self%residual%r(:, s%order(i))), sp)
+            associate (g => s%scale(:, :, i), r => self%residual%r(:, s%order(i)))
+               b = real(weight*((g(:, 1)*r(1) + g(:, 2)*r(2)) + (g(:, 3)*r(3) + g(:, 4)*r(4)) &
+                                + (g(:, 5)*r(5) + g(:, 6)*r(6))), sp)
+            end associate
             if (s%has_sweeps) call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, &
                                                 s%before, self%r, b)
             self%r(:, i) = b
