@@ -171,8 +171,8 @@ contains
       do i = 1, self%n_blocks
          what = change%stiffness
          if (.not. self%all_changed) what = change_of_row(self, i)
-         if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), self%matrix%row_start(i + 1) - 1, &
-                                                         self)
+         if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), &
+                                                         self%matrix%row_start(i + 1) - 1, self)
          if (what /= change%none) call assemble_load(i, self)
          most = max(most, what)
       end do

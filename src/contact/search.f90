@@ -52,8 +52,8 @@ contains
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
       n_parts = merge(many_parts, 1, self%pairs%n > parallel_contacts)
-      !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) private(part) &
-      !$omp schedule(dynamic) if (n_parts > 1)
+      !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) &
+      !$omp private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          call search_part(part, n_parts, self%pairs, blocks, topology, self%outlines, vertices, limits, previous, &
                           self%history, self%found(part))

@@ -202,8 +202,9 @@ contains
    pure subroutine make_room(self, equations)
       type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, equations%n_blocks), self%r(6, equations%n_blocks), &
-                                                  self%sums(n_pieces(equations%n_blocks)))
+      integer :: n
+      n = equations%n_blocks
+      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, n), self%r(6, n), self%sums(n_pieces(n)))
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)
       end if
