@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .namelist import format_groups, format_real, parse_groups
+from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, MODEL_FILE, Session
 
 if TYPE_CHECKING:
     from .cutting import Blocks
@@ -112,6 +114,95 @@ class Model:
     _measured: list[tuple[float, float]] = field(default_factory=list, repr=False)
     _holes: list[tuple[float, float]] = field(default_factory=list, repr=False)
 
+    @classmethod
+    def read(cls, geometry: PathLike, analysis: PathLike | None = None, config: PathLike | None = None) -> Model:
+        """Read a model: a folder, or a geometry file with its analysis file and, if there is one, its options file.
+
+        Written and run, the model does the same as the files. A file of base motion that the options name stays
+        where it is.
+        """
+        session = Session()
+        session.read_files(geometry, analysis, config)
+        files = (session.text(MODEL_FILE), session.text(ANALYSIS_FILE), session.text(CONFIG_FILE))
+        if session.geometry_sizes()["lines"] == 0:
+            raise InputError("is a block file; a model is made of lines", files[0])
+        model = cls(Path(files[1]).stem)
+        model._take_geometry(session)
+        model._take_analysis(session)
+        model.options = parse_groups(session.text(CONFIG_TEXT))
+        load = model.options.get("load")
+        for group in [load] if isinstance(load, dict) else load or []:
+            if "base_acceleration" in group:
+                path = Path(files[2]).parent / group["base_acceleration"]
+                group["base_acceleration"] = os.path.abspath(path)  # noqa: PTH100
+        if session.analysis_sizes()["dialect"] == DIALECTS["peer"]:
+            # what goes without saying in this dialect
+            time = model.options.setdefault("time", {})
+            for group in [time] if isinstance(time, dict) else time[:1]:
+                given = {name for some in ([time] if isinstance(time, dict) else time) for name in some}
+                if "length_scale" not in given:
+                    group["length_scale"] = "largest"
+                if "dt_min" not in given:
+                    group["dt_min"] = 0.01 * float(_last(time, "dt_max", model.dt_max))
+        return model
+
+    def _take_geometry(self, session: Session) -> None:
+        """Take over lines and points from the other side."""
+        sizes = session.geometry_sizes()
+        names = "lines materials bolts fixed loading measured holes"
+        arrays = [array.tolist() for array in session.array("geometry", *(sizes[name] for name in names.split()))]
+        e0, lines, joints, material_lines, materials, bolts, values, fixed, loading, measured, holes = arrays
+        self.e0 = e0
+        for i, (line, joint) in enumerate(zip(lines, joints, strict=True)):
+            self.add_line(line[:2], line[2:], joint=joint, boundary=i < sizes["boundary"])
+        for line, material in zip(material_lines, materials, strict=True):
+            self.add_material_line(line[:2], line[2:], material=material)
+        for bolt, (stiffness, pretension, strength) in zip(bolts, values, strict=True):
+            self.add_bolt(bolt[:2], bolt[2:], stiffness=stiffness, pretension=pretension, strength=strength)
+        for line in fixed:
+            self.add_fixed(line[:2], line[2:])
+        for point in loading:
+            self.add_loading(point, table=())
+        for point in measured:
+            self.add_measured(point)
+        for point in holes:
+            self.add_hole(point)
+
+    def _take_analysis(self, session: Session) -> None:
+        """Take over materials, run control and tables."""
+        sizes = session.analysis_sizes()
+        self.steps = sizes["steps"]
+        names = "blocks joints tables rows"
+        arrays = session.array("analysis", *(sizes[name] for name in names.split()))
+        numbers, block_materials, joint_materials, table_sizes, rows = arrays
+        self.k01, self.displacement_ratio, self.dt_max, self.stiffness, self.sor_factor = numbers.tolist()
+        for m in block_materials.tolist():
+            self.block_materials.append(BlockMaterial(*m[:4], tuple(m[4:7]), tuple(m[7:10]), tuple(m[10:13])))
+        for m in joint_materials.tolist():
+            self.joint_materials.append(JointMaterial(*m))
+        tables = np.split(np.array(rows), np.cumsum(table_sizes)[:-1]) if sizes["tables"] else []
+        if not tables:
+            return
+        position, _, line = session.array("points", 1, session.sizes()["fixed"])
+        for place, table in zip(self._loading, tables[len(line) :], strict=True):
+            place.table = table
+        if all(place.ends[:2] == place.ends[2:] for place in self._fixed):
+            for place, table in zip(self._fixed, tables, strict=False):
+                place.table = table
+            return
+        # points of one fixed line that move differently become fixed points of their own, and so do all points when
+        # the lines of the file do not tell which fixed line they come from
+        owners = np.unique(line)
+        places: list[_Place] = []
+        for i, owner in enumerate(owners):
+            points = np.flatnonzero(line == owner)
+            alike = all(np.array_equal(tables[k], tables[points[0]]) for k in points)
+            if alike and len(owners) == len(self._fixed):
+                places.append(_Place(self._fixed[i].ends, tables[points[0]]))
+            else:
+                places += [_Place((*position[k], *position[k]), tables[k]) for k in points]
+        self._fixed = places
+
     # -- geometry ------------------------------------------------------------------------------------------------
 
     def add_line(self, start: Point, end: Point, *, joint: int = 1, boundary: bool = False) -> None:
@@ -206,7 +297,7 @@ class Model:
         """The geometry file (.dc)."""
         lines = self._ordered_lines()
         rows = [
-            f"{_real(self.e0)}  # minimum edge-node distance e0",
+            f"{format_real(self.e0)}  # minimum edge-node distance e0",
             f"{len(lines)} {sum(line.boundary for line in lines)}  # lines, of which boundary lines come first",
             f"{len(self._material_lines)}  # material lines",
             f"{len(self._bolts)}  # bolts",
@@ -226,13 +317,13 @@ class Model:
         """The analysis file (.df), in dialect g0. Fixed lines are cut first: each of their points needs its row."""
         tables = [*self._fixed_point_tables(), *(place.table for place in self._loading)]
         rows = [
-            f"{_real(self.k01)}  # k01: 0 static to 1 dynamic",
+            f"{format_real(self.k01)}  # k01: 0 static to 1 dynamic",
             f"{_number('steps', self.steps)}  # time steps",
             f"{len(self.block_materials)}  # block materials",
             f"{len(self.joint_materials)}  # joint materials",
-            f"{_real(self.displacement_ratio)}  # g2: allowed displacement ratio",
-            f"{_real(self.dt_max)}  # g1: largest time step",
-            f"{_real(self.stiffness)}  # g0: contact stiffness, 0 automatic",
+            f"{format_real(self.displacement_ratio)}  # g2: allowed displacement ratio",
+            f"{format_real(self.dt_max)}  # g1: largest time step",
+            f"{format_real(self.stiffness)}  # g0: contact stiffness, 0 automatic",
         ]
         rows += [f"{len(table)}  # rows of this point" for table in tables]
         rows += [_row(row) for table in tables for row in table.tolist()]
@@ -247,7 +338,7 @@ class Model:
         for joint in self.joint_materials:
             numbers = (joint.friction_angle, joint.cohesion, joint.tension)
             rows.append(f"{_row(numbers)}  # friction angle, cohesion, tension")
-        rows.append(f"{_real(self.sor_factor)}  # SOR factor")
+        rows.append(f"{format_real(self.sor_factor)}  # SOR factor")
         return "\n".join(rows) + "\n"
 
     def options_text(self) -> str:
@@ -257,15 +348,11 @@ class Model:
             load = dict(groups.get("load", {}))
             load["base_acceleration"] = f"{self.name}.csv"
             groups["load"] = load
-        return "".join(
-            _group(name, entries)
-            for name, value in groups.items()
-            for entries in ([value] if isinstance(value, Mapping) else value)
-        )
+        return format_groups(groups)
 
     def _motion_text(self) -> str:
         rows = _table(self.base_acceleration if self.base_acceleration is not None else ())
-        return "\n".join(["t,ax,ay", *(",".join(_real(x) for x in row) for row in rows.tolist())]) + "\n"
+        return "\n".join(["t,ax,ay", *(",".join(format_real(x) for x in row) for row in rows.tolist())]) + "\n"
 
     def _fixed_point_tables(self) -> list[FloatArray]:
         """The table of each fixed point: points take that of their line."""
@@ -325,16 +412,15 @@ class Model:
         return Simulation(self, **options)
 
 
-def _real(value: float) -> str:
-    """The shortest text that reads back exactly."""
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"expected a finite number, found {number}")
-    return repr(number)
-
-
 def _row(values: Sequence[float]) -> str:
-    return " ".join(_real(value) for value in values)
+    return " ".join(format_real(value) for value in values)
+
+
+def _last(groups: Any, name: str, default: Any) -> Any:
+    """The value of a name in one or several groups."""
+    for group in [groups] if isinstance(groups, Mapping) else groups:
+        default = group.get(name, default)
+    return default
 
 
 def _ends(*points: Point) -> tuple[Any, ...]:
@@ -361,21 +447,3 @@ def _table(rows: Table) -> FloatArray:
     if table.ndim != 2 or table.shape[1] != 3:
         raise InputError(f"table: expected an array of shape (m, 3), rows t x y, found {table.shape}")
     return table
-
-
-def _group(name: str, entries: Mapping[str, Any]) -> str:
-    """One group of an options file."""
-    rows = [f"&{name}", *(f"   {key} = {_value(value)}" for key, value in entries.items()), "/"]
-    return "\n".join(rows) + "\n"
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, bool | np.bool_):
-        return ".true." if value else ".false."
-    if isinstance(value, str | os.PathLike):
-        return "'" + os.fspath(value).replace("'", "''") + "'"
-    if isinstance(value, int | np.integer):
-        return str(int(value))
-    if isinstance(value, float | np.floating):
-        return _real(float(value))
-    return ", ".join(_value(item) for item in np.asarray(value).ravel().tolist())

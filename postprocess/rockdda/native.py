@@ -24,6 +24,7 @@ SEVERITIES = {1: "note", 2: "warning", 3: "error"}
 DIALECTS = {None: 0, "auto": 0, "peer": 1, "g0": 2}
 # texts that can be asked for
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
+MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT = range(10, 14)
 # as many messages as the program shows
 MOST_SHOWN = 50
 
@@ -60,6 +61,7 @@ class Session:
     def __init__(self) -> None:
         self._api = _api()
         self.handle = int(self._api.create())
+        self._told = 0  # messages
         self._end = weakref.finalize(self, self._api.destroy, self.handle)
 
     def free(self) -> None:
@@ -107,8 +109,10 @@ class Session:
         raise RockddaError(f"internal error, please report it: {failure or f'status {status}'}")
 
     def warn(self) -> None:
-        """Turn warnings about the input into Python's."""
-        for problem, text in self.messages():
+        """Turn warnings that have come up since the last time into Python's."""
+        messages = self.messages()
+        fresh, self._told = messages[self._told :], len(messages)
+        for problem, text in fresh:
             if problem.severity == "warning":
                 warnings.warn(text, InputWarning, stacklevel=_stack_level())
 
@@ -212,6 +216,16 @@ class Session:
         )
         return dict(zip(names.split(), (int(n) for n in self._api.sizes(self.handle)), strict=True))
 
+    def geometry_sizes(self) -> dict[str, int]:
+        """Numbers of things in the geometry."""
+        names = ["lines", "boundary", "materials", "bolts", "fixed", "loading", "measured", "holes", "sets"]
+        return dict(zip(names, (int(n) for n in self._api.geometry_sizes(self.handle)), strict=True))
+
+    def analysis_sizes(self) -> dict[str, int]:
+        """Numbers of things in the analysis."""
+        names = ["blocks", "joints", "tables", "rows", "steps", "dialect"]
+        return dict(zip(names, (int(n) for n in self._api.analysis_sizes(self.handle)), strict=True))
+
     def facts(self) -> dict[str, float]:
         """Numbers by name; energies by their own names."""
         names = ["time", "dt", "fraction", "block_area", "hole_area", "enclosed_area"]
@@ -221,7 +235,7 @@ class Session:
     def array(self, what: str, *arguments: int) -> list[npt.NDArray[Any]]:
         """Arrays of one of the procedures that give some; the first axis counts blocks, vertices, points, …"""
         found = getattr(self._api, what)(self.handle, *arguments)
-        arrays = list(found) if isinstance(found, tuple) else [found]
+        arrays = [np.asarray(array) for array in (found if isinstance(found, tuple) else (found,))]
         for i, array in enumerate(arrays):
             arrays[i] = array.T.astype(np.int64) if array.dtype.kind == "i" else array.T
             arrays[i].flags.writeable = False

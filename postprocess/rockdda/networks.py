@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from .cutting import Blocks
 from .errors import InputError, Problem
-from .model import Model, _group
+from .model import Model
+from .namelist import format_groups
 from .native import Session
 
 __all__ = ["JointSetReport", "Network", "lines"]
@@ -45,10 +46,9 @@ class Network:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        n, boundary, n_material, n_fixed, n_loading, n_measured, n_holes, n_sets = map(
-            int, session.array("network_sizes")[0]
-        )
-        arrays: list[Any] = session.array("network", n, n_material, n_fixed, n_loading, n_measured, n_holes)
+        sizes = session.geometry_sizes()
+        names = "lines materials bolts fixed loading measured holes"
+        arrays: list[Any] = session.array("geometry", *(sizes[name] for name in names.split()))
         #: (n, 4) rows x1 y1 x2 y2; the boundary lines come first [length]
         self.lines: FloatArray
         #: (n,) joint material of each line, from 1
@@ -62,10 +62,10 @@ class Network:
         self.loading: FloatArray
         self.measured: FloatArray
         self.holes: FloatArray
-        self.lines, self.joint, self.material_lines, self.block_material = arrays[:4]
-        self.fixed, self.loading, self.measured, self.holes = arrays[4:]
-        self.n_boundary = boundary
-        values, sets = session.array("network_facts", n_sets)
+        self.lines, self.joint, self.material_lines, self.block_material = arrays[1:5]
+        self.fixed, self.loading, self.measured, self.holes = arrays[7:]
+        self.n_boundary = sizes["boundary"]
+        values, sets = session.array("network_facts", sizes["sets"])
         self.e0, self.rock_area = map(float, values)
         #: what was drawn, set by set
         self.sets: list[JointSetReport] = [_report(row) for row in sets.tolist()]
@@ -128,7 +128,7 @@ def lines(
     session = Session()
     number = None if seed is None else int(seed)
     if isinstance(statistics, Mapping):
-        session.draw_text("statistics", _text(statistics), number)
+        session.draw_text("statistics", format_groups(statistics), number)
     else:
         session.draw_file(statistics, number)
     session.warn()
@@ -136,17 +136,6 @@ def lines(
     if output is not None:
         network.write(output)
     return network
-
-
-def _text(groups: Mapping[str, Any]) -> str:
-    """The groups as a joint statistics file."""
-    text = ""
-    for name, entries in groups.items():
-        listed = [entries] if isinstance(entries, Mapping) else entries
-        if not isinstance(listed, Sequence) or not all(isinstance(entry, Mapping) for entry in listed):
-            raise InputError(f"{name}: expected a mapping of names to values, or a list of them, found {entries!r}")
-        text += "".join(_group(name, entry) for entry in listed)
-    return text
 
 
 def _report(row: list[float]) -> JointSetReport:

@@ -104,6 +104,7 @@ def run(
         except BaseException as error:
             session.finish(f"stopped by {type(error).__name__}")
             raise
+    session.warn()
     session.free()
     return open_results(path)
 

@@ -13,6 +13,7 @@ module rockdda_python_api
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_code, make_error
    use rockdda_base_version, only : version, build_description
+   use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : point_set_type
    use rockdda_model_state, only : n_energies, energy_names
    use rockdda_lines_generate, only : generate_lines
@@ -26,7 +27,8 @@ module rockdda_python_api
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
-   public :: draw_file, draw_text, write_network, network_sizes, network, network_facts
+   public :: draw_file, draw_text, write_network, network_facts
+   public :: geometry_sizes, geometry, analysis_sizes, analysis
    public :: create, destroy, request, read_files, read_texts, cut_file, cut_text, write_blocks
    public :: start, advance, finish, sizes, facts, blocks, points, bolts, state, contacts, text_size, get_text
 
@@ -217,52 +219,130 @@ contains
       status = session%status()
    end subroutine write_network
 
-   !> Sizes of what was drawn: lines, boundary lines among them, material lines, fixed lines, loading, measured and hole
-   !> points, joint sets.
-   subroutine network_sizes(handle, values)
+   !> Sizes of the geometry: lines, boundary lines, material lines, bolts, fixed lines, loading, measured and hole
+   !> points, joint sets that were drawn; all 0 when there is no geometry.
+   subroutine geometry_sizes(handle, values)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(out) :: values(8)
+      integer(c_int), intent(out) :: values(9)
       type(session_type), pointer :: session
       call get_session(handle, session)
       values = 0
       associate (g => session%input%geometry)
-         if (.not. allocated(g%lines)) return
-         values = [size(g%line_joint), g%n_boundary, size(g%line_material), size(g%fixed_lines, 2), &
-                   size(g%loading_points, 2), size(g%measured_points, 2), size(g%hole_points, 2), &
-                   size(session%drawn%sets)]
+         if (.not. allocated(g%line_joint)) return
+         values(1:8) = [size(g%line_joint), g%n_boundary, size(g%line_material), size(g%bolts, 2), &
+                        size(g%fixed_lines, 2), size(g%loading_points, 2), size(g%measured_points, 2), &
+                        size(g%hole_points, 2)]
+         if (allocated(session%drawn%sets)) values(9) = size(session%drawn%sets)
       end associate
-   end subroutine network_sizes
+   end subroutine geometry_sizes
 
-   !> What was drawn, as a geometry file holds it.
-   subroutine network(handle, n, n_material, n_fixed, n_loading, n_measured, n_holes, lines, joint, material_lines, &
-                      block_material, fixed, loading, measured, holes)
+   !> The geometry before cutting; sizes as `geometry_sizes` says.
+   subroutine geometry(handle, n_lines, n_materials, n_bolts, n_fixed, n_loading, n_measured, n_holes, e0, lines, &
+                       line_joint, material_lines, line_material, bolt_ends, bolt_values, fixed, loading, measured, &
+                       holes)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: n, n_material, n_fixed, n_loading, n_measured, n_holes !! as `network_sizes` says
-      real(c_double), intent(out) :: lines(4, n)
-      integer(c_int), intent(out) :: joint(n)
-      real(c_double), intent(out) :: material_lines(4, n_material)
-      integer(c_int), intent(out) :: block_material(n_material)
-      real(c_double), intent(out) :: fixed(4, n_fixed), loading(2, n_loading), measured(2, n_measured), holes(2, n_holes)
+      integer(c_int), intent(in) :: n_lines, n_materials, n_bolts, n_fixed, n_loading, n_measured, n_holes
+      real(c_double), intent(out) :: e0
+      real(c_double), intent(out) :: lines(4, n_lines), material_lines(4, n_materials), bolt_ends(4, n_bolts)
+      integer(c_int), intent(out) :: line_joint(n_lines), line_material(n_materials)
+      real(c_double), intent(out) :: bolt_values(3, n_bolts)    !! stiffness, pretension, strength
+      real(c_double), intent(out) :: fixed(4, n_fixed), loading(2, n_loading), measured(2, n_measured)
+      real(c_double), intent(out) :: holes(2, n_holes)
       type(session_type), pointer :: session
-      if (n == 0) return
       call get_session(handle, session)
       associate (g => session%input%geometry)
+         e0 = g%edge_node_distance
          lines = g%lines
-         joint = g%line_joint
+         line_joint = g%line_joint
          material_lines = g%material_lines
-         block_material = g%line_material
+         line_material = g%line_material
+         bolt_ends = g%bolts
+         bolt_values = g%bolt_values
          fixed = g%fixed_lines
          loading = g%loading_points
          measured = g%measured_points
          holes = g%hole_points
       end associate
-   end subroutine network
+   end subroutine geometry
+
+   !> Sizes of the analysis: block materials, joint materials, points with tables, rows of all tables; number of
+   !> steps; dialect.
+   subroutine analysis_sizes(handle, values)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(out) :: values(6)
+      type(session_type), pointer :: session
+      integer :: i
+      call get_session(handle, session)
+      values = 0
+      associate (a => session%input%analysis)
+         if (.not. allocated(a%block_materials)) return
+         values = [size(a%block_materials), size(a%joint_materials), 0, 0, a%n_steps, a%dialect]
+         if (allocated(a%fixed_tables)) then
+            do i = 1, size(a%fixed_tables)
+               values(3:4) = values(3:4) + [1, size(a%fixed_tables(i)%rows, 2)]
+            end do
+         end if
+         if (allocated(a%loading_tables)) then
+            do i = 1, size(a%loading_tables)
+               values(3:4) = values(3:4) + [1, size(a%loading_tables(i)%rows, 2)]
+            end do
+         end if
+      end associate
+   end subroutine analysis_sizes
+
+   !> The analysis; sizes as `analysis_sizes` says. Tables of fixed points come before those of loading points.
+   subroutine analysis(handle, n_blocks, n_joints, n_tables, n_rows, numbers, block_materials, joint_materials, &
+                       table_size, rows)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(in) :: n_blocks, n_joints, n_tables, n_rows
+      real(c_double), intent(out) :: numbers(5)                 !! k01, g2, g1, g0, SOR factor
+      real(c_double), intent(out) :: block_materials(13, n_blocks), joint_materials(3, n_joints)
+      integer(c_int), intent(out) :: table_size(n_tables)
+      real(c_double), intent(out) :: rows(3, n_rows)            !! t x y
+      type(session_type), pointer :: session
+      integer :: i, table, row
+      call get_session(handle, session)
+      associate (a => session%input%analysis)
+         numbers = [a%k01, a%displacement_ratio, a%dt_max, a%stiffness, a%sor_factor]
+         do i = 1, n_blocks
+            associate (m => a%block_materials(i))
+               block_materials(:, i) = [m%density, m%weight, m%youngs_modulus, m%poisson_ratio, m%stress, &
+                                        m%stress_gradient, m%velocity]
+            end associate
+         end do
+         do i = 1, n_joints
+            associate (m => a%joint_materials(i))
+               joint_materials(:, i) = [m%friction_angle, m%cohesion, m%tension]
+            end associate
+         end do
+         table = 0
+         row = 0
+         if (allocated(a%fixed_tables)) call copy(a%fixed_tables)
+         if (allocated(a%loading_tables)) call copy(a%loading_tables)
+      end associate
+
+   contains
+
+      !> The tables of one kind of points.
+      subroutine copy(tables)
+         type(time_table_type), intent(in) :: tables(:)
+         integer :: k, n
+         do k = 1, size(tables)
+            n = size(tables(k)%rows, 2)
+            table = table + 1
+            table_size(table) = n
+            rows(:, row + 1:row + n) = tables(k)%rows
+            row = row + n
+         end do
+      end subroutine copy
+
+   end subroutine analysis
 
    !> Numbers of what was drawn: edge-node distance and area of the rock; and for each joint set: lines, traces, whole
    !> traces, traces and bridges in the statistics, mean and deviation of spacing, trace and bridge, length of all traces.
    subroutine network_facts(handle, n_sets, values, sets)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: n_sets                      !! as `network_sizes` says
+      integer(c_int), intent(in) :: n_sets                      !! as `geometry_sizes` says
       real(c_double), intent(out) :: values(2)
       real(c_double), intent(out) :: sets(12, n_sets)
       type(session_type), pointer :: session
@@ -463,7 +543,8 @@ contains
 
    !> Prepare a text to be fetched, and tell its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
-   !> 9 names of the energies, one on each line.
+   !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file, 13 what
+   !> the options file says.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which
@@ -482,6 +563,10 @@ contains
          case (6); if (allocated(s%input%parameters%title)) s%text = s%input%parameters%title
          case (7); s%text = version
          case (8); s%text = build_description()
+         case (10); if (allocated(s%input%model_file)) s%text = s%input%model_file
+         case (11); if (allocated(s%input%analysis_file)) s%text = s%input%analysis_file
+         case (12); if (allocated(s%input%config_file)) s%text = s%input%config_file
+         case (13); if (allocated(s%input%config_text)) s%text = s%input%config_text
          case default
             do i = 1, n_energies
                s%text = s%text//trim(energy_names(i))//new_line('a')

@@ -8,7 +8,7 @@ module rockdda_python_session
    use, intrinsic :: iso_c_binding, only : c_int64_t, c_intptr_t, c_ptr, c_loc, c_f_pointer
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type
+   use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_lines_generate, only : lines_report_type
    use rockdda_model_options, only : is_set
@@ -120,6 +120,7 @@ contains
             self%run%reason = 'output: '//first_line(self%error%message)
             exit
          end if
+         if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
          n_done = n_done + 1
          if (wall_seconds() >= deadline) exit
       end do

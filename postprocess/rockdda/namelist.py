@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Namelist files (options, joint statistics) from and to Python values."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .errors import InputError
+
+__all__ = ["format_groups", "format_real", "parse_groups"]
+
+# Names whose values add up when they are given several times in a group.
+CUMULATIVE = ("harmonic",)
+
+_TOKEN = re.compile(
+    r"""\s+ | [!\#][^\n]*                  # blanks and comments
+    | (?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")
+    | &(?P<group>\w+) | (?P<end>/) | (?P<equals>=) | ,
+    | (?P<word>[^\s,=/&'"!\#]+)""",
+    re.VERBOSE,
+)
+
+
+def format_real(value: float) -> str:
+    """The shortest text that reads back exactly."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(f"expected a finite number, found {number}")
+    return repr(number)
+
+
+def format_groups(groups: Mapping[str, Any]) -> str:
+    """{"run": {"t_end": 2.0}, "stage": [{…}, {…}]} as namelist text; empty groups are left out."""
+    parts = []
+    for name, value in groups.items():
+        for entries in [value] if isinstance(value, Mapping) or not isinstance(value, list | tuple) else value:
+            if not isinstance(entries, Mapping):
+                raise InputError(f"group {name}: expected a mapping of names to values, found {entries!r}")
+            if entries:
+                rows = [f"&{name}", *(f"   {key} = {_format(entry)}" for key, entry in entries.items()), "/"]
+                parts.append("\n".join(rows) + "\n")
+    return "".join(parts)
+
+
+def _format(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return ".true." if value else ".false."
+    if isinstance(value, str | os.PathLike):
+        return "'" + os.fspath(value).replace("'", "''") + "'"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return format_real(float(value))
+    if isinstance(value, list | tuple | np.ndarray):
+        return ", ".join(_format(item) for item in value)
+    raise InputError(f"expected a number, text, or a list of them, found {value!r}")
+
+
+def parse_groups(text: str) -> dict[str, Any]:
+    """Namelist text that the program has accepted. A group that comes once is a dictionary, else a list of them."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    group: dict[str, list[Any]] = {}
+    name = ""
+    tokens = [match for match in _TOKEN.finditer(text.replace("\r", "")) if match.lastgroup]
+    for i, token in enumerate(tokens):
+        following = tokens[i + 1].lastgroup if i + 1 < len(tokens) else None
+        if token["group"]:
+            group, name = {}, ""
+            found.setdefault(token["group"].lower(), []).append(group)
+        elif token["word"] and following == "equals":
+            name = token["word"].lower()
+            if name not in CUMULATIVE or name not in group:
+                group[name] = []
+        elif token["text"]:
+            quote = token["text"][0]
+            group[name].append(token["text"][1:-1].replace(2 * quote, quote))
+        elif token["word"]:
+            count, _, word = token["word"].rpartition("*")
+            group[name] += [_value(word)] * int(count or 1)
+    plain = {key: [{n: _one_or_all(v) for n, v in entries.items()} for entries in all_] for key, all_ in found.items()}
+    return {key: groups[0] if len(groups) == 1 else groups for key, groups in plain.items()}
+
+
+def _one_or_all(values: list[Any]) -> Any:
+    return values[0] if len(values) == 1 else values
+
+
+def _value(word: str) -> Any:
+    lower = word.lower()
+    if re.fullmatch(r"\.?t(rue)?\.?", lower):
+        return True
+    if re.fullmatch(r"\.?f(a[l]se)?\.?", lower):
+        return False
+    try:
+        return int(word)
+    except ValueError:
+        pass
+    try:
+        return float(lower.replace("d", "e"))
+    except ValueError:
+        return word
