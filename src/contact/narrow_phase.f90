@@ -332,7 +332,8 @@ contains
          gap2 = dot_product(r2, n2)
          if (gap2 <= gap .or. gap2 > limits%reach) return
          s2 = dot_product(r2, t2)
-         if (s2 < 0 .or. s2 > outlines%length(other)) return
+         ! a corner that touches the end of that edge may lie beyond it by an overlap
+         if (s2 < -limits%zone .or. s2 > outlines%length(other) + limits%zone) return
          neighbour_decides = is_outside(in_v, out_v, n2, limits)
       end function neighbour_decides
 
