@@ -24,6 +24,7 @@ module rockdda_stepping_simulation
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
+   use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
       predict_contacts, judge_bolts
@@ -33,15 +34,6 @@ module rockdda_stepping_simulation
    implicit none
    private
    public :: simulation_type
-
-   !> Results of one attempt at a step.
-   type :: attempt_enum
-      integer :: converged = 1
-      integer :: not_converged = 2   !! states still change after the last round
-      integer :: too_far = 3         !! a vertex moved further than the search looked
-      integer :: no_solution = 4     !! the solver failed or did not converge
-   end type attempt_enum
-   type(attempt_enum), parameter :: attempt = attempt_enum()
 
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
    real(wp), parameter :: friction_tolerance = 1.0e-5_wp
@@ -95,7 +87,6 @@ module rockdda_stepping_simulation
       procedure, private :: solve_round
       procedure, private :: settle_friction
       procedure, private :: accept
-      procedure, private :: failure
    end type simulation_type
 
 contains
@@ -166,6 +157,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: dt, wanted, reach, displacement, limit
       integer :: outcome, attempts, rounds, iterations
+      logical :: at_floor
       character(len=:), allocatable :: detail
 
       call self%times%start()
@@ -184,27 +176,29 @@ contains
             call add_context(error, 'step '//to_string(self%state%step + 1))
             return
          end if
-         select case (outcome)
-         case (1) ! converged
-            if (displacement <= limit .or. dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) exit
-            dt = cut_for_displacement(self%parameters, dt, displacement)
-         case (3) ! further than the search looked
-            if (displacement > limit .and. dt > self%parameters%dt_min*(1 + 1.0e-12_wp)) then
+         at_floor = dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)
+         if (outcome == attempt%converged .or. outcome == attempt%search_again) then
+            if (displacement > limit .and. .not. at_floor) then
                dt = cut_for_displacement(self%parameters, dt, displacement)
                cycle
+            else if (displacement > max(limit, self%parameters%w0)) then
+               outcome = attempt%thrown
+            else if (outcome == attempt%converged) then
+               exit
+            else
+               ! a step that may be: look further, and begin again
+               reach = max(2*reach, quantised(2.5_wp*displacement, self%parameters%w0))
+               call self%prepare_contacts(reach)
+               attempts = attempts - 1
+               cycle
             end if
-            ! a step that may be: look further, and begin again
-            reach = max(2*reach, quantised(2.5_wp*displacement, self%parameters%w0))
-            call self%prepare_contacts(reach)
-            attempts = attempts - 1
-            cycle
-         case default
-            if (dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)) then
-               call self%failure(outcome, dt, detail, error)
-               return
-            end if
-            dt = max(self%parameters%dt_min, self%parameters%cut_factor*dt)
-         end select
+         end if
+         if (at_floor) then
+            call report_failure(outcome, dt, detail, self%blocks, self%parameters, self%state, self%table, &
+                                self%trial, self%equations%x, error)
+            return
+         end if
+         dt = max(self%parameters%dt_min, self%parameters%cut_factor*dt)
       end do
       call self%times%lap(phase%other)
       call self%accept(dt, abs(dt - wanted) > 0 .and. attempts == 1, displacement)
@@ -294,8 +288,8 @@ contains
       character(len=:), allocatable, intent(out) :: detail
       type(error_type), allocatable, intent(out) :: error
       type(judge_settings_type) :: settings
-      integer :: n_changes, n_bolts, n_unsettled
-      real(wp) :: worst_friction, fraction
+      integer :: n_changes, n_bolts, n_unsettled, ruined
+      real(wp) :: worst_friction, fraction, factor
       logical :: solved
 
       settings%k_n = self%parameters%normal_stiffness
@@ -344,8 +338,13 @@ contains
       rounds = min(rounds, self%parameters%max_open_close)
       displacement = largest_displacement(self%blocks, self%state, self%equations%x)
       ! only a motion that would be accepted asks for a wider search: in earlier rounds blocks may be loose
-      if (outcome == attempt%converged .and. 2*displacement > reach .and. &
-          displacement <= 1.0e3_wp*self%parameters%w0) outcome = attempt%too_far
+      if (outcome /= attempt%converged) return
+      call find_ruined_block(self%blocks, self%parameters, self%state, self%equations%x, ruined, factor)
+      if (ruined > 0) then
+         outcome = attempt%ruined
+      else if (2*displacement > reach .and. displacement <= 1.0e3_wp*self%parameters%w0) then
+         outcome = attempt%search_again
+      end if
    end subroutine try_step
 
    !> Solve the equations with the present states and friction forces, and predict the motion of all contacts.
@@ -537,36 +536,5 @@ contains
          end if
       end do
    end subroutine attach_line_loads
-
-   !> Why the run cannot go on: the step, and the contacts that flipped most often or the solver's reason.
-   subroutine failure(self, outcome, dt, detail, error)
-      class(simulation_type), intent(in) :: self
-      integer, intent(in) :: outcome
-      real(wp), intent(in) :: dt
-      character(len=*), intent(in) :: detail
-      type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: text
-      logical, allocatable :: told(:)
-      integer :: k, c
-      text = 'step '//to_string(self%state%step + 1)//' at time '//to_string(self%state%time)// &
-             ' cannot be solved with the smallest time step '//to_string(dt)//': '
-      if (outcome == attempt%no_solution) then
-         text = text//detail
-      else
-         text = text//'contacts still change after '//to_string(self%parameters%max_open_close)// &
-                ' open-close rounds. Those that changed most often:'
-         allocate (told(self%table%n), source=.false.)
-         do k = 1, min(5, self%table%n)
-            c = maxloc(self%trial%changes(1:self%table%n), dim=1, mask=.not. told)
-            told(c) = .true.
-            if (self%trial%changes(c) == 0) exit
-            text = text//new_line('a')//'  block '//to_string(self%table%block_a(c))//' against block '// &
-                   to_string(self%table%block_b(c))//' at ('//to_string(self%table%point(1, c))//', '// &
-                   to_string(self%table%point(2, c))//'): '//to_string(self%trial%changes(c))//' changes'
-         end do
-         text = text//new_line('a')//'A smaller dt_min, a larger max_open_close or a lower contact stiffness may help.'
-      end if
-      call make_error(error, error_code%computation, text)
-   end subroutine failure
 
 end module rockdda_stepping_simulation

@@ -1,0 +1,268 @@
+! SPDX-License-Identifier: MIT
+!> When a step cannot be done: what went wrong, where, and what the case deserves.
+!>
+!> An attempt that ends in one of these ways is repeated with a shorter step; the report is for the one that fails with
+!> the smallest step. Blocks are numbered from 1, coordinates are those of the start of the step.
+module rockdda_stepping_failure
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_open_close, only : open_close_type
+   use rockdda_assembly_kinematics, only : displacement_at, displacement_gradient
+   implicit none
+   private
+   public :: attempt, find_ruined_block, report_failure
+
+   !> Results of one attempt at a step.
+   type :: attempt_enum
+      integer :: converged = 1
+      integer :: not_converged = 2   !! contacts still change after the last round
+      integer :: search_again = 3    !! a vertex moved further than the search looked
+      integer :: no_solution = 4     !! the solver failed or did not converge
+      integer :: ruined = 5          !! a block inverts or vanishes
+      integer :: thrown = 6          !! a block moves by more than w0 in the smallest step
+   end type attempt_enum
+   type(attempt_enum), parameter :: attempt = attempt_enum()
+
+   !> A block that keeps less than this share of its area in one step, or less than the second one of its area at the start
+   !> of the run, is ruined.
+   real(wp), parameter :: kept_in_step = 0.01_wp, kept_in_run = 1.0e-6_wp
+   !> Contacts that are listed.
+   integer, parameter :: most_listed = 5
+
+contains
+
+   !> The first block that the motion d turns inside out, squeezes to nothing or makes infinite; 0 when there is none.
+   !> A block moves as one affine map, so that it keeps its orientation, and does not cross itself, exactly when the
+   !> determinant is positive.
+   pure subroutine find_ruined_block(blocks, parameters, state, d, block, factor)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: d(:, :)       !! (6, nb)
+      integer, intent(out) :: block
+      real(wp), intent(out) :: factor       !! by which the step multiplies its area
+      real(wp) :: h(2, 2), at_start
+      integer :: i
+      block = 0
+      factor = 1
+      do i = 1, blocks%n_blocks
+         h = displacement_gradient(d(:, i), parameters%exact_rotation)
+         factor = (1 + h(1, 1))*(1 + h(2, 2)) - h(1, 2)*h(2, 1)
+         at_start = 0
+         if (.not. parameters%mass_from_area) &
+            at_start = state%mass(i)/parameters%block_materials(blocks%block_material(i))%density
+         if (factor > kept_in_step .and. factor*state%area(i) > kept_in_run*at_start .and. ieee_is_finite(factor)) cycle
+         block = i
+         return
+      end do
+   end subroutine find_ruined_block
+
+   !> The error that ends the run: step, time, what happened, where, and advice.
+   subroutine report_failure(outcome, dt, detail, blocks, parameters, state, table, trial, x, error)
+      integer, intent(in) :: outcome                    !! one of attempt%..., not converged
+      real(wp), intent(in) :: dt                        !! of the attempt
+      character(len=*), intent(in) :: detail            !! the solver's reason
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state       !! at the start of the step
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      real(wp), intent(in) :: x(:, :)                   !! (6, nb) last motion
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      text = 'step '//to_string(state%step + 1)//' at time '//to_string(state%time)// &
+             ' cannot be solved with the smallest time step '//to_string(dt)//': '
+      if (outcome == attempt%no_solution) then
+         call tell_no_solution(dt, detail, blocks, parameters, state, text)
+      else if (outcome == attempt%ruined) then
+         call tell_ruined(blocks, parameters, state, x, text)
+      else if (outcome == attempt%thrown) then
+         call tell_thrown(dt, blocks, parameters, state, table, x, text)
+      else
+         call tell_flipping(parameters, table, trial, text)
+      end if
+      call make_error(error, error_code%computation, text)
+   end subroutine report_failure
+
+   !> The equations could not be solved.
+   subroutine tell_no_solution(dt, detail, blocks, parameters, state, text)
+      real(wp), intent(in) :: dt
+      character(len=*), intent(in) :: detail
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      character(len=:), allocatable, intent(inout) :: text
+      real(wp) :: ratio
+      integer :: i, lightest
+      text = text//detail
+      do i = 1, blocks%n_blocks
+         if (is_finite(i)) cycle
+         text = text//new_line('a')//'  '//block_at(state, i)//' has a velocity, stress or position that is not finite'
+         exit
+      end do
+      lightest = minloc(state%mass(1:blocks%n_blocks), dim=1)
+      ratio = 0.5_wp*parameters%normal_stiffness*dt**2/max(state%mass(lightest), tiny(1.0_wp))
+      text = text//new_line('a')//'  contact springs are '//to_string(ratio)//' times as stiff as the inertia of the'// &
+             ' lightest block, '//block_at(state, lightest)
+      if (ratio > 1.0e6_wp) then
+         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0, &contact '// &
+                     'stiffness) or the time step (g1, dt_max, dt_min), remove splinters by a larger e0')
+      end if
+      call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
+      call advise(text, 'with an iterative solver, try --solver cholmod or dense')
+
+   contains
+
+      !> Is all that a block carries finite?
+      pure logical function is_finite(i)
+         integer, intent(in) :: i
+         is_finite = all(ieee_is_finite(state%velocity(:, i))) .and. all(ieee_is_finite(state%stress(:, i))) .and. &
+                     all(ieee_is_finite(state%centroid(:, i))) .and. ieee_is_finite(state%area(i))
+      end function is_finite
+
+   end subroutine tell_no_solution
+
+   !> A block would be turned inside out.
+   subroutine tell_ruined(blocks, parameters, state, x, text)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: x(:, :)
+      character(len=:), allocatable, intent(inout) :: text
+      real(wp) :: factor, stiffness
+      integer :: block
+      call find_ruined_block(blocks, parameters, state, x, block, factor)
+      if (block == 0) return
+      stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
+      if (factor > 0 .and. ieee_is_finite(factor)) then
+         text = text//block_at(state, block)//' vanishes: its area of '//to_string(state%area(block))// &
+                ' would be multiplied by '//to_string(factor)
+      else
+         text = text//block_at(state, block)//' is turned inside out: its area of '//to_string(state%area(block))// &
+                ' would be multiplied by '//to_string(factor)
+      end if
+      text = text//new_line('a')//'  strains of the step '//to_string(x(4, block))//', '//to_string(x(5, block))//', '// &
+             to_string(x(6, block))//'; stress before '//to_string(maxval(abs(state%stress(:, block))))//', E = '// &
+             to_string(stiffness)
+      call advise(text, 'strains of this size mean loads or contact forces as large as E: check the units of E, density, '// &
+                  'loads and contact stiffness')
+      call advise(text, 'a block that carries far more than its neighbours may be a splinter (larger e0) or overlap them at '// &
+                  'the start')
+   end subroutine tell_ruined
+
+   !> A block flies off.
+   subroutine tell_thrown(dt, blocks, parameters, state, table, x, text)
+      real(wp), intent(in) :: dt
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: x(:, :)
+      character(len=:), allocatable, intent(inout) :: text
+      real(wp) :: largest, u(2)
+      integer :: i, v, block, vertex, deepest
+      largest = -1
+      block = 1
+      vertex = 1
+      do i = 1, blocks%n_blocks
+         do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            u = displacement_at(x(:, i), state%vertices(:, v), state%centroid(:, i))
+            if (norm2(u) <= largest) cycle
+            largest = norm2(u)
+            block = i
+            vertex = v
+         end do
+      end do
+      text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its corner '// &
+             at(state%vertices(:, vertex))//', more than half the model, w0 = '//to_string(parameters%w0)//' (speed '// &
+             to_string(largest/dt)//')'
+      if (table%n > 0) then
+         deepest = minloc(table%gap(1:table%n), dim=1)
+         if (table%gap(deepest) < 0) then
+            text = text//new_line('a')//'  deepest overlap: block '//to_string(table%block_a(deepest))//' in block '// &
+                   to_string(table%block_b(deepest))//' at '//at(table%point(:, deepest))//', '// &
+                   to_string(-table%gap(deepest))//' deep'
+            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'blocks that overlap are thrown apart: '// &
+               'mend the geometry, or lower the time step if the overlap came about in the run')
+         end if
+      end if
+      call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
+      call advise(text, 'a smaller displacement ratio (g2) and time step (g1, dt_min) make contacts meet earlier; '// &
+                  'k01 below 1 takes out motion')
+   end subroutine tell_thrown
+
+   !> Contacts that change for ever.
+   subroutine tell_flipping(parameters, table, trial, text)
+      type(parameters_type), intent(in) :: parameters
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      character(len=:), allocatable, intent(inout) :: text
+      logical, allocatable :: told(:)
+      real(wp) :: largest, ratio
+      integer :: k, c
+      text = text//'contacts still change after '//to_string(parameters%max_open_close)// &
+             ' open-close rounds. Those that changed most often:'
+      allocate (told(table%n), source=.false.)
+      do k = 1, min(most_listed, table%n)
+         c = maxloc(trial%changes(1:table%n), dim=1, mask=.not. told)
+         told(c) = .true.
+         if (trial%changes(c) == 0) exit
+         text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
+                to_string(table%block_b(c))//' at '//at(table%point(:, c))//': '//to_string(trial%changes(c))// &
+                ' changes, now '//state_name(trial%state(c))//', gap '//to_string(trial%gap(c))// &
+                ', its force misses its law by '//to_string(trial%miss(c))
+      end do
+      if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
+                                                      to_string(parameters%max_open_close)//', 20 by default')
+      if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, 'allow shorter steps: &time dt_min, now '// &
+                                                                       to_string(parameters%dt_min))
+      largest = 0
+      do k = 1, size(parameters%block_materials)
+         largest = max(largest, parameters%block_materials(k)%youngs_modulus)
+      end do
+      ratio = parameters%normal_stiffness/largest
+      if (ratio > 100) call advise(text, 'the contact stiffness is '//to_string(ratio)//' times the largest E: a lower one '// &
+                                   '(1 to 50 times, g0 or &contact stiffness) settles sooner')
+      if (parameters%k01 >= 1) call advise(text, 'k01 a little below 1 (0.98) takes out the vibration that keeps contacts '// &
+                                           'changing')
+      call advise(text, 'contacts of blocks that overlap or are splinters cannot settle: look at the blocks named here')
+   end subroutine tell_flipping
+
+   !> One line of advice.
+   subroutine advise(text, what)
+      character(len=:), allocatable, intent(inout) :: text
+      character(len=*), intent(in) :: what
+      text = text//new_line('a')//'  advice: '//what
+   end subroutine advise
+
+   !> 'block 7 at (1.5, 2)'.
+   pure function block_at(state, block) result(text)
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: block
+      character(len=:), allocatable :: text
+      text = 'block '//to_string(block)//' at '//at(state%centroid(:, block))
+   end function block_at
+
+   !> '(1.5, 2)'.
+   pure function at(point) result(text)
+      real(wp), intent(in) :: point(2)
+      character(len=:), allocatable :: text
+      text = '('//to_string(point(1))//', '//to_string(point(2))//')'
+   end function at
+
+   !> Name of a contact state.
+   pure function state_name(state) result(name)
+      integer, intent(in) :: state
+      character(len=:), allocatable :: name
+      name = 'open'
+      if (state == contact_state%sliding) name = 'sliding'
+      if (state == contact_state%locked) name = 'locked'
+   end function state_name
+
+end module rockdda_stepping_failure
