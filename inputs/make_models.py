@@ -15,7 +15,7 @@ import math
 import sys
 from pathlib import Path
 
-from legacy_text import Model, Rock, along_slope, clip, length, part, rectangle
+from legacy_text import Model, Rock, Segment, along_slope, clip, length, part, rectangle
 
 FOLDER = Path(__file__).resolve().parent
 DENSITY = 2500.0
@@ -409,12 +409,12 @@ def released_block() -> Model:
     return model
 
 
-def tunnel() -> Model:
-    """A horseshoe tunnel in bedded rock with cross joints, held by a fixed frame."""
+def tunnel_in_rock(name: str, title: str, joints: list[Segment], options: str) -> Model:
+    """A horseshoe tunnel, 5 m wide, in rock with given joints, held by a fixed frame, under its in-situ stress."""
     top, weight = 12.0, DENSITY * G
     model = Model(
-        "tunnel",
-        "horseshoe tunnel, 5 m wide, in bedded rock with cross joints, static (m, kg, s, N)",
+        name,
+        title,
         edge_node_distance=0.005,
         k01=0,
         steps=40,
@@ -426,7 +426,7 @@ def tunnel() -> Model:
         ],
         joints=[(40, 0, 0)],
         stiffness=1e10,
-        options=MORE_ROUNDS,
+        options=options,
     )
     box = rectangle(-10, -6, 10, top)
     model.add_boundary([(-10, top), (-11, top), (-11, -7), (11, -7), (11, top), (10, top), (10, -6), (-10, -6)])
@@ -437,28 +437,45 @@ def tunnel() -> Model:
     ]
     opening += [(-2.5, 2.0), (-2.5, 0.0), (2.5, 0.0)]
     model.add_boundary(opening)
-    at = along_slope(10.0, origin=(0.0, 3.0))
-    layer, spacing = 1.7, 2.3
-    for j in range(-9, 9):
-        low, high = (j + 0.4) * layer, (j + 1.4) * layer
-        segments = [(*at(-40, low), *at(40, low))]
-        for i in range(-9, 10):
-            s = (i + 0.5 * (j % 2)) * spacing
-            segments.append((*at(s, low), *at(s, high)))
-        for segment in segments:
-            inside = clip(segment, box)
-            if inside is None:
-                continue
-            line = part(segment, *inside)
-            cut = clip(line, opening)
-            pieces = [line] if cut is None else [part(line, 0, cut[0]), part(line, cut[1], 1)]
-            for piece in pieces:
-                if length(piece) > 0.5:
-                    model.add_lines(points_of(piece))
+    for segment in joints:
+        inside = clip(segment, box)
+        if inside is None:
+            continue
+        line = part(segment, *inside)
+        cut = clip(line, opening)
+        pieces = [line] if cut is None else [part(line, 0, cut[0]), part(line, cut[1], 1)]
+        for piece in pieces:
+            if length(piece) > 0.5:
+                model.add_lines(points_of(piece))
     model.holes = [(0.0, 1.0)]
     model.fixed = [(x, -7) for x in (-11, 0, 11)] + [(x, y) for x in (-11, 11) for y in (2.5, top)]
     model.measured = [(0.0, 4.6)]
     return model
+
+
+def tunnel() -> Model:
+    """A horseshoe tunnel in bedded rock with cross joints, held by a fixed frame."""
+    at = along_slope(10.0, origin=(0.0, 3.0))
+    layer, spacing = 1.7, 2.3
+    joints = []
+    for j in range(-9, 9):
+        low, high = (j + 0.4) * layer, (j + 1.4) * layer
+        joints.append((*at(-40, low), *at(40, low)))
+        for i in range(-9, 10):
+            s = (i + 0.5 * (j % 2)) * spacing
+            joints.append((*at(s, low), *at(s, high)))
+    title = "horseshoe tunnel, 5 m wide, in bedded rock with cross joints, static (m, kg, s, N)"
+    return tunnel_in_rock("tunnel", title, joints, MORE_ROUNDS)
+
+
+def crossed_joints() -> Model:
+    """The same tunnel where both joint sets are continuous: four blocks meet at every crossing."""
+    at = along_slope(10.0, origin=(0.0, 3.0))
+    layer, spacing = 1.7, 2.3
+    joints = [(*at(-40, (j + 0.4) * layer), *at(40, (j + 0.4) * layer)) for j in range(-9, 9)]
+    joints += [(*at((i + 0.25) * spacing, -40), *at((i + 0.25) * spacing, 40)) for i in range(-9, 10)]
+    title = "horseshoe tunnel, 5 m wide, in rock with two continuous joint sets, static (m, kg, s, N)"
+    return tunnel_in_rock("crossed_joints", title, joints, "")
 
 
 def island() -> Model:
@@ -498,6 +515,7 @@ MODELS = [
     gravity_dam,
     released_block,
     tunnel,
+    crossed_joints,
     island,
 ]
 
