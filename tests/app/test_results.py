@@ -505,7 +505,7 @@ class Report(ResultsTest):
         lines = self.path("out.log").read_text().splitlines()
         self.assertTrue(lines[-1].startswith("end: finished after "))
         head = [line.startswith("#") for line in lines].index(True)
-        return [line.split() for line in lines[head + 1 : -1]]
+        return [line.split() for line in lines[head + 1 : -1] if not line.startswith("#")]  # notes
 
     def test_log_has_a_line_for_each_reported_step(self):
         data, _ = self.run_model("block.dc", "block.df")
