@@ -339,7 +339,8 @@ contains
    end subroutine analysis
 
    !> Numbers of what was drawn: edge-node distance and area of the rock; and for each joint set: lines, traces, whole
-   !> traces, traces and bridges in the statistics, mean and deviation of spacing, trace and bridge, length of all traces.
+   !> traces, traces and bridges in the statistics, mean and deviation of spacing, trace and bridge, length of all
+   !> traces.
    subroutine network_facts(handle, n_sets, values, sets)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: n_sets                      !! as `geometry_sizes` says
