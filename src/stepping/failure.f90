@@ -29,8 +29,8 @@ module rockdda_stepping_failure
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 
-   !> A block that keeps less than this share of its area in one step, or less than the second one of its area at the start
-   !> of the run, is ruined.
+   !> A block that keeps less than this share of its area in one step, or less than the second one of its area at the
+   !> start of the run, is ruined.
    real(wp), parameter :: kept_in_step = 0.01_wp, kept_in_run = 1.0e-6_wp
    !> Contacts that are listed.
    integer, parameter :: most_listed = 5
@@ -108,11 +108,11 @@ contains
       end do
       lightest = minloc(state%mass(1:blocks%n_blocks), dim=1)
       ratio = 0.5_wp*parameters%normal_stiffness*dt**2/max(state%mass(lightest), tiny(1.0_wp))
-      text = text//new_line('a')//'  contact springs are '//to_string(ratio)//' times as stiff as the inertia of the'// &
-             ' lightest block, '//block_at(state, lightest)
+      text = text//new_line('a')//'  contact springs are '//to_string(ratio)//' times as stiff as the inertia'// &
+             ' of the lightest block, '//block_at(state, lightest)
       if (ratio > 1.0e6_wp) then
-         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0, &contact '// &
-                     'stiffness) or the time step (g1, dt_max, dt_min), remove splinters by a larger e0')
+         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0, '// &
+                     '&contact stiffness) or the time step (g1, dt_max, dt_min), remove splinters by a larger e0')
       end if
       call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
       call advise(text, 'with an iterative solver, try --solver cholmod or dense')
@@ -147,13 +147,13 @@ contains
          text = text//block_at(state, block)//' is turned inside out: its area of '//to_string(state%area(block))// &
                 ' would be multiplied by '//to_string(factor)
       end if
-      text = text//new_line('a')//'  strains of the step '//to_string(x(4, block))//', '//to_string(x(5, block))//', '// &
-             to_string(x(6, block))//'; stress before '//to_string(maxval(abs(state%stress(:, block))))//', E = '// &
-             to_string(stiffness)
-      call advise(text, 'strains of this size mean loads or contact forces as large as E: check the units of E, density, '// &
-                  'loads and contact stiffness')
-      call advise(text, 'a block that carries far more than its neighbours may be a splinter (larger e0) or overlap them at '// &
-                  'the start')
+      text = text//new_line('a')//'  strains of the step '//to_string(x(4, block))//', '//to_string(x(5, block))// &
+             ', '//to_string(x(6, block))//'; stress before '// &
+             to_string(maxval(abs(state%stress(:, block))))//', E = '//to_string(stiffness)
+      call advise(text, 'strains of this size mean loads or contact forces as large as E: check the units of E, '// &
+                  'density, loads and contact stiffness')
+      call advise(text, 'a block that carries far more than its neighbours may be a splinter (larger e0) or '// &
+                  'overlap them at the start')
    end subroutine tell_ruined
 
    !> A block flies off.
@@ -180,16 +180,16 @@ contains
          end do
       end do
       text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its corner '// &
-             at(state%vertices(:, vertex))//', more than half the model, w0 = '//to_string(parameters%w0)//' (speed '// &
-             to_string(largest/dt)//')'
+             at(state%vertices(:, vertex))//', more than half the model, w0 = '//to_string(parameters%w0)// &
+             ' (speed '//to_string(largest/dt)//')'
       if (table%n > 0) then
          deepest = minloc(table%gap(1:table%n), dim=1)
          if (table%gap(deepest) < 0) then
             text = text//new_line('a')//'  deepest overlap: block '//to_string(table%block_a(deepest))//' in block '// &
                    to_string(table%block_b(deepest))//' at '//at(table%point(:, deepest))//', '// &
                    to_string(-table%gap(deepest))//' deep'
-            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'blocks that overlap are thrown apart: '// &
-               'mend the geometry, or lower the time step if the overlap came about in the run')
+            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'blocks that overlap are thrown '// &
+               'apart: mend the geometry, or lower the time step if the overlap came about in the run')
          end if
       end if
       call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
@@ -220,17 +220,17 @@ contains
       end do
       if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
                                                       to_string(parameters%max_open_close)//', 20 by default')
-      if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, 'allow shorter steps: &time dt_min, now '// &
-                                                                       to_string(parameters%dt_min))
+      if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
+         'allow shorter steps: &time dt_min, now '//to_string(parameters%dt_min))
       largest = 0
       do k = 1, size(parameters%block_materials)
          largest = max(largest, parameters%block_materials(k)%youngs_modulus)
       end do
       ratio = parameters%normal_stiffness/largest
-      if (ratio > 100) call advise(text, 'the contact stiffness is '//to_string(ratio)//' times the largest E: a lower one '// &
-                                   '(1 to 50 times, g0 or &contact stiffness) settles sooner')
-      if (parameters%k01 >= 1) call advise(text, 'k01 a little below 1 (0.98) takes out the vibration that keeps contacts '// &
-                                           'changing')
+      if (ratio > 100) call advise(text, 'the contact stiffness is '//to_string(ratio)//' times the largest E: a '// &
+                                   'lower one (1 to 50 times, g0 or &contact stiffness) settles sooner')
+      if (parameters%k01 >= 1) call advise(text, 'k01 a little below 1 (0.98) takes out the vibration that keeps '// &
+                                           'contacts changing')
       call advise(text, 'contacts of blocks that overlap or are splinters cannot settle: look at the blocks named here')
    end subroutine tell_flipping
 
