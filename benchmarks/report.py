@@ -225,10 +225,14 @@ def draw_threads(axes, results: dict) -> None:
     if len(points) > 1:
         x = [count for count, _ in points]
         axes.plot(x, x, "--", color="#999999", label="ideal")
-        axes.plot(x, [factor for _, factor in points], "o-", color="#4477aa", label=f"{runs[0]['blocks']} blocks, PCG")
+        load = max(results["load_at_start"][0], results["load_at_end"][0])
+        clock = "wall clock" + (f" (load {load:.0f})" if load > processors else "")
+        axes.plot(x, [factor for _, factor in points], "o-", color="#4477aa", label=clock)
+        by_work = {1: 1.0, **{int(n): factor for n, factor in results["derived"]["speed_up_by_work"].items()}}
+        axes.plot(*zip(*by_work.items(), strict=True), "^-", color="#228833", label="first thread's CPU time")
         axes.set_xticks(x)
         axes.legend(fontsize=8)
     axes.set_ylim(bottom=0)
     axes.set_xlabel("threads")
-    axes.set_title("speed-up of a step")
+    axes.set_title(f"speed-up, {runs[0]['blocks']} blocks, PCG" if runs else "speed-up")
     axes.grid(True, alpha=0.25)

@@ -150,7 +150,7 @@ def main(arguments: list[str]) -> int:
         if not quiet:
             print(text, file=sys.stderr, flush=True)
 
-    programs = Programs(options.bin)
+    programs = Programs(options.bin.resolve())
     results: dict = {"format": 1, "machine": describe_machine(options.bin), "load_at_start": load_average()}
     results["options"] = {
         name: getattr(options, name)
