@@ -191,7 +191,8 @@ def draw_cost(axes, results: dict, before: dict | None) -> None:
     axes.set_ylabel("ms per step, one thread")
     axes.set_title("brick wall, ratio 1, mean of steps 2 to 6")
     axes.grid(True, which="both", alpha=0.25)
-    axes.legend(fontsize=8)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8)
 
 
 def draw_shares(axes, results: dict) -> None:
