@@ -6,7 +6,7 @@
 !> with `!` or `#`. What the names mean is not decided here.
 module rockdda_io_namelist_parser
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : lower_case
+   use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_source, only : source_type
@@ -57,6 +57,8 @@ module rockdda_io_namelist_parser
    character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(11)//achar(12)//achar(13)
    !> A repeat count beyond this is a mistake.
    integer, parameter :: largest_repeat = 1000000
+   !> No name takes more values than this.
+   integer, parameter :: most_values = 100000
    !> Names are not longer than this.
    integer, parameter :: longest_name = 60
 
@@ -172,9 +174,10 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(value_type) :: value
       integer :: start, last, after, repeat_count, i
-      logical :: comma, ok
+      logical :: comma, ok, too_many
 
       comma = .false.
+      too_many = .false.
       associate (text => namelist%source%text)
          do
             call skip_blanks(text, at)
@@ -218,8 +221,15 @@ contains
                at = last + 1
             end if
             value%place = start
-            call add_values(entry, value, repeat_count)
             comma = .false.
+            if (repeat_count > most_values - entry%n) then
+               if (.not. too_many) call messages%add(severity%error, entry%name//': more than '// &
+                  to_string(most_values)//' values', namelist%origin(start))
+               too_many = .true.
+               if (entry%n == 0) call add_values(entry, value, 1)
+            else
+               call add_values(entry, value, repeat_count)
+            end if
          end do
       end associate
    end subroutine parse_values

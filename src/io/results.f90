@@ -12,6 +12,7 @@ module rockdda_io_results
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
+   use rockdda_io_guard, only : try_first, leave_child
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
@@ -57,6 +58,9 @@ module rockdda_io_results
       procedure :: close => close_results
       procedure, private :: add_tables, write_model, write_if_large, waiting_bytes, cut
    end type results_type
+
+   !> Looking whether a file belongs to a checkpoint takes milliseconds; who needs this many seconds is lost in it.
+   integer, parameter :: seconds_to_look = 4
 
 contains
 
@@ -393,8 +397,18 @@ contains
       if (allocated(error)) return
       call self%add_tables(blocks)
       ! a kill may have left a file that cannot be read before it is put back
-      call file%open(path, .false., unreadable)
-      if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
+      select case (try_first(seconds_to_look))
+      case (0)
+         call file%open(path, .false., unreadable)
+         if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
+         call leave_child()
+      case (2)
+         call make_error(unreadable, error_code%input, path//': error: the file is damaged: HDF5 does not get '// &
+                         'through it')
+      case default
+         call file%open(path, .false., unreadable)
+         if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
+      end select
       if (.not. allocated(error)) then
          call file%abandon()
          call roll_back(path, digest, put_back, error)

@@ -175,9 +175,8 @@ class DamageTest(ProgramTest):
         self.assertEqual(self.run_program("run", "block.dc", "block.df").code, 0)
         self.good = self.path("block.h5").read_bytes()
 
-    def test_a_heap_in_which_hdf5_reads_for_ever(self):
-        """Sizes of 0 in the heap of texts keep the library in a loop."""
-        bad = bytearray(self.good)
+    def without_sizes(self, good):
+        bad = bytearray(good)
         place = bad.find(b"GCOL")
         self.assertGreater(place, 0)
         while place > 0:
@@ -185,10 +184,24 @@ class DamageTest(ProgramTest):
             bad[place + 16 : place + 4096] = bytes(4080)
             bad[place + 16] = 7
             place = bad.find(b"GCOL", place + 4)
-        self.write("bad.h5", bytes(bad))
+        return bytes(bad)
+
+    def test_a_heap_in_which_hdf5_reads_for_ever(self):
+        """Sizes of 0 in the heap of texts keep the library in a loop."""
+        self.write("bad.h5", self.without_sizes(self.good))
         outcome = self.run_program("info", "bad.h5", timeout=60)
         self.assertEqual(outcome.code, 2, outcome.err)
         self.assertIn("bad.h5: error: the file is damaged", outcome.err)
+
+    def test_results_to_go_on_with_are_looked_at_first(self):
+        outcome = self.run_program("run", "block.dc", "block.df", "--force", "--steps", "1000000", "--max-wall", "0.3")
+        self.assertEqual(outcome.code, 4, outcome.err)
+        bad = self.without_sizes(self.path("block.h5").read_bytes())
+        self.write("block.h5", bad)
+        outcome = self.run_program("resume", "block.ckpt.h5", timeout=60)
+        self.assertEqual(outcome.code, 2, outcome.err)
+        self.assertIn("block.h5: error: the file is damaged", outcome.err)
+        self.assertEqual(self.path("block.h5").read_bytes(), bad)
 
     def test_truncated_results_are_refused(self):
         for n in (0, 1, 8, 100, 2048, len(self.good) // 2, len(self.good) - 1):
@@ -220,6 +233,12 @@ class NoiseTest(ProgramTest):
         outcome = self.run_program("check", "groups.nml", timeout=20)
         self.assertEqual(outcome.code, 2)
         self.assertIn("... and 99950 more", outcome.err)
+
+    def test_a_thousand_million_values(self):
+        self.write("many.nml", "&load harmonic = " + "1000000*1 " * 1000 + "/")
+        outcome = self.run_program("check", "many.nml", timeout=20)
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("many.nml:1:18: error: harmonic: more than 100000 values", outcome.err)
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ contains
       do i = 1, set%n
          length = length + len(set%files(i)%text)
       end do
-      self%sets(self%n)%weight = set%weight/(1 + length/2000d0)
+      if (set%kind /= set_kind%results) self%sets(self%n)%weight = set%weight/(1 + length/2000d0)
    end subroutine add
 
    !> Add the models of a folder: each geometry or block file with the analysis file of its name, and with the

@@ -14,7 +14,7 @@ program fuzz
 !$ use omp_lib, only : omp_set_num_threads
    use fuzz_corpus, only : corpus_type
    use fuzz_system, only : fork_child, wait_for_child, leave, share, make_folder, clear_folder, children_seconds, &
-                           read_text, write_text
+                           trap_nothing, read_text, write_text
    use fuzz_trial, only : trial_type, limits_type, make_trial, execute, minimise, command_lines, n_slots
    use fuzz_prepare, only : add_made_files
    use rockdda_io_posix, only : file_name_type, list_directory, get_path_kind, path_kind
@@ -27,6 +27,7 @@ program fuzz
    integer :: n, seed, jobs, first, job, totals(n_counters)
    integer, allocatable :: children(:)
 
+   call trap_nothing()
    call read_options()
 !$ call omp_set_num_threads(1)
    call make_folder(work)

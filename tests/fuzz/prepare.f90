@@ -55,7 +55,7 @@ contains
       character(len=*), intent(in) :: folder
       type(limits_type), intent(in) :: limits
       type(argument_type) :: arguments(12)
-      character(len=8) :: words(10)
+      character(len=20) :: words(10)
       integer :: i, child, code
       logical :: ok
       call clear_folder(folder)
@@ -67,19 +67,21 @@ contains
          call limit_child(folder//'/output.txt', limits%seconds, 6*limits%seconds, limits%megabytes)
          call enter_folder(folder, ok)
          call start_process()
-         words(1:3) = [character(len=8) :: 'cut', '-o', 'out.blk']
+         words(1:3) = [character(len=20) :: 'cut', '-o', 'out.blk']
          do i = 1, 3
             arguments(i)%text = trim(words(i))
          end do
          arguments(4)%text = set%files(1)%name
          call run_program(arguments(1:4), code)
-         words(1:9) = [character(len=8) :: 'run', '-o', 'run.h5', '--steps', '3', '--force', '--quiet', '--json', '--']
-         do i = 1, 9
+         ! time is up after some steps, or before the first: a checkpoint is left
+         words(1:8) = [character(len=20) :: 'run', '-o', 'run.h5', '--force', '--quiet', '--json', &
+                       '--max-wall=0.05', '--']
+         do i = 1, 8
             arguments(i)%text = trim(words(i))
          end do
-         arguments(10)%text = set%files(1)%name
-         arguments(11)%text = set%files(2)%name
-         call run_program(arguments(1:11), code)
+         arguments(9)%text = set%files(1)%name
+         arguments(10)%text = set%files(2)%name
+         call run_program(arguments(1:10), code)
          call end_process(0)
          call leave(1)
       end if
@@ -102,8 +104,7 @@ contains
          set%files(set%n)%name = names(i)%name
          set%files(set%n)%text = read_text(folder//'/'//names(i)%name)
       end do
-      ! sets of few bytes come often enough
-      set%weight = 8
+      set%weight = 3
    end subroutine collect_results
 
 end module fuzz_prepare

@@ -5,9 +5,11 @@ module fuzz_system
    implicit none
    private
    public :: fork_child, limit_child, wait_for_child, leave, share, make_folder, enter_folder, clear_folder
-   public :: children_seconds, read_text, write_text
+   public :: children_seconds, trap_nothing, read_text, write_text
 
    interface
+      subroutine trap_nothing() bind(C, name='fuzz_trap_nothing')
+      end subroutine trap_nothing
       integer(c_int) function c_fork() bind(C, name='fuzz_fork')
          import :: c_int
       end function c_fork

@@ -231,7 +231,7 @@ contains
       type(error_type), allocatable :: error
       integer :: i, code, kinds(2)
       logical :: ok
-      call limit_child(folder//'/output.txt', limits%seconds, 6*limits%seconds, limits%megabytes)
+      call limit_child(folder//'/output.txt', limits%seconds, 30*limits%seconds, limits%megabytes)
       call enter_folder(folder//'/files', ok)
       if (.not. ok) call leave(99)
       call start_process()
@@ -292,7 +292,7 @@ contains
       else if (ended /= 0) then
          write (number, '(i0)') ended
          failure = 'the process ended with '//trim(number)
-      else if (len(output) > 200000) then
+      else if (len(output) > 2000000) then
          failure = 'too much output'
       end if
       if (len(failure) > 0) return
