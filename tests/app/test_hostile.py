@@ -149,6 +149,8 @@ class SenselessModelTest(ProgramTest):
                 self.check_runs(parameters=parameters)
 
     def test_loads_beyond_all_measure_end_the_run_in_order(self):
+        if "-ffpe-trap" in self.run_program("--version").out:
+            self.skipTest("this build stops at the first overflow")
         self.check_gives_up("cannot be solved", parameters=analysis(gamma="1e60"))
         self.check_gives_up("cannot be solved", parameters=analysis(s="1e60 0 0"))
         self.check_gives_up("cannot be solved", parameters=analysis(v="1e60 0 0"))
