@@ -90,6 +90,10 @@ contains
       report%merging_distance = e0
 
       skip = hypot(geometry%lines(3, :) - geometry%lines(1, :), geometry%lines(4, :) - geometry%lines(2, :)) < e0
+      if (all(skip)) then  ! also when there are none
+         call refuse()
+         return
+      end if
       call find_meetings(geometry%lines, skip, e0, meetings)
       call merge_meetings(meetings, n, e0, nodes, pieces)
       call clean_pieces(e0, nodes, pieces, report%n_rounds, error)
@@ -99,9 +103,7 @@ contains
       call trace_faces(graph, faces)
       call report_lines(geometry, skip, meetings, pieces, graph, report, messages)
       if (faces%n_groups == 0) then
-         call found%add(severity%error, 'no closed block: of '//to_string(n)//' lines none closes a block', &
-                        last_origin(geometry))
-         call found%to_error(error)
+         call refuse()
          return
       end if
       call straighten(graph, geometry%line_joint, 1.0e-3_wp*e0)
@@ -113,6 +115,16 @@ contains
 
       call make_blocks(geometry, graph, faces, nesting, outlines, e0, blocks, report, messages, found)
       call found%to_error(error)
+
+   contains
+
+      !> There is not one block.
+      subroutine refuse()
+         call found%add(severity%error, 'no closed block: of '//to_string(n)//' lines none closes a block', &
+                        last_origin(geometry))
+         call found%to_error(error)
+      end subroutine refuse
+
    end subroutine cut_blocks
 
    !> Numbers that nothing can be done with.
