@@ -190,6 +190,7 @@ contains
          case ('--first'); first = whole(name, value)
          case ('--seconds'); limits%seconds = whole(name, value)
          case ('--megabytes'); limits%megabytes = whole(name, value)
+         case ('--damaged-results'); limits%damaged_results = whole(name, value)
          case default
             write (error_unit, '(a)') 'fuzz: unknown option '//name
             call leave(2)
