@@ -2,8 +2,8 @@
 !> rockdda lines: joint statistics to lines.
 module rockdda_app_command_lines
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_lines_generate, only : generate_lines, lines_report_type, set_report_type
    use rockdda_lines_joint_sets, only : is_endless
@@ -11,12 +11,10 @@ module rockdda_app_command_lines
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : is_set
    use rockdda_io_legacy_writer, only : write_geometry_file
-   use rockdda_io_output_lock, only : is_same_file
-   use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_io_recognise, only : file_kind
    use rockdda_io_statistics_file, only : read_statistics_file
-   use rockdda_driver_model_input, only : recognise_file, stem_of
    use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : say
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
@@ -38,7 +36,7 @@ contains
       character(len=:), allocatable :: output
       logical :: ok
 
-      call prepare(line, output, messages, error)
+      call prepare_conversion(line, file_kind%statistics, '.dc', output, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) &
          call read_statistics_file(line%files(1)%text, statistics, messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
@@ -55,38 +53,6 @@ contains
       call summarise(line, statistics, geometry, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_lines
-
-   !> Look at the arguments: one statistics file, and an output that may be written.
-   subroutine prepare(line, output, messages, error)
-      type(command_line_type), intent(in) :: line
-      character(len=:), allocatable, intent(out) :: output
-      type(diagnostics_type), intent(inout) :: messages
-      type(error_type), allocatable, intent(out) :: error
-      type(origin_type) :: origin
-      integer :: kind
-      logical :: ok
-      output = line%output
-      if (size(line%files) /= 1) then
-         call make_error(error, error_code%input, "'rockdda lines' needs one joint statistics file, found "// &
-                         to_string(size(line%files))//"; see 'rockdda lines --help'")
-         return
-      end if
-      call recognise_file(line%files(1)%text, kind, messages, ok)
-      if (.not. ok) return
-      if (kind /= file_kind%statistics) then
-         origin%file = line%files(1)%text
-         call messages%add(severity%error, 'expected a joint statistics file, this is of the kind: '// &
-                           kind_name(kind), origin)
-         return
-      end if
-      if (len(output) == 0) output = stem_of(line%files(1)%text)//'.dc'
-      if (get_path_kind(output) /= path_kind%file) return
-      if (is_same_file(output, line%files(1)%text)) then
-         call make_error(error, error_code%input, output//': the output would overwrite the input')
-      else if (.not. line%force) then
-         call make_error(error, error_code%input, output//': the file exists; use --force to overwrite it')
-      end if
-   end subroutine prepare
 
    !> Print what was drawn.
    subroutine summarise(line, statistics, geometry, report, output, messages, ok)

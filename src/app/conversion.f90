@@ -1,0 +1,52 @@
+! SPDX-License-Identifier: MIT
+!> What commands that turn one file into another have in common: their arguments.
+module rockdda_app_conversion
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_io_output_lock, only : is_same_file
+   use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_io_recognise, only : kind_name
+   use rockdda_driver_model_input, only : recognise_file, stem_of
+   use rockdda_app_arguments, only : command_line_type
+   implicit none
+   private
+   public :: prepare_conversion
+
+contains
+
+   !> Look at the arguments: one file of the wanted kind, and an output that may be written.
+   subroutine prepare_conversion(line, wanted, ending, output, messages, error)
+      type(command_line_type), intent(in) :: line
+      integer, intent(in) :: wanted                            !! one of file_kind%...
+      character(len=*), intent(in) :: ending                   !! of the output, when the user names none
+      character(len=:), allocatable, intent(out) :: output
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(origin_type) :: origin
+      integer :: kind
+      logical :: ok
+      output = line%output
+      if (size(line%files) /= 1) then
+         call make_error(error, error_code%input, "'rockdda "//line%command//"' needs one "//kind_name(wanted)// &
+                         ', found '//to_string(size(line%files))//"; see 'rockdda "//line%command//" --help'")
+         return
+      end if
+      call recognise_file(line%files(1)%text, kind, messages, ok)
+      if (.not. ok) return
+      if (kind /= wanted) then
+         origin%file = line%files(1)%text
+         call messages%add(severity%error, 'expected a '//kind_name(wanted)//', this is of the kind: '// &
+                           kind_name(kind), origin)
+         return
+      end if
+      if (len(output) == 0) output = stem_of(line%files(1)%text)//ending
+      if (get_path_kind(output) /= path_kind%file) return
+      if (is_same_file(output, line%files(1)%text)) then
+         call make_error(error, error_code%input, output//': the output would overwrite the input')
+      else if (.not. line%force) then
+         call make_error(error, error_code%input, output//': the file exists; use --force to overwrite it')
+      end if
+   end subroutine prepare_conversion
+
+end module rockdda_app_conversion
