@@ -8,7 +8,8 @@ module rockdda_io_namelist_file
    use rockdda_io_csv_table, only : read_csv_table
    use rockdda_io_namelist_parser, only : namelist_type, group_type, entry_type, parse_namelist, find_entry, &
                                            beside
-   use rockdda_io_option_names, only : names_of, group_hint, name_hint
+   use rockdda_io_name_hints, only : group_hint, name_hint
+   use rockdda_io_option_names, only : option_groups, names_of
    use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_logical, get_text, get_choice, &
                                         get_reals, get_integers, demand
    use rockdda_io_record_reader, only : append_in_order
@@ -61,7 +62,7 @@ contains
       type(stage_type) :: stage
       integer :: i
       if (size(names_of(group%name)) == 0) then
-         call messages%add(severity%error, 'unknown group &'//group%name//group_hint(group%name), &
+         call messages%add(severity%error, 'unknown group &'//group%name//group_hint(group%name, option_groups), &
                            namelist%origin(group%place))
          return
       end if
@@ -69,7 +70,8 @@ contains
          associate (entry => group%entries(i))
             if (.not. any(names_of(group%name) == entry%name)) then
                call messages%add(severity%error, "unknown name '"//entry%name//"' in &"//group%name// &
-                                 name_hint(entry%name, group%name), namelist%origin(entry%place))
+                                 name_hint(entry%name, group%name, option_groups, names_of), &
+                                 namelist%origin(entry%place))
                cycle
             end if
             if (is_repeated(group, i)) call messages%add(severity%warning, entry%name// &

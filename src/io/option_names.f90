@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Groups and names of the options file, and hints for mistyped ones.
+!> Groups and names of the options file.
 module rockdda_io_option_names
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_io_name_hints, only : name_length
    implicit none
    private
-   public :: option_groups, names_of, group_hint, name_hint
+   public :: option_groups, names_of
 
-   integer, parameter :: name_length = 22
    !> All groups; their names below in the same order.
    character(len=*), parameter :: option_groups(11) = [character(len=name_length) :: 'run', 'time', 'contact', &
       'solver', 'material', 'load', 'line_load', 'joint_law', 'block_damping', 'stage', 'output']
@@ -51,30 +50,5 @@ contains
       case default; allocate (names(0))
       end select
    end function names_of
-
-   !> The nearest group, as "; did you mean '&time'?".
-   pure function group_hint(group) result(text)
-      character(len=*), intent(in) :: group
-      character(len=:), allocatable :: text
-      character(len=name_length + 1) :: known(size(option_groups))
-      integer :: i
-      do i = 1, size(option_groups)
-         known(i) = '&'//option_groups(i)
-      end do
-      text = did_you_mean('&'//group, known)
-   end function group_hint
-
-   !> Another group that has exactly this name, or else the nearest name of this group.
-   pure function name_hint(name, group) result(text)
-      character(len=*), intent(in) :: name, group
-      character(len=:), allocatable :: text
-      integer :: i
-      do i = 1, size(option_groups)
-         if (.not. any(names_of(trim(option_groups(i))) == name)) cycle
-         text = '; it belongs to &'//trim(option_groups(i))
-         return
-      end do
-      text = did_you_mean(name, names_of(group))
-   end function name_hint
 
 end module rockdda_io_option_names

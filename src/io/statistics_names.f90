@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Groups and names of joint statistics files (.dl), and hints for mistyped ones.
+!> Groups and names of joint statistics files (.dl).
 module rockdda_io_statistics_names
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_io_name_hints, only : name_length
    implicit none
    private
-   public :: statistics_groups, statistics_names_of, statistics_group_hint, statistics_name_hint
+   public :: statistics_groups, statistics_names_of
 
-   integer, parameter :: name_length = 18
    character(len=*), parameter :: statistics_groups(10) = [character(len=name_length) :: 'boundary', 'joint_set', &
       'opening', 'line', 'fixed', 'loading', 'measured', 'material_line', 'section', 'lines']
    character(len=*), parameter :: boundary_names(6) = [character(len=name_length) :: 'window', 'vertices', &
@@ -44,30 +43,5 @@ contains
       case default; allocate (names(0))
       end select
    end function statistics_names_of
-
-   !> The nearest group, as "; did you mean '&joint_set'?".
-   pure function statistics_group_hint(group) result(text)
-      character(len=*), intent(in) :: group
-      character(len=:), allocatable :: text
-      character(len=name_length + 1) :: known(size(statistics_groups))
-      integer :: i
-      do i = 1, size(statistics_groups)
-         known(i) = '&'//statistics_groups(i)
-      end do
-      text = did_you_mean('&'//group, known)
-   end function statistics_group_hint
-
-   !> Another group that has exactly this name, or else the nearest name of this group.
-   pure function statistics_name_hint(name, group) result(text)
-      character(len=*), intent(in) :: name, group
-      character(len=:), allocatable :: text
-      integer :: i
-      do i = 1, size(statistics_groups)
-         if (.not. any(statistics_names_of(trim(statistics_groups(i))) == name)) cycle
-         text = '; it belongs to &'//trim(statistics_groups(i))
-         return
-      end do
-      text = did_you_mean(name, statistics_names_of(group))
-   end function statistics_name_hint
 
 end module rockdda_io_statistics_names
