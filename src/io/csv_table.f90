@@ -18,7 +18,8 @@ module rockdda_io_csv_table
 
 contains
 
-   !> Read a table; the first column must not decrease (unless in_any_order). A header, if there is one, must name all columns, in
+   !> Read a table; the first column must not decrease (unless in_any_order). A header, if there is
+   !> one, must name all columns, in
    !> any order; without one they are in the order of `columns`.
    subroutine read_csv_table(path, columns, table, messages, in_any_order)
       character(len=*), intent(in) :: path

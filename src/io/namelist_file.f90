@@ -99,7 +99,8 @@ contains
          call require_name(namelist, group, 'material', messages)
          call add_joint_law(options%joint_laws, joint_law)
       case ('stage')
-         if (find_entry(group, 'until_step') > 0 .and. find_entry(group, 'until_time') > 0) call messages%add(severity%error, &
+         if (find_entry(group, 'until_step') > 0 .and. find_entry(group, 'until_time') > 0) &
+            call messages%add(severity%error, &
             '&stage: give until_step or until_time, not both', namelist%origin(group%place))
          call add_stage(options%stages, stage)
       end select

@@ -11,7 +11,8 @@ module rockdda_io_option_values
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: get_real, get_positive, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand, index_of
+   public :: get_real, get_positive, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand, &
+             index_of
 
 contains
 

@@ -97,7 +97,8 @@ contains
       logical :: has_trace, needs_variation
       has_trace = find_entry(group, 'trace') > 0
       if (find_entry(group, 'spacing') == 0) call complain("'spacing' is missing")
-      if (set%bridge > 0 .and. .not. has_trace) call complain("'bridge' goes with 'trace' (without, traces are endless)")
+      if (set%bridge > 0 .and. .not. has_trace) &
+         call complain("'bridge' goes with 'trace' (without, traces are endless)")
       if (has_trace .and. set%bridge > set%trace) call complain('bridge '//to_string(set%bridge)// &
          ' is longer than trace '//to_string(set%trace))
       needs_variation = any([set%spacing_law, set%trace_law] == law%normal) .or. &
@@ -113,7 +114,8 @@ contains
          if (has_trace) call complain("joints that end at another set ('ends_at') have no 'trace' of their own")
          if (set%avoid_cantilevers) call complain("'avoid_cantilevers' does not go with 'ends_at'")
       end if
-      if (set%avoid_cantilevers .and. abs(set%stagger) > 0) call complain("'avoid_cantilevers' does not go with 'stagger'")
+      if (set%avoid_cantilevers .and. abs(set%stagger) > 0) &
+         call complain("'avoid_cantilevers' does not go with 'stagger'")
 
    contains
 
@@ -185,7 +187,8 @@ contains
                cycle
             end if
             associate (other => statistics%sets(set%ends_at))
-               if (other%trace < huge(1.0_wp) .or. other%ends_at > 0) call messages%add(severity%error, '&joint_set '// &
+               if (other%trace < huge(1.0_wp) .or. other%ends_at > 0) &
+                  call messages%add(severity%error, '&joint_set '// &
                   to_string(i)//': set '//to_string(set%ends_at)//', at which it ends, must be endless (no trace, '// &
                   'no ends_at)', set%origin)
                t = direction_of(set%inclination)
