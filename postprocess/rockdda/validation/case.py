@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""What a case of the validation is, and what it leaves behind."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import math
+import pkgutil
+import time as clock
+import tomllib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import RockddaError
+from ..plot_style import style
+from ..running import run
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+    from ..model import Model
+    from ..results import Results
+
+__all__ = ["Case", "Comparison", "Record", "all_cases", "published"]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One number of ours beside the truth (a closed form or an independent solution) and the published value."""
+
+    quantity: str
+    ours: float
+    unit: str = ""
+    truth: float | None = None
+    truth_source: str = ""  #: where the truth comes from: "Newmark's closed form", "Eq. 4.2", "rigid-block integration"
+    published: float | None = None
+    published_source: str = ""  #: page, table or figure: "Table 4.2", "p. 58"
+    #: error that the case promises against the truth (without a truth: against the published value); None: only told
+    allowed: float | None = None
+    #: what errors are relative to; None: the truth (published value) itself; 1: absolute errors
+    scale: float | None = None
+    explanation: str = ""  #: why it differs, or that it is not explained
+
+    @property
+    def error(self) -> float | None:
+        """Of ours against the truth, relative to `scale`."""
+        return self._error(self.truth)
+
+    @property
+    def published_error(self) -> float | None:
+        """Of ours against the published value, relative to `scale`."""
+        return self._error(self.published)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Does the case keep what it promises? None: it promises nothing."""
+        if self.allowed is None:
+            return None
+        error = self.error if self.truth is not None else self.published_error
+        return error is not None and math.isfinite(error) and abs(error) <= self.allowed
+
+    def _error(self, reference: float | None) -> float | None:
+        if reference is None:
+            return None
+        scale = self.scale if self.scale is not None else abs(reference)
+        return (self.ours - reference) / scale if scale else math.copysign(math.inf, self.ours - reference)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case of the validation."""
+
+    identifier: str  #: of the command line and of file names: "4.2-three-sines", "closed-newmark"
+    title: str
+    part: str  #: heading under which the report has it: "Chapter 4", "Closed forms", …
+    function: Callable[[Record], None]
+    quick: bool = True  #: part of --quick (then it looks at `record.full` to do less)
+
+
+@dataclass
+class Record:
+    """What a case leaves behind; its function fills it. Words are Markdown; the report keeps their order."""
+
+    case: Case
+    folder: Path  #: for the runs of this case
+    figures: Path  #: folder of the report's figures
+    full: bool = False  #: --full
+    workers: int = 1  #: processes that the case may use at a time
+    comparisons: list[Comparison] = field(default_factory=list)
+    items: list[dict[str, Any]] = field(default_factory=list)  #: words, tables and figures, in order
+    runs: int = 0
+    steps: int = 0
+    run_seconds: float = 0.0
+
+    def text(self, markdown: str) -> None:
+        """A paragraph: what is compared, how, what is found."""
+        self.items.append({"kind": "text", "text": markdown.strip()})
+
+    def compare(self, quantity: str, ours: float, unit: str = "", **rest: Any) -> Comparison:
+        """Add a comparison; `rest` are the other fields of `Comparison`. The report has a table of all of them."""
+        comparison = Comparison(quantity, float(ours), unit, **rest)
+        self.comparisons.append(comparison)
+        return comparison
+
+    def table(self, frame: pandas.DataFrame, name: str, caption: str) -> None:
+        """A table beside the comparisons (its index is not shown); also written as NAME.csv beside the figures."""
+        self.figures.mkdir(parents=True, exist_ok=True)
+        file = f"{self.case.identifier}-{name}.csv"
+        frame.to_csv(self.figures / file, index=False)
+        rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False)]
+        self.items.append(
+            {
+                "kind": "table",
+                "columns": [str(c) for c in frame.columns],
+                "rows": rows,
+                "caption": caption,
+                "file": file,
+            }
+        )
+
+    def figure(self, figure: Figure, name: str, caption: str) -> None:
+        """A picture, saved as PNG; the figure is closed. Draw it within `with record.style():`."""
+        from matplotlib import pyplot
+
+        self.figures.mkdir(parents=True, exist_ok=True)
+        file = f"{self.case.identifier}-{name}.png"
+        with style():
+            figure.savefig(self.figures / file, dpi=130, bbox_inches="tight", metadata={"Software": None})
+        pyplot.close(figure)
+        self.items.append({"kind": "figure", "file": file, "caption": caption})
+
+    style = staticmethod(style)
+
+    def run(self, model: Model, name: str, **options: Any) -> Results:
+        """Run a model through `rockdda.run`; input files and results are kept in `folder / name`.
+
+        The input files can be run again with `rockdda run FOLDER`, which gives the same results, bit for bit.
+        """
+        folder = self.folder / name
+        folder.mkdir(parents=True, exist_ok=True)
+        model.write(folder, force=True)
+        started = clock.monotonic()
+        try:
+            results = run(folder, output=folder / f"{name}.h5", force=True, **{"threads": 1} | options)
+        finally:
+            self.run_seconds += clock.monotonic() - started
+            self.runs += 1
+        self.steps += results.n_steps
+        return results
+
+    def as_dict(self) -> dict[str, Any]:
+        """For a JSON file from which the report can be written again."""
+        return {
+            "identifier": self.case.identifier,
+            "title": self.case.title,
+            "part": self.case.part,
+            "full": self.full,
+            "comparisons": [asdict(comparison) for comparison in self.comparisons],
+            "items": self.items,
+            "runs": self.runs,
+            "steps": self.steps,
+            "run_seconds": self.run_seconds,
+        }
+
+
+def all_cases() -> list[Case]:
+    """All cases, in the order of their modules' names."""
+    from . import cases
+
+    found: list[Case] = []
+    for module in sorted(pkgutil.iter_modules(cases.__path__), key=lambda m: m.name):
+        found += importlib.import_module(f"{cases.__name__}.{module.name}").CASES
+    identifiers = [case.identifier for case in found]
+    if len(set(identifiers)) < len(identifiers):
+        raise RockddaError(f"validation cases have the same identifier: {sorted(identifiers)}")
+    return found
+
+
+@functools.cache
+def published(name: str) -> dict[str, Any]:
+    """The published numbers of `published/NAME.toml`; each table there names its page, table or figure."""
+    file = resources.files(__package__) / "published" / f"{name}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "–" if math.isnan(value) else f"{value:.4g}"
+    return str(value)
