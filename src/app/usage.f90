@@ -51,13 +51,13 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda lines MODEL.dl [-o MODEL.dc] [OPTION…]'//nl// &
              nl// &
-             'Draws the lines of joint sets from their statistics (spacing, trace length, bridge, randomness), cuts'//nl// &
-             'them to the boundary and the openings, and writes a geometry file. Prints what was drawn beside'//nl// &
-             'what was asked for. The same seed gives the same lines on every machine.'//nl// &
+             'Draws the lines of joint sets from their statistics (spacing, trace length, bridge, randomness),'//nl// &
+             'cuts them to the boundary and the openings, and writes a geometry file. Prints what was drawn'//nl// &
+             'beside what was asked for. The same seed gives the same lines on every machine.'//nl// &
              nl// &
              'options:'//nl// &
-             '  -o, --output FILE the geometry file; default: the stem of the statistics file + .dc in the current'//nl// &
-             '                    folder'//nl// &
+             '  -o, --output FILE the geometry file; default: the stem of the statistics file + .dc in the'//nl// &
+             '                    current folder'//nl// &
              '  --seed N          wins over the seed of the file; 0 to 2147483646'//nl// &
              common_text()// &
              nl// &

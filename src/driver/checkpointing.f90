@@ -79,7 +79,8 @@ contains
       if (archive%saving .or. allocated(archive%error)) return
       if (allocated(memory)) call sim%solver%unpack(memory)
       complete = state_fits(sim%state, sim%blocks) .and. allocated(sim%equations%x) .and. &
-                 allocated(sim%line_ends) .and. allocated(sim%control%released) .and. allocated(sim%ledger%fixed_energy) .and. &
+                 allocated(sim%line_ends) .and. allocated(sim%control%released) .and. &
+                 allocated(sim%ledger%fixed_energy) .and. &
                  allocated(sim%record%measured_displacement) .and. allocated(sim%record%measured_stress) .and. &
                  allocated(sim%record%measured_rotation) .and. allocated(sim%record%fixed_force)
       if (complete) complete = size(sim%equations%x, 2) == sim%blocks%n_blocks

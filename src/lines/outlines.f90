@@ -114,7 +114,8 @@ contains
       do i = 1, n
          do k = i + 2, n
             if (i == 1 .and. k == n) cycle
-            if (segments_cross(vertices(:, i), vertices(:, 1 + mod(i, n)), vertices(:, k), vertices(:, 1 + mod(k, n)))) &
+            if (segments_cross(vertices(:, i), vertices(:, 1 + mod(i, n)), &
+                               vertices(:, k), vertices(:, 1 + mod(k, n)))) &
                crosses_itself = .true.
          end do
       end do

@@ -34,7 +34,7 @@ module rockdda_lines_statistics
       real(wp) :: bridge = 0            !! mean gap between the traces of a line [L]
       real(wp) :: randomness = 0        !! degree of randomness D_r of the perturbation, or coefficient of variation
       real(wp) :: offset = 0            !! distance of a line of the lattice from the origin, along the set's normal [L]
-      real(wp) :: start = 0             !! where a trace of line 0 begins, along the line from the foot of the origin [L]
+      real(wp) :: start = 0             !! where a trace of line 0 begins, along the line from the origin's foot [L]
       real(wp) :: stagger = 0           !! each line's traces begin this share of trace + bridge further on
       integer :: spacing_law = 1        !! one of law%...
       integer :: trace_law = 1

@@ -130,8 +130,11 @@ contains
             iostat=status)
       if (status /= 0) return
       if (len(text) > 0) write (unit, iostat=status) text
-      close (unit, iostat=status)
-      if (status /= 0) return
+      if (status == 0) then
+         close (unit)
+      else
+         close (unit, status='delete')
+      end if
    end subroutine write_text
 
 end module fuzz_system
