@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+"""Where a model stops to stand: two values of a parameter, as close as asked for, with different fates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..errors import RockddaError
+
+__all__ = ["Bracket", "bracket"]
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The model fails at `fails` and stands at `stands`."""
+
+    fails: float
+    stands: float
+
+    @property
+    def middle(self) -> float:
+        return 0.5 * (self.fails + self.stands)
+
+    @property
+    def width(self) -> float:
+        return abs(self.stands - self.fails)
+
+    def __str__(self) -> str:
+        return f"{min(self.fails, self.stands):.5g} – {max(self.fails, self.stands):.5g}"
+
+
+def bracket(stands: Callable[[float], bool], fails_at: float, stands_at: float, width: float) -> Bracket:
+    """Halve the interval between two values until it is no wider than `width`.
+
+    Both ends are tried first: an interval that does not hold the limit is an error, not a result.
+    """
+    if stands(fails_at) or not stands(stands_at):
+        raise RockddaError(f"no limit between {fails_at} (to fail) and {stands_at} (to stand)")
+    while abs(stands_at - fails_at) > width:
+        middle = 0.5 * (fails_at + stands_at)
+        if stands(middle):
+            stands_at = middle
+        else:
+            fails_at = middle
+    return Bracket(fails_at, stands_at)
