@@ -13,14 +13,14 @@ from typing import Annotated, Any
 
 import typer
 
-from . import cli_study
+from . import cli_study, cli_validate
 from .errors import ConvergenceError, InputError, OutputError, RockddaError
 from .results import FIELDS, Results
 
 __all__ = ["app", "main"]
 
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
-DIFFERENT = 1  # of `compare`, as of diff and cmp
+DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
 
 app = typer.Typer(
     name="rockdda-post",
@@ -32,8 +32,8 @@ app = typer.Typer(
 
     Each command has its own help with examples: `rockdda-post plot --help`.
 
-    Exit codes: 0 done; 1 internal error (of `compare`: the runs differ); 2 bad usage or bad input; 3 a computation
-    could not go on; 4 stopped (Ctrl-C); 5 output could not be written.
+    Exit codes: 0 done; 1 internal error (of `compare`: the runs differ; of `validate`: a promise is broken); 2 bad
+    usage or bad input; 3 a computation could not go on; 4 stopped (Ctrl-C); 5 output could not be written.
     """,
 )
 
@@ -482,6 +482,7 @@ def _common(
 
 
 cli_study.register(app)
+cli_validate.register(app)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -15,6 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import RockddaError
 from ..plot_style import style
 from ..running import run
@@ -68,6 +70,8 @@ class Comparison:
         if reference is None:
             return None
         scale = self.scale if self.scale is not None else abs(reference)
+        if self.ours == reference:
+            return 0.0
         return (self.ours - reference) / scale if scale else math.copysign(math.inf, self.ours - reference)
 
 
@@ -77,7 +81,7 @@ class Case:
 
     identifier: str  #: of the command line and of file names: "4.2-three-sines", "closed-newmark"
     title: str
-    part: str  #: heading under which the report has it: "Chapter 4", "Closed forms", …
+    part: str  #: heading under which the report has it: "Chapter 3" to "Chapter 7", "Closed forms"
     function: Callable[[Record], None]
     quick: bool = True  #: part of --quick (then it looks at `record.full` to do less)
 
@@ -96,6 +100,8 @@ class Record:
     runs: int = 0
     steps: int = 0
     run_seconds: float = 0.0
+    #: largest residual of the energy ledger in any run and step, over the largest energy of that run
+    energy_residual: float = 0.0
 
     def text(self, markdown: str) -> None:
         """A paragraph: what is compared, how, what is found."""
@@ -151,6 +157,11 @@ class Record:
             self.run_seconds += clock.monotonic() - started
             self.runs += 1
         self.steps += results.n_steps
+        if results.n_steps:
+            energy = np.abs(results["history/energy"])
+            largest, residual = float(energy[:, :-1].max()), float(energy[:, -1].max())
+            share = residual / largest if largest > 0 else residual
+            self.energy_residual = share if math.isnan(share) else max(self.energy_residual, share)
         return results
 
     def as_dict(self) -> dict[str, Any]:
@@ -165,6 +176,7 @@ class Record:
             "runs": self.runs,
             "steps": self.steps,
             "run_seconds": self.run_seconds,
+            "energy_residual": self.energy_residual,
         }
 
 

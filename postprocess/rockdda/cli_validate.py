@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""The command `rockdda-post validate`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .validation import Case
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="validate")(validate_command)
+
+
+def validate_command(
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer runs, minutes; the default.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="All runs of all cases.")] = False,
+    case: Annotated[
+        list[str] | None,
+        typer.Option("--case", metavar="ID", help="Only this case; may be repeated.", show_default=False),
+    ] = None,
+    show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
+    report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path(
+        "validation"
+    ),
+    work: Annotated[
+        Path | None,
+        typer.Option("--work", metavar="DIR", help="Keep input files and results of all runs.", show_default=False),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", "-j", min=1, help="Cases at a time; default: one a core.", show_default=False),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write into a folder with other files; replace --full by --quick.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+) -> None:
+    """Run the cases of the validation, compare with closed forms and published values, write the report.
+
+    DIR/index.md and DIR/report.html are made from what all cases left in DIR/data and DIR/figures; with --case only
+    those cases are run again. Exit code 0: all promises are kept; 1: some are not; 3: a case could not be computed.
+
+    Examples:
+
+        rockdda-post validate
+
+        rockdda-post validate --full -o validation --workers 8
+
+        rockdda-post validate --case closed-newmark --work runs
+
+        rockdda-post validate --list
+    """
+    from .cli import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, tell
+    from .cli_study import _stop_on_sigterm
+    from .validation import all_cases
+    from .validation.report import write_report
+    from .validation.runner import Outcome, run_cases, select
+
+    if quick and full:
+        raise InputError("--quick and --full exclude each other")
+    if show + report_only + bool(case) > 1:
+        raise InputError("--list, --report-only and --case exclude each other")
+    known = all_cases()
+    if show:
+        _list_cases(known, quiet, as_json)
+        return
+    if report_only:
+        written = write_report(output, known)
+        tell(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
+        return
+    chosen = select(case, full, known)
+    _look_at_folder(output, chosen, full, force)
+    with progress_bar("cases", quiet or as_json) as bar:
+
+        def report(done: int, total: int, outcome: Outcome) -> None:
+            if bar is not None:
+                bar(done, total)
+            elif not (quiet or as_json):
+                typer.echo(f"{done}/{total} {outcome.identifier}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
+
+        _stop_on_sigterm()
+        count = workers or os.cpu_count() or 1
+        outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
+    written = write_report(output, known)
+    status = {name: sum(o.status == name for o in outcomes) for name in ("agrees", "differs", "failed")}
+    code = NO_CONVERGENCE if status["failed"] else DIFFERENT if status["differs"] else DONE
+    if not quiet:
+        for outcome in outcomes:
+            if outcome.status != "agrees":
+                typer.echo(f"{outcome.identifier} {outcome.status}: {outcome.message}", err=True)
+    seconds = sum(o.seconds for o in outcomes)
+    summary = ", ".join(f"{number} {name}" for name, number in status.items() if number)
+    tell(
+        quiet,
+        as_json,
+        f"{len(outcomes)} cases: {summary}; {sum(o.runs for o in outcomes)} runs, {seconds:.0f} s of work\n"
+        + "\n".join(map(str, written)),
+        status="done" if code == DONE else "differs" if code == DIFFERENT else "failed",
+        exit_code=code,
+        files=list(map(str, written)),
+        cases=[vars(outcome) for outcome in outcomes],
+    )
+    if code != DONE:
+        raise typer.Exit(code)
+
+
+def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
+    """What there is to run."""
+    from .cli import tell
+
+    wide = max((len(case.identifier) for case in known), default=0)
+    lines = []
+    for part in dict.fromkeys(case.part for case in known):
+        lines.append(part)
+        lines += [
+            f"  {case.identifier:{wide}}  {case.title}{'' if case.quick else ' (--full only)'}"
+            for case in known
+            if case.part == part
+        ]
+    names = [
+        {"identifier": case.identifier, "title": case.title, "part": case.part, "quick": case.quick} for case in known
+    ]
+    tell(quiet, as_json, "\n".join(lines), cases=names)
+
+
+def _look_at_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> None:
+    """Nothing of somebody else's is written over, and no result of --full by one of --quick."""
+    from .validation.runner import load_records
+
+    if not chosen:
+        raise InputError("there is no case to run")
+    if output.exists() and not output.is_dir():
+        raise InputError("is no folder", output)
+    if force or not output.is_dir():
+        return
+    if any(output.iterdir()) and not (output / "data").is_dir():
+        raise InputError("holds other files; choose another folder, or use --force", output)
+    if full:
+        return
+    names = {case.identifier for case in chosen}
+    better = [r["identifier"] for r in load_records(output, chosen) if r.get("full") and r["identifier"] in names]
+    if better:
+        raise InputError(f"has results of --full for {', '.join(better)}; --force replaces them by --quick", output)

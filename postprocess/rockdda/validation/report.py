@@ -1,0 +1,430 @@
+# SPDX-License-Identifier: MIT
+"""The report of the validation, as Markdown (`index.md`) and as a page to read or print (`report.html`).
+
+Both are made from the records alone: first what a reviewer asks for, then every case.
+"""
+
+from __future__ import annotations
+
+import html
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, OutputError
+from .case import Case, Comparison, all_cases
+from .runner import comparison, load_records
+
+__all__ = ["report_text", "write_report"]
+
+PARTS = {
+    "Chapter 3": "Chapter 3: the method on two blocks",
+    "Chapter 4": "Chapter 4: block on an incline, shaking table",
+    "Chapter 5": "Chapter 5: arches and the centrifuge beam",
+    "Chapter 6": "Chapter 6: the water reservoir of Tel Beer-Sheva",
+    "Chapter 7": "Chapter 7: layered and jointed roofs",
+    "Closed forms": "Closed forms beyond the thesis",
+}
+#: Differences beyond this share are listed on the first page, whether something was promised or not.
+NOTABLE = 0.05
+#: Rows of a table that the report shows; the rest is in the file beside it.
+MOST_ROWS = 30
+MOST_WORST = 10
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A record with its comparisons."""
+
+    record: dict[str, Any]
+    comparisons: list[Comparison]
+
+    @property
+    def identifier(self) -> str:
+        return str(self.record["identifier"])
+
+    @property
+    def error(self) -> str:
+        return str(self.record.get("error") or "")
+
+    @property
+    def promised(self) -> list[Comparison]:
+        return [c for c in self.comparisons if c.agrees is not None]
+
+    @property
+    def verdict(self) -> str:
+        if self.error:
+            return "**failed**"
+        if not self.promised:
+            return "told only"
+        return "yes" if all(c.agrees for c in self.promised) else "**no**"
+
+    @property
+    def link(self) -> str:
+        return f"[{self.identifier}](#{_anchor(self.identifier)})"
+
+
+def write_report(target: Path, cases: Sequence[Case] | None = None) -> list[Path]:
+    """Write `index.md` and `report.html` from all records in `target/data`."""
+    if not (target / "data").is_dir():
+        raise InputError("there are no records in it", target)
+    cases = all_cases() if cases is None else cases
+    records = load_records(target, cases)
+    text = report_text(records, cases)
+    paths = [target / "index.md", target / "report.html"]
+    try:
+        paths[0].write_text(text, encoding="utf-8")
+        paths[1].write_text(_page(text), encoding="utf-8")
+    except OSError as problem:
+        raise OutputError(f"{target}: cannot be written: {problem.strerror}") from None
+    return paths
+
+
+def report_text(records: Sequence[dict[str, Any]], cases: Sequence[Case]) -> str:
+    """The report as Markdown."""
+    entries = [_Entry(record, [comparison(c) for c in record["comparisons"]]) for record in records]
+    lines = ["# Validation of RockDDA", ""]
+    lines += _opening(entries)
+    lines += _summary(entries)
+    lines += _worst(entries)
+    lines += _mismatches(entries)
+    lines += _conditions(entries, cases)
+    for part in dict.fromkeys(str(entry.record["part"]) for entry in entries):
+        lines += [f"## {PARTS.get(part, part)}", ""]
+        for entry in entries:
+            if entry.record["part"] == part:
+                lines += _case(entry)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+# -- the first page --------------------------------------------------------------------------------------------------
+
+
+def _opening(entries: Sequence[_Entry]) -> list[str]:
+    numbers = [c for entry in entries for c in entry.comparisons]
+    promised = [c for c in numbers if c.agrees is not None]
+    kept = sum(c.agrees is True for c in promised)
+    failed = [entry for entry in entries if entry.error]
+    text = (
+        f"{_count(len(entries), 'case')}, {_count(len(numbers), 'compared number')}: "
+        f"{sum(c.truth is not None for c in numbers)} against a closed form or an independent numerical solution that "
+        f"has no DDA in it (the *truth*), {sum(c.published is not None for c in numbers)} against published values. "
+        f"The cases promise {_count(len(promised), 'agreement')} within stated bounds; **{kept} of {len(promised)} are "
+        "kept**"
+    )
+    text += (
+        f", and **{_count(len(failed), 'case')} could not be computed**." if failed else "; every case was computed."
+    )
+    return [
+        text,
+        "",
+        "Errors are (ours - truth)/truth, differences (ours - published)/published, unless a scale is given. No "
+        "parameter was tuned to meet a published value: what does not match is listed below with its explanation, or "
+        "is said to be unexplained. Curves of the thesis that are not in its text or tables are not compared.",
+        "",
+    ]
+
+
+def _summary(entries: Sequence[_Entry]) -> list[str]:
+    rows = []
+    for entry in entries:
+        truths = list(dict.fromkeys(c.truth_source for c in entry.comparisons if c.truth_source))
+        worst = _largest(entry.comparisons, "error")
+        apart = _largest(entry.comparisons, "published_error")
+        kept = f"{sum(c.agrees is True for c in entry.promised)} of {len(entry.promised)}" if entry.promised else "–"
+        shown = ", ".join(truths[:2]) + (", …" if len(truths) > 2 else "") or "–"
+        rows.append(
+            [
+                f"{entry.link} {entry.record['title']}",
+                shown,
+                _error(worst, worst.error) if worst else "–",
+                _allowed(worst) if worst and worst.allowed is not None else "–",
+                _error(apart, apart.published_error) if apart else "–",
+                kept,
+                entry.verdict,
+            ]
+        )
+    head = [
+        "case",
+        "truth",
+        "worst error",
+        "promised for it",
+        "worst difference to published",
+        "promises kept",
+        "agrees",
+    ]
+    return ["## What was compared", "", *_table(head, rows), ""]
+
+
+def _worst(entries: Sequence[_Entry]) -> list[str]:
+    """The largest errors against the truth, relative ones."""
+    found = [(entry, c) for entry in entries for c in entry.comparisons if c.error is not None and c.scale != 1]
+    found.sort(key=lambda pair: -abs(_finite(pair[1].error)))
+    rows = [
+        [entry.link, c.quantity, _value(c.ours, c.unit), _value(c.truth, c.unit), _error(c, c.error), _allowed(c)]
+        for entry, c in found[:MOST_WORST]
+    ]
+    if not rows:
+        return []
+    head = ["case", "quantity", "ours", "truth", "error", "promised"]
+    return ["## The worst errors against the truth", "", *_table(head, rows), ""]
+
+
+def _mismatches(entries: Sequence[_Entry]) -> list[str]:
+    rows = []
+    for entry in entries:
+        if entry.error:
+            rows.append([entry.link, "the case could not be computed", "–", "–", "–", entry.error])
+        for c in entry.comparisons:
+            row = [entry.link, c.quantity, _value(c.ours, c.unit)]
+            why = c.explanation or "**not explained**"
+            if c.truth is not None and (c.agrees is False or _notable(c, c.error)):
+                rows.append([*row, f"truth {_value(c.truth, c.unit)}", _broken(c) + _error(c, c.error), why])
+            elif c.truth is None and c.agrees is False:
+                reference = f"published {_value(c.published, c.unit)}"
+                rows.append([*row, reference, _broken(c) + _error(c, c.published_error), why])
+            if (
+                c.published is not None
+                and not (c.truth is None and c.agrees is False)
+                and _notable(c, c.published_error)
+            ):
+                reference = f"published {_value(c.published, c.unit)}"
+                rows.append([*row, reference, _error(c, c.published_error), why])
+    lines = ["## What does not match", ""]
+    if not rows:
+        return [*lines, f"Nothing: no promise is broken, and no difference is larger than {_percent(NOTABLE)}.", ""]
+    lines += [f"Broken promises, and all differences larger than {_percent(NOTABLE)}, promised or not.", ""]
+    head = ["case", "quantity", "ours", "against", "difference", "explanation"]
+    return [*lines, *_table(head, rows), ""]
+
+
+def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
+    """How the numbers came to be."""
+    full = [entry for entry in entries if entry.record.get("full")]
+    quick = [entry for entry in entries if not entry.record.get("full")]
+    versions = sorted({str(entry.record.get("version") or "unknown") for entry in entries})
+    processors = sorted({str(entry.record.get("processor") or "") for entry in entries} - {""})
+    lines = ["## How this was made", ""]
+    lines.append(f"- Program version {', '.join(versions)}; every run goes through `rockdda.run`, with one thread. ")
+    lines.append("- The same input gives the same bits with any number of threads, and from `rockdda run`.")
+    for some, name in ((full, "full"), (quick, "quick")):
+        if some:
+            seconds = sum(entry.record.get("seconds", 0.0) for entry in some)
+            runs, steps = (sum(entry.record[key] for entry in some) for key in ("runs", "steps"))
+            of = f" ({', '.join(entry.identifier for entry in some)})" if full and quick and some is quick else ""
+            lines.append(
+                f"- `rockdda-post validate --{name}` made {_count(len(some), 'case')}{of}: "
+                f"{_count(runs, 'run')}, {_count(steps, 'time step')}, {_duration(seconds)} on one core"
+                + (f" ({'; '.join(processors)})." if processors else ".")
+            )
+    ran = [entry for entry in entries if entry.record["runs"]]
+    if ran:
+        worst = max(ran, key=lambda entry: _finite(entry.record.get("energy_residual")))
+        lines.append(
+            "- Energy closes: what the ledger leaves over is at most "
+            f"{_finite(worst.record.get('energy_residual')):.1e} of the largest energy of the run ({worst.link})."
+        )
+    present = {entry.identifier for entry in entries}
+    missing = [case.identifier for case in cases if case.identifier not in present]
+    if missing:
+        lines.append(f"- **Not run:** {', '.join(missing)}.")
+    strange = sorted(present - {case.identifier for case in cases})
+    if strange:
+        lines.append(f"- Left by another version, which had other cases: {', '.join(strange)}.")
+    lines.append(
+        "- Promised errors of the quick form of the cases are kept by a test at every change of the program. "
+        "Numbers of this report are in `data/`, one file for each case; tables and figures in `figures/`."
+    )
+    return [*lines, ""]
+
+
+# -- a case ----------------------------------------------------------------------------------------------------------
+
+
+def _case(entry: _Entry) -> list[str]:
+    record = entry.record
+    mode = "--full" if record.get("full") else "--quick"
+    lines = [f'<a id="{_anchor(entry.identifier)}"></a>', "", f"### {entry.identifier}: {record['title']}", ""]
+    if entry.error:
+        lines += [f"**The case could not be computed:** {_cell(entry.error)}", ""]
+    tables = 0
+    for item in record["items"]:
+        if item["kind"] == "text":
+            lines += [re.sub(r"^#{1,3} ", "#### ", item["text"], flags=re.M), ""]
+        elif item["kind"] == "figure":
+            lines += [f"![{_alt(item['caption'])}](figures/{item['file']})", "", f"*{item['caption'].strip()}*", ""]
+        elif item["kind"] == "table":
+            tables += 1
+            rest = len(item["rows"]) - MOST_ROWS
+            more = f" The first {MOST_ROWS} of {len(item['rows'])} rows." if rest > 0 else ""
+            lines += [f"*{item['caption'].strip()}{more} ([CSV](figures/{item['file']}))*", ""]
+            lines += [*_table(item["columns"], item["rows"][:MOST_ROWS]), ""]
+    if entry.comparisons:
+        lines += [*_comparisons(entry.comparisons), ""]
+    made = f"`rockdda-post validate {mode} --case {entry.identifier}`: {_count(record['runs'], 'run')}, "
+    made += f"{_count(record['steps'], 'time step')}, {_duration(record.get('seconds', 0.0))}"
+    if record["runs"]:
+        left = _finite(record.get("energy_residual"))
+        made += f"; the energy ledger leaves over at most {left:.1e} of the largest energy"
+    return [*lines, made + ".", ""]
+
+
+def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
+    """All numbers of a case; columns that would be empty are left out."""
+    head = ["quantity", "ours", "truth", "error", "promised", "published", "difference", "explanation"]
+    rows = []
+    for c in comparisons:
+        truth = f"{_value(c.truth, c.unit)} ({c.truth_source})" if c.truth_source else _value(c.truth, c.unit)
+        published = _value(c.published, c.unit) + (f" ({c.published_source})" if c.published_source else "")
+        rows.append(
+            [
+                c.quantity,
+                _value(c.ours, c.unit),
+                truth if c.truth is not None else "–",
+                _error(c, c.error),
+                _broken(c) + _allowed(c),
+                published if c.published is not None else "–",
+                _error(c, c.published_error),
+                c.explanation or "–",
+            ]
+        )
+    kept = [k for k in range(len(head)) if k < 2 or any(row[k] != "–" for row in rows)]
+    return _table([head[k] for k in kept], [[row[k] for k in kept] for row in rows])
+
+
+# -- words and numbers -----------------------------------------------------------------------------------------------
+
+
+def _largest(comparisons: Sequence[Comparison], name: str) -> Comparison | None:
+    """The comparison with the largest error; relative errors go before absolute ones."""
+    found = [c for c in comparisons if getattr(c, name) is not None]
+    relative = [c for c in found if c.scale != 1]
+    return max(relative or found, key=lambda c: abs(_finite(getattr(c, name))), default=None)
+
+
+def _finite(error: float | None) -> float:
+    return math.inf if error is None or math.isnan(error) else error
+
+
+def _notable(c: Comparison, error: float | None) -> bool:
+    """Is it worth the first page? Absolute errors are when nothing was promised and they are a large share."""
+    if error is None:
+        return False
+    if c.scale == 1:
+        reference = c.truth if c.truth is not None else c.published
+        return c.agrees is None and bool(reference) and abs(_finite(error)) > NOTABLE * abs(reference or 1.0)
+    return abs(_finite(error)) > NOTABLE
+
+
+def _broken(c: Comparison) -> str:
+    return "**broken:** " if c.agrees is False else ""
+
+
+def _value(value: float | None, unit: str) -> str:
+    if value is None:
+        return "–"
+    if math.isnan(value):
+        return "not a number"
+    return _with_unit(f"{value:.5g}", unit)
+
+
+def _error(c: Comparison, error: float | None) -> str:
+    """A relative error in percent (the very small ones as powers of ten), an absolute one with its unit."""
+    if error is None:
+        return "–"
+    if not math.isfinite(error):
+        return "not a number" if math.isnan(error) else "unbounded"
+    if error == 0:
+        return "0"
+    return _with_unit(f"{error:+.2g}", c.unit) if c.scale == 1 else _percent(error, "+")
+
+
+def _allowed(c: Comparison) -> str:
+    if c.allowed is None:
+        return "–"
+    return "≤ " + (_with_unit(f"{c.allowed:.2g}", c.unit) if c.scale == 1 else _percent(c.allowed))
+
+
+def _percent(share: float, sign: str = "") -> str:
+    if 0 < abs(share) < 1e-5:
+        return f"{share:{sign}.1e}"
+    if abs(share) >= 10:
+        return _with_unit(f"{100 * share:{sign}.0f}", "%")
+    return _with_unit(f"{100 * share:{sign}.3g}" if abs(share) >= 0.1 else f"{100 * share:{sign}.2g}", "%")
+
+
+def _with_unit(number: str, unit: str) -> str:
+    """Number and unit stay on one line."""
+    return f"{number}\u00a0{unit}" if unit else number
+
+
+def _count(number: int, name: str) -> str:
+    return f"{number:,}".replace(",", "\u00a0") + f" {name}{'' if number == 1 else 's'}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 10:
+        return f"{seconds:.1f} s"
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _anchor(identifier: str) -> str:
+    return "case-" + re.sub(r"[^a-z0-9]+", "-", identifier.lower()).strip("-")
+
+
+def _cell(text: Any) -> str:
+    """Words within a cell of a table."""
+    return re.sub(r"[ \t\r\n]+", " ", str(text)).strip().replace("|", "\\|")
+
+
+def _alt(caption: str) -> str:
+    return re.sub(r"[\[\]*_`]", "", _cell(caption))
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(_cell(cell) or " " for cell in line) + " |" for line in lines]
+
+
+# -- the page --------------------------------------------------------------------------------------------------------
+
+STYLE = """
+:root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
+body { max-width: 66rem; margin: 2rem auto; padding: 0 1.2rem; }
+h1 { font-size: 1.9rem; margin: 0 0 .8rem; } h2 { font-size: 1.35rem; margin: 2.4rem 0 .6rem;
+  border-bottom: 1px solid #c8ced4; padding-bottom: .2rem; } h3 { font-size: 1.08rem; margin: 2rem 0 .5rem; }
+p, li { max-width: 52rem; } a { color: #0060a0; text-decoration: none; } a:hover { text-decoration: underline; }
+code { font: .88em ui-monospace, Menlo, Consolas, monospace; background: #f2f4f6; padding: .05em .3em; }
+pre { background: #f2f4f6; padding: .6rem .8rem; overflow-x: auto; } pre code { padding: 0; }
+.wide { overflow-x: auto; margin: .6rem 0 1rem; }
+table { border-collapse: collapse; font-size: .84rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
+th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .7rem .25rem 0; vertical-align: bottom; }
+td { border-bottom: 1px solid #e0e4e8; padding: .25rem .7rem .25rem 0; vertical-align: top; }
+td strong { color: #b03a00; } img { max-width: 100%; height: auto; display: block; }
+@page { size: A4; margin: 16mm 14mm; }
+@media print {
+  :root { font-size: 10px; } body { max-width: none; margin: 0; padding: 0; } .wide { overflow: visible; }
+  h2 { break-after: avoid; } h2.part { break-before: page; } h3, caption { break-after: avoid; }
+  tr, img { break-inside: avoid; } img { max-width: 135mm; } a { color: inherit; }
+}
+"""
+
+
+def _page(text: str) -> str:
+    """The Markdown as a page that needs nothing but the figures beside it."""
+    from markdown_it import MarkdownIt
+
+    marked = re.sub(r'<a id="(case-[a-z0-9-]+)"></a>\n\n### ', "### \ue000\\1\ue001", text)
+    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(marked)
+    body = re.sub("<h3>\ue000([^\ue001]*)\ue001", r'<h3 id="\1">', body)
+    for title in PARTS.values():
+        body = body.replace(f"<h2>{html.escape(title)}</h2>", f'<h2 class="part">{html.escape(title)}</h2>')
+    body = body.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+    head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+    head += f"<title>Validation of RockDDA</title>\n<style>{STYLE}</style>"
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}</body>\n</html>\n'

@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: MIT
+"""Running cases: each in a process of its own, so that nothing that goes wrong in one touches another.
+
+What a case leaves behind is kept in `DIR/data/ID.json` and `DIR/figures/ID-*`; the report is made from these alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import importlib
+import json
+import math
+import multiprocessing
+import os
+import shutil
+import signal
+import tempfile
+import time as clock
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError, OutputError, RockddaError
+from .case import Case, Comparison, Record, all_cases
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
+__all__ = ["Outcome", "load_records", "run_cases", "run_here", "select", "store"]
+
+#: Called when a case has ended: cases ended, cases in all, how it ended.
+Progress = Callable[[int, int, "Outcome"], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a case ended."""
+
+    identifier: str
+    status: str  #: "agrees", "differs" (a promise is broken) or "failed"
+    seconds: float
+    runs: int
+    steps: int
+    message: str = ""
+
+    @classmethod
+    def of(cls, record: dict[str, Any]) -> Outcome:
+        """Of what a case left behind."""
+        broken = [c["quantity"] for c in record["comparisons"] if comparison(c).agrees is False]
+        message = record.get("error", "") or "; ".join(broken)
+        status = "failed" if record.get("error") else "differs" if broken else "agrees"
+        return cls(record["identifier"], status, record["seconds"], record["runs"], record["steps"], message)
+
+
+def select(identifiers: Sequence[str] | None, full: bool, cases: Sequence[Case] | None = None) -> list[Case]:
+    """The cases of these names, in the order of the report; without names all of --quick or --full."""
+    cases = all_cases() if cases is None else cases
+    known = {case.identifier: case for case in cases}
+    if not identifiers:
+        return [case for case in cases if full or case.quick]
+    for name in identifiers:
+        if name not in known:
+            near = [other for other in known if name.lower() in other.lower()]
+            hint = f"; did you mean {', '.join(near)}?" if near else "; --list shows all"
+            raise InputError(f"there is no case {name!r}{hint}")
+        if not full and not known[name].quick:
+            raise InputError(f"case {name!r} takes minutes at its least: it needs --full")
+    return [case for case in cases if case.identifier in identifiers]
+
+
+def run_here(case: Case, folder: Path, figures: Path, full: bool = False, workers: int = 1) -> dict[str, Any]:
+    """Run a case in this process. An error of the case is told in what it leaves behind."""
+    started = clock.monotonic()
+    record = Record(case, folder, figures, full, workers)
+    error = ""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        case.function(record)
+        if not record.comparisons:
+            error = "the case compares nothing"
+    except Exception as problem:
+        error = _told(problem, folder)
+    found = record.as_dict()
+    found |= {"error": error, "seconds": clock.monotonic() - started, "version": _version(), "processor": _processor()}
+    for name in ("seconds", "run_seconds"):
+        found[name] = round(found[name], 1)
+    return found
+
+
+def run_cases(
+    cases: Sequence[Case],
+    target: Path,
+    *,
+    full: bool = False,
+    work: Path | None = None,
+    workers: int = 1,
+    module: str | None = None,
+    progress: Progress | None = None,
+) -> list[Outcome]:
+    """Run cases in processes of their own, `workers` at a time, and keep what they leave behind in a folder.
+
+    work: where the input files and results of the runs are kept; without it they are removed. module: where the cases
+    are found by their names, if not among all.
+    """
+    outcomes: list[Outcome] = []
+    with contextlib.ExitStack() as stack:
+        place = work
+        if place is None:
+            place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rockdda-validate-")))
+        for case, found in _run_all(cases, place.absolute(), full, workers, module):
+            store(found, place / case.identifier / "figures", target)
+            if work is None:
+                shutil.rmtree(place / case.identifier, ignore_errors=True)
+            outcomes.append(Outcome.of(found))
+            if progress is not None:
+                progress(len(outcomes), len(cases), outcomes[-1])
+    order = [case.identifier for case in cases]
+    return sorted(outcomes, key=lambda outcome: order.index(outcome.identifier))
+
+
+def _run_all(
+    cases: Sequence[Case], place: Path, full: bool, workers: int, module: str | None
+) -> Iterator[tuple[Case, dict[str, Any]]]:
+    """Cases with what they left behind, as they end."""
+    import rockdda
+
+    context = multiprocessing.get_context("spawn")
+    waiting, running = list(cases), dict[int, tuple[Case, "BaseProcess", float]]()
+    share = max(1, workers // max(1, len(cases)))
+    try:
+        while waiting or running:
+            while waiting and len(running) < workers:
+                case = waiting.pop(0)
+                folder = place / case.identifier
+                shutil.rmtree(folder, ignore_errors=True)
+                _make(folder)
+                job = (case.identifier, module, folder, full, share, list(rockdda.__path__), os.getpid())
+                process = context.Process(target=_child, args=job)
+                process.start()
+                running[process.sentinel] = (case, process, clock.monotonic())
+            for sentinel in wait(list(running)):
+                case, process, started = running.pop(sentinel)  # type: ignore[arg-type]
+                process.join()
+                file = place / case.identifier / "record.json"
+                if process.exitcode == 0 and file.is_file():
+                    found = _read(file)
+                else:
+                    empty = Record(case, place, place, full).as_dict()
+                    error = f"the process of the case ended with exit code {process.exitcode}"
+                    told = {"error": error, "seconds": round(clock.monotonic() - started, 1), "version": _version()}
+                    found = empty | told
+                yield case, found
+    finally:
+        for _, process, _ in running.values():
+            process.terminate()
+            process.join()
+
+
+def _child(
+    identifier: str, module: str | None, folder: Path, full: bool, workers: int, package: list[str], parent: int
+) -> None:
+    """One case, in a process of its own."""
+    import rockdda
+
+    with contextlib.suppress(OSError, AttributeError):  # do not outlive the parent (Linux)
+        ctypes.CDLL(None).prctl(1, signal.SIGTERM)
+    if os.getppid() != parent:
+        return
+    os.environ["MPLBACKEND"] = "Agg"
+    rockdda.__path__[:] = package
+    cases = all_cases() if module is None else importlib.import_module(module).CASES
+    case = next(case for case in cases if case.identifier == identifier)
+    with contextlib.suppress(KeyboardInterrupt):
+        found = run_here(case, folder, folder / "figures", full, workers)
+        _write(folder / "record.json", found)
+
+
+def store(record: dict[str, Any], figures: Path, target: Path) -> None:
+    """Keep what a case left behind: `data/ID.json` and its files in `figures`, in place of what was there of it."""
+    file = target / "data" / f"{record['identifier']}.json"
+    _make(file.parent)
+    for name in _files(_read(file)) if file.is_file() else []:
+        (target / "figures" / name).unlink(missing_ok=True)
+    for name in _files(record):
+        _make(target / "figures")
+        if (figures / name).is_file():
+            shutil.copyfile(figures / name, target / "figures" / name)
+    _write(file, record)
+
+
+def load_records(target: Path, cases: Sequence[Case] | None = None) -> list[dict[str, Any]]:
+    """All that is kept in a folder, in the order of the cases; what belongs to no case comes last."""
+    cases = all_cases() if cases is None else cases
+    order = {case.identifier: number for number, case in enumerate(cases)}
+    records = [_read(file) for file in sorted((target / "data").glob("*.json"))]
+    return sorted(records, key=lambda r: order.get(r["identifier"], len(order)))
+
+
+def comparison(values: dict[str, Any]) -> Comparison:
+    """A comparison from what is kept of it."""
+    return Comparison(**{field.name: values[field.name] for field in fields(Comparison) if field.name in values})
+
+
+def _files(record: dict[str, Any]) -> list[str]:
+    """Names of the files of a record."""
+    return [item["file"] for item in record["items"] if item.get("file")]
+
+
+def _told(problem: Exception, folder: Path) -> str:
+    """An error as the report tells it: where in the package, without paths of this machine."""
+    text = str(problem) if isinstance(problem, RockddaError) else f"{type(problem).__name__}: {problem}"
+    text = text.replace(f"{folder}{os.sep}", "").replace(str(folder), ".").replace(f"{Path.cwd()}{os.sep}", "")
+    frames = traceback.extract_tb(problem.__traceback__)
+    own = [frame for frame in frames if frame.name != "run_here"]
+    if own:
+        text += f" (in {Path(own[0].filename).name}, line {own[0].lineno})"
+    return text
+
+
+def _version() -> str:
+    """Of the program."""
+    from ..native import VERSION, Session
+
+    try:
+        return Session().text(VERSION)
+    except ImportError:
+        return ""
+
+
+def _processor() -> str:
+    """What the seconds were measured on."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return ""
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise OutputError(f"{folder}: cannot be written: {problem.strerror}") from None
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        raise InputError(f"is no record of a case: {problem}", file) from None
+    if not {"identifier", "title", "part", "comparisons", "items"} <= set(found):
+        raise InputError("is no record of a case: something is missing in it", file)
+    for values in found["comparisons"]:
+        for name in ("ours", "truth", "published", "allowed", "scale"):
+            if isinstance(values.get(name), str):
+                values[name] = float(values[name])
+    return found
+
+
+def _write(file: Path, record: dict[str, Any]) -> None:
+    """As JSON; numbers that JSON cannot express become texts such as "nan"."""
+    try:
+        text = json.dumps(_plain(record), indent=1, ensure_ascii=False, allow_nan=False)
+        part = file.with_name(file.name + ".part")
+        part.write_text(text + "\n", encoding="utf-8")
+        part.replace(file)
+    except OSError as problem:
+        raise OutputError(f"{file}: cannot be written: {problem.strerror}") from None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    return value

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The validation: its cases keep what they promise, the report says what they left behind, the command does both."""
+
+import json
+import re
+import subprocess
+import tomllib
+
+import pytest
+import rockdda.validation
+from places import ROOT, assert_same_results
+from rockdda.cli import main
+from rockdda.errors import InputError
+from rockdda.validation import Case, Comparison, Record, all_cases
+from rockdda.validation.cases import closed_newmark
+from rockdda.validation.report import PARTS, write_report
+from rockdda.validation.runner import Outcome, comparison, load_records, run_cases, run_here, select, store
+from synthetic_cases import CASES
+
+pytestmark = pytest.mark.usefixtures("native")
+QUICK = [case for case in all_cases() if case.quick]
+
+
+def test_the_cases_have_names_and_places():
+    for case in all_cases():
+        assert re.fullmatch(r"[a-z0-9][a-z0-9.-]*", case.identifier), case.identifier
+        assert case.part in PARTS, f"{case.identifier}: {case.part}"
+        assert case.title and not case.title.endswith(".")
+    assert len(all_cases()) == len({case.identifier for case in all_cases()}) > 0
+
+
+def test_published_numbers_can_be_read():
+    for package in rockdda.validation.__path__:
+        for file in (ROOT / package / "published").glob("*.toml"):
+            assert tomllib.loads(file.read_text(encoding="utf-8")), file
+
+
+@pytest.mark.parametrize("case", QUICK, ids=[case.identifier for case in QUICK])
+def test_quick_cases_keep_their_promises(case, tmp_path):
+    """Every case, in its quick form; at least one promise each, or a truth or a published value to tell."""
+    found = run_here(case, tmp_path / "runs", tmp_path / "figures")
+    assert not found["error"], found["error"]
+    assert found["energy_residual"] < 1e-6
+    numbers = [comparison(values) for values in found["comparisons"]]
+    broken = [
+        f"{c.quantity}: {c.ours:g}, truth {c.truth}, published {c.published}" for c in numbers if c.agrees is False
+    ]
+    assert not broken
+    assert any(c.truth is not None or c.published is not None for c in numbers)
+
+
+def test_a_case_does_what_the_command_does(program, tmp_path):
+    """Input files that a case leaves behind give the same bits through `rockdda run`."""
+    record = Record(Case("x", "x", "Closed forms", lambda record: None), tmp_path, tmp_path)
+    model, _ = closed_newmark.incline(closed_newmark.pulse_motion(), 0.005, 1.0, 1e10)
+    results = record.run(model, "pulse")
+    assert results.complete and record.steps == results.n_steps > 100
+    results.close()
+    other = tmp_path / "command.h5"
+    subprocess.run([program, "run", tmp_path / "pulse", "-o", other, "--quiet"], check=True)
+    assert_same_results(tmp_path / "pulse/pulse.h5", other)
+
+
+def test_errors_are_relative_to_what_is_said():
+    assert Comparison("a", 1.1, truth=1.0, allowed=0.2).agrees is True
+    assert Comparison("a", 1.3, truth=1.0, allowed=0.2).agrees is False
+    assert Comparison("a", 1.3, truth=1.0).agrees is None
+    assert Comparison("a", 0.3, truth=0.0, scale=1).error == pytest.approx(0.3)
+    assert Comparison("a", 0.0, truth=0.0).error == 0.0
+    assert Comparison("a", float("nan"), truth=1.0, allowed=0.2).agrees is False
+    assert Comparison("a", 5.0, published=4.0, allowed=0.2).agrees is False
+
+
+def kept(tmp_path, cases, **options):
+    """Records of cases in a folder, as the runner keeps them."""
+    for case in cases:
+        figures = tmp_path / "runs" / case.identifier / "figures"
+        store(run_here(case, figures.parent, figures, **options), figures, tmp_path / "report")
+    return tmp_path / "report"
+
+
+def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
+    target = kept(tmp_path, CASES[:3])
+    markdown, page = write_report(target, CASES)
+    text, html = markdown.read_text(encoding="utf-8"), page.read_text(encoding="utf-8")
+    assert "3 cases, 6 compared numbers" in text and "**3 of 4 are kept**" in text
+    assert "**1 case could not be computed**" in text and "**Not run:** 9.4-crashes" in text
+    mismatches = text.split("## What does not match")[1].split("##")[0]
+    assert "it is wrong" in mismatches and "broken" in mismatches  # the promise
+    assert "no such thing in run" in mismatches and str(tmp_path) not in text  # the failure
+    assert "published 3\u00a0kN" in mismatches and "**not explained**" in mismatches
+    assert "nothing is known \\| nothing at all" in mismatches
+    assert "slip" not in mismatches and "zero" not in mismatches
+    for name in re.findall(r"\]\((figures/[^)]+)\)", text):
+        assert (target / name).is_file()
+        assert f'"{name}"' in html
+    assert "The first 30 of 50 rows" in text and text.count("\n| 29 |") == 1 and "| 30 |" not in text
+    assert '<h3 id="case-9-1-agrees">9.1-agrees: One that agrees</h3>' in html
+    assert "<h4>A heading</h4>" in html and "&lt;tag&gt;" in html and "<table>" in html
+    links = re.findall(r'href="#([^"]+)"', html)
+    assert links and all(f'id="{name}"' in html for name in links)
+    assert html.count('<h2 class="part">') == 2
+
+
+def test_records_come_back_as_they_were(tmp_path):
+    target = kept(tmp_path, CASES[:3])
+    first = (target / "index.md").exists(), [r["identifier"] for r in load_records(target, CASES)]
+    assert first == (False, ["9.1-agrees", "9.2-differs", "9.3-fails"])
+    told = comparison(load_records(target, CASES)[0]["comparisons"][2])
+    assert told.ours != told.ours and told.published == 1.0  # not a number
+    json.loads((target / "data/9.1-agrees.json").read_text(), parse_constant=lambda name: pytest.fail(name))
+    kept(tmp_path, CASES[1:2], full=True)
+    records = load_records(target, CASES)
+    assert [record["full"] for record in records] == [False, True, False]
+    assert records[1]["items"][0]["text"] == "Here all."
+    # a case that leaves less behind than before takes its files away
+    store(records[0] | {"items": []}, tmp_path, target)
+    assert not list((target / "figures").iterdir())
+
+
+def test_each_case_has_its_process(tmp_path):
+    told = []
+    outcomes = run_cases(
+        CASES, tmp_path / "out", full=True, workers=2, module="synthetic_cases", progress=lambda *a: told.append(a)
+    )
+    assert [outcome.status for outcome in outcomes] == ["agrees", "differs", "failed", "failed"]
+    assert "exit code 7" in outcomes[3].message and "no such thing" in outcomes[2].message
+    assert [(done, total) for done, total, _ in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    assert len(list((tmp_path / "out/data").iterdir())) == 4
+    assert (tmp_path / "out/figures/9.1-agrees-line.png").stat().st_size > 1000
+
+
+def test_cases_are_chosen_by_name():
+    assert [case.identifier for case in select(None, False, CASES)] == ["9.1-agrees", "9.2-differs", "9.3-fails"]
+    assert len(select(None, True, CASES)) == 4
+    assert [case.identifier for case in select(["9.2-differs", "9.1-agrees"], False, CASES)] == [
+        "9.1-agrees",
+        "9.2-differs",
+    ]
+    with pytest.raises(InputError, match=r"did you mean 9\.3-fails"):
+        select(["fails"], False, CASES)
+    with pytest.raises(InputError, match="needs --full"):
+        select(["9.4-crashes"], False, CASES)
+
+
+def command(capsys, *arguments):
+    code = main(["validate", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_the_command_runs_a_case_and_writes_the_report(tmp_path, capsys):
+    target = tmp_path / "validation"
+    code, out, err = command(capsys, "--case", "closed-newmark", "-o", target, "--work", tmp_path / "runs", "--json")
+    assert code == 0, err
+    summary = json.loads(out)
+    assert summary["cases"][0]["status"] == "agrees" and summary["cases"][0]["steps"] > 100
+    assert (tmp_path / "runs/closed-newmark/sine-5000/newmark.dc").is_file()
+    text = (target / "index.md").read_text(encoding="utf-8")
+    assert "closed-newmark" in text and str(tmp_path) not in text + (target / "report.html").read_text(encoding="utf-8")
+    (target / "index.md").unlink()
+    assert command(capsys, "--report-only", "-o", target)[0] == 0
+    assert (target / "index.md").read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("status", "expected"), [("agrees", 0), ("differs", 1), ("failed", 3)], ids=["agrees", "differs", "failed"]
+)
+def test_exit_codes(tmp_path, capsys, monkeypatch, status, expected):
+    from rockdda.validation import runner
+
+    def pretend(cases, target, **options):
+        kept(tmp_path, [case for case in CASES if case.identifier.endswith(status.removesuffix("ed"))] or CASES[2:3])
+        return [Outcome("closed-newmark", status, 1.0, 1, 10, "something")]
+
+    monkeypatch.setattr(runner, "run_cases", pretend)
+    code, _, err = command(capsys, "--case", "closed-newmark", "-o", tmp_path / "report")
+    assert code == expected
+    assert ("something" in err) == (expected != 0)
+
+
+def test_mistakes_are_told_before_anything_runs(tmp_path, capsys):
+    full = tmp_path / "full"
+    (full / "data").mkdir(parents=True)
+    record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=True)
+    store(record | {"identifier": "closed-newmark"}, tmp_path / "figures", full)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/thesis.txt").write_text("mine")
+    for arguments, words in (
+        (["--quick", "--full"], "exclude each other"),
+        (["--list", "--report-only"], "exclude each other"),
+        (["--case", "newmark"], "did you mean closed-newmark"),
+        (["-o", tmp_path / "other"], "holds other files"),
+        (["--report-only", "-o", tmp_path / "other"], "no records"),
+        (["--case", "closed-newmark", "-o", full], "--force replaces"),
+    ):
+        code, out, err = command(capsys, *arguments)
+        assert code == 2 and words in err and not out, arguments
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["thesis.txt"]
+
+
+def test_the_list_names_all_cases(capsys):
+    code, out, _ = command(capsys, "--list")
+    assert code == 0
+    for case in all_cases():
+        assert f"  {case.identifier} " in out and case.title in out
+    code, out, _ = command(capsys, "--list", "--json")
+    assert [entry["identifier"] for entry in json.loads(out)["cases"]] == [case.identifier for case in all_cases()]
