@@ -19,6 +19,7 @@ from ... import Model
 from ...plot_style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..case import Case, Record, published
+from ..vibration import block_mass, damped, modes, steps_to_rest
 
 FloatArray = npt.NDArray[np.float64]
 PUBLISHED = published("chapter5")["two_block_arch"]
@@ -95,14 +96,6 @@ class HalfArch:
         self.area = LENGTH * THICKNESS
         self.pin, self.crown = np.array([-LENGTH / 2, -THICKNESS / 2]), np.array([LENGTH / 2, THICKNESS / 2])
 
-    @property
-    def mass(self) -> FloatArray:
-        """(6, 6) of a rectangle."""
-        m, a, b = DENSITY * self.area, LENGTH**2 / 12, THICKNESS**2 / 12
-        mass = np.diag([m, m, m * (a + b), m * a, m * b, m * (a + b) / 4])
-        mass[2, 5] = mass[5, 2] = m * (a - b) / 2
-        return mass
-
     def place(self, d: npt.NDArray, point: FloatArray) -> tuple[npt.NDArray, npt.NDArray]:
         """Displacement of a point, and its derivatives (2, 6)."""
         c, s = np.cos(d[2]), np.sin(d[2])
@@ -142,13 +135,11 @@ class HalfArch:
 
     def frequencies(self, d: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Circular frequencies about an equilibrium, and the crown's part in each mode when the load is put on."""
-        root = np.linalg.cholesky(self.mass)
-        inverse = np.linalg.inv(root)
-        squares, modes = np.linalg.eigh(inverse @ self.stiffness(d) @ inverse.T)
-        shapes = inverse.T @ modes  # columns; shapesᵀ M shapes = 1
-        start = -shapes.T @ self.mass @ d  # modal coordinates of the start, seen from rest
+        mass = block_mass(DENSITY, LENGTH, THICKNESS)
+        frequencies, shapes = modes(self.stiffness(d), mass)
+        start = -shapes.T @ mass @ d  # modal coordinates of the start, seen from rest
         fall = self.place(d, self.crown)[1][1] @ shapes
-        return np.sqrt(squares), -fall * start
+        return frequencies, -fall * start
 
 
 def linear_deflection(modulus: float, contact: float, support: float | None = None) -> float:
@@ -160,30 +151,6 @@ def linear_deflection(modulus: float, contact: float, support: float | None = No
     compliance = np.array([[1, -POISSON, 0], [-POISSON, 1, 0], [0, 0, 2 * (1 + POISSON)]]) / modulus
     blocks = 2 * virtual @ compliance @ forces / (LENGTH * THICKNESS)
     return float(blocks + 2 * (thrust * unit + WEIGHT / 2) / support + thrust * unit / contact)
-
-
-def damped(
-    frequencies: FloatArray, parts: FloatArray, k01: float, steps: int, time_step: float = TIME_STEP
-) -> FloatArray:
-    """Deflection less that at rest after each step, from the theory of the time integration, mode by mode.
-
-    Newmark with β = ½, γ = 1, on x'' = -ω² x: x1 = 2 (x0 + v0 Δt)/(2 + Ω²), v1 Δt = 2 (x1 - x0) - v0 Δt; the next step
-    starts with k01 v1.
-    """
-    squares = (frequencies * time_step) ** 2
-    x, v, out = parts.copy(), np.zeros_like(parts), np.empty(steps)
-    for n in range(steps):
-        following = 2 * (x + v) / (2 + squares)
-        v = k01 * (2 * (following - x) - v)
-        x = following
-        out[n] = x.sum()
-    return out
-
-
-def steps_to_rest(difference: FloatArray, limit: float) -> int:
-    """Number of steps after which the deflection stays within `limit` of that at rest."""
-    outside = np.flatnonzero(np.abs(difference) > limit)
-    return int(outside[-1]) + 2 if len(outside) else 1
 
 
 # -- our runs --------------------------------------------------------------------------------------------------------
@@ -258,7 +225,7 @@ def _counts(record: Record, runs: dict[float, Results], arch: HalfArch, motion: 
     rows = []
     for k01, count in zip(PUBLISHED["k01"], PUBLISHED["steps_to_equilibrium"], strict=True):
         ours = _deflection(runs[k01]) - _deflection(runs[k01])[-1]
-        theory = damped(frequencies, parts, k01, STEPS)
+        theory = damped(frequencies, parts, k01, STEPS, TIME_STEP)
         row: dict[str, object] = {"k01": k01, "published": count}
         for tolerance in TOLERANCES:
             limit = tolerance * rest
@@ -312,7 +279,7 @@ def _draw(record: Record, runs: dict[float, Results], frequencies: FloatArray, p
         left.legend(ncols=2)
         grid = np.concatenate([np.arange(0, 0.9, 0.05), np.arange(0.9, 1.0001, 0.005)])
         for tolerance, style in ((0.01, ":"), (0.005, "-"), (0.001, "--")):
-            counts = [steps_to_rest(damped(frequencies, parts, k, STEPS), tolerance * rest) for k in grid]
+            counts = [steps_to_rest(damped(frequencies, parts, k, STEPS, TIME_STEP), tolerance * rest) for k in grid]
             right.plot(grid, counts, color=PALETTE[0], ls=style, lw=1, label=f"theory, {tolerance:.1%}")
         ours = [steps_to_rest(_deflection(r) - _deflection(r)[-1], 0.005 * rest) for r in runs.values()]
         right.plot(list(runs), ours, "o", color=PALETTE[1], label="ours, 0.5%", ms=5)
@@ -342,8 +309,8 @@ def _published_deflection(record: Record, arch: HalfArch, motion: FloatArray, tr
     record.text(
         f"**The published deflection** of {target} m is {target / truth:.1f} times what the published data give. It "
         f"would need E = {modulus / 1e9:.2f} GPa, or springs of g0 = {springs:.2g} N/m ({alike:.2g} N/m if fixed "
-        "points were no stiffer than contacts). The published numbers of steps speak against it as well: with k01 = 1 an arch "
-        f"so soft has Ω = {slow:.3f} and still {left_over:.0%} of its amplitude after {steps} steps, where the "
+        "points were no stiffer than contacts). The published numbers of steps speak against it as well: with k01 = 1 "
+        f"an arch so soft has Ω = {slow:.3f} and still {left_over:.0%} of its amplitude after {steps} steps, where the "
         f"stiffness computed here leaves {(1 + stiff**2 / 2) ** (-steps / 2):.1%}. Published numbers of steps and "
         "deflection cannot belong to the same arch. The deflection is unexplained."
     )
