@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""The studies of tunnels in inputs/: what they ask for, and that their template runs."""
+
+import dataclasses
+
+import pytest
+import rockdda
+from places import INPUTS
+from rockdda.loosening import loosening_of
+from rockdda.study import Study, read_study
+from rockdda.study_run import collect, run_study
+from rockdda.validation.case import published
+
+FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
+MORE = INPUTS / "fifty_tunnels/more.toml"
+RANDOM = INPUTS / "random_tunnels/random.toml"
+
+
+def few_steps(study: Study, number: int, output) -> Study:
+    """One case of a study, five steps long, or its first 2 ms."""
+    case = study.cases[number - 1]
+    return dataclasses.replace(
+        study, output=output, cases=(dataclasses.replace(case, values={**case.values, "steps": 5}),)
+    )
+
+
+def test_the_fifty_are_those_of_the_analysis_matrix():
+    matrix = published("chapter7")["matrix"]
+    wanted = [(b, s, phi) for b in (10, 15) for s in matrix[f"spacing_{b}"] for phi in matrix["friction"]]
+    cases = read_study(FIFTY).cases
+    assert [(c.values["span"], c.values["spacing"], c.values["phi"]) for c in cases] == wanted
+    assert len(cases) == 50
+    parameters = published("chapter7")["parameters"]
+    for case in cases:
+        assert case.values["height"] == matrix["tunnel_height"]
+        assert [case.values[name] for name in ("trace", "bridge", "randomness")] == [25, 1, 0]
+        assert case.values["stiffness"] == parameters["stiffness"]
+        assert case.values["steps"] == parameters["steps"]
+        low, high = parameters["dt"]
+        assert low <= case.values["dt"] <= high
+
+
+def test_random_study_has_twenty_realisations_a_cell():
+    cases = read_study(RANDOM).cases
+    assert len(cases) == 300
+    ratios = {(c.values["spacing"] / c.values["span"], c.values["phi"]) for c in cases}
+    assert ratios == {(ratio, phi) for ratio in (0.15, 0.2, 0.3) for phi in (20, 30, 40, 50, 60)}
+    # the first thirty are two realisations of every cell
+    assert {c.values["seed"] for c in cases[:30]} == {1, 2}
+    assert len({tuple(sorted(c.values.items())) for c in cases}) == 300
+
+
+@pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (MORE, 14), (RANDOM, 11)])
+def test_template_runs(program, monkeypatch, tmp_path, file, number):
+    monkeypatch.setenv("ROCKDDA_PROGRAM", program)
+    study = few_steps(read_study(file), number, tmp_path / "out")
+    (outcome,) = run_study(study, workers=1)
+    assert (outcome.status, outcome.message) == ("done", "")
+    row = collect(study).iloc[0]
+    results = rockdda.open(row["results_file"])
+    assert results.measured_points[:, 0].tolist() == [0] * 7
+    assert results.measured_points[:, 1].tolist() == published("chapter7")["points"]["heights"]
+    # nothing but the own weight has acted: everything falls, at most freely (t^2/2 at every step's end)
+    profile = loosening_of(results)
+    free = 0.5 * 9.81 * results["history/time"][-1] ** 2
+    assert (profile.displacement < 0).all()
+    assert (profile.displacement >= -1.01 * free).all()
+    assert row["crown"] == profile.displacement[0]
+    assert row["y28"] == profile.displacement[-1]
