@@ -7,8 +7,6 @@ for longer than an instant, so that it holds throughout.
 
 from __future__ import annotations
 
-import os
-import subprocess
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +16,6 @@ import pandas as pd
 from ... import Model, RockddaError
 from ...plot_style import PALETTE, PAPER_WIDTH
 from ...results import Results
-from ...study_run import find_program
 from ..case import Case, Record, published
 
 FloatArray = npt.NDArray[np.float64]
@@ -51,7 +48,6 @@ def three_sines(record: Record) -> None:
     _start(record)
     _sweeps(record)
     _solvers(record)
-    _command(record)
 
 
 # -- the truth -------------------------------------------------------------------------------------------------------
@@ -349,24 +345,6 @@ def _solvers(record: Record) -> None:
         "*forces* at high penalty alternate from step to step (Ω ≥ 4, theory manual §5); the slide does not notice, "
         "since their mean is right."
     )
-
-
-def _command(record: Record) -> None:
-    """The same files through the command give the same results, bit for bit."""
-    model = incline(SETS[SECOND_SET], 0.005, STIFFNESS, REST, 1.0)
-    with record.run(model, "python") as results:
-        ours = {path: results[path] for path in ("history/measured_displacement", "history/energy", "frames/vertices")}
-    folder = record.folder / "command"
-    model.write(folder, force=True)
-    output = folder / "command.h5"
-    command = [find_program(), "run", str(folder), "-o", str(output), "--force", "--threads", "1"]
-    subprocess.run(command, check=True, capture_output=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
-    with Results(output) as results:
-        different = sum(int((results[path] != array).sum()) for path, array in ours.items())
-    record.compare(
-        "numbers that differ between rockdda.run and the command rockdda run", different, "",
-        truth=0.0, truth_source="the same files", scale=1.0, allowed=0.0,
-    )  # fmt: skip
 
 
 CASES = [Case("4.2-three-sines", "Sum of three sines on an incline", "Chapter 4", three_sines)]
