@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from .results import FIELDS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import PolyCollection
+    from matplotlib.figure import Figure
 
     from .results import Results
 
@@ -93,8 +94,7 @@ def _draw(
 
     with style():
         axes, drawn = _scene(results, frames, field, scale, outline, limits, units)
-        figure = axes.get_figure()
-        assert figure is not None
+        figure = cast("Figure", axes.figure)
         stamp = title if title is not None else results.title
         first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
         clock = axes.set_title(" ")
@@ -163,7 +163,7 @@ def _scene(
     return axes, drawn
 
 
-def _writer(path: Path, fps: float) -> Any:
+def _writer(path: Path, fps: Any) -> Any:
     """What puts pictures together: Pillow for .gif, ffmpeg (that of imageio-ffmpeg, or the system's) for .mp4."""
     import matplotlib as mpl
     from matplotlib.animation import FFMpegWriter, PillowWriter

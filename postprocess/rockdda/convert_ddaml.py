@@ -440,8 +440,16 @@ class _State:
                 self.reader.report.error(message, element.line, element.column)
                 found[key] = [1.0]
         stress, velocity = (tuple(found.get(key, [0.0] * 3)) for key in ("Istress", "Ivelocity"))
+        density, weight, youngs_modulus, poisson_ratio = (found[key][0] for key in singles[:4])
         self.analysis.blocks.append(
-            BlockMaterial(*(found[key][0] for key in singles[:4]), stress=stress, velocity=velocity)  # type: ignore[arg-type]
+            BlockMaterial(
+                density,
+                weight,
+                youngs_modulus,
+                poisson_ratio,
+                stress=stress,  # type: ignore[arg-type]
+                velocity=velocity,  # type: ignore[arg-type]
+            )
         )
 
     def joint_material(self, element: Element) -> None:

@@ -7,7 +7,9 @@ back exactly the same value.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 Point = tuple[float, float]
 Segment = tuple[float, float, float, float]
@@ -57,7 +59,14 @@ class Geometry:
         out = [f"# {title}"] if title else []
         out += [f"{number(self.e0)}   # smallest distance between a node and an edge (e0)"]
         out += [f"{len(self.lines)} {len(self.boundary)}   # lines, of which boundary lines"]
-        counts = (self.material_lines, self.bolts, self.fixed, self.loading, self.measured, self.holes)
+        counts: tuple[Sequence[Any], ...] = (
+            self.material_lines,
+            self.bolts,
+            self.fixed,
+            self.loading,
+            self.measured,
+            self.holes,
+        )
         names = ("material lines", "bolts", "fixed lines", "loading points", "measured points", "hole points")
         out += [f"{len(rows)}   # {name}" for rows, name in zip(counts, names, strict=True)]
         for name, lines in (

@@ -8,6 +8,7 @@ import os
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -52,7 +53,7 @@ def to_vtk(
         path = path.with_name(path.name + ".pvd")
     if path.suffix.lower() == ".vtu":
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
-        _write(path, lambda stream: stream.write(_vtu(results.frames[number])))
+        _write(path, partial(_write_text, _vtu(results.frames[number])))
         return path
     if path.suffix.lower() != ".pvd":
         raise InputError(f"VTK files end in .pvd (all frames) or .vtu (one frame), not in {path.suffix!r}", path)
@@ -66,7 +67,7 @@ def to_vtk(
     for k, number in enumerate(numbers):
         now = results.frames[number]
         part = folder / f"{path.stem}_{number:05d}.vtu"
-        _write(part, lambda stream, now=now: stream.write(_vtu(now)))
+        _write(part, partial(_write_text, _vtu(now)))
         rows.append(f'    <DataSet timestep="{now.time!r}" file="{folder.name}/{part.name}"/>\n')
         if progress is not None:
             progress(k + 1, len(numbers))
@@ -182,7 +183,7 @@ def _vertex_rows(frame: Frame) -> dict[str, Any]:
 
 def _contact_rows(frame: Frame) -> dict[str, Any]:
     contacts = frame.contacts
-    columns = {"first": contacts.blocks[:, 0], "second": contacts.blocks[:, 1]}
+    columns: dict[str, Any] = {"first": contacts.blocks[:, 0], "second": contacts.blocks[:, 1]}
     columns |= {"x": contacts.point[:, 0], "y": contacts.point[:, 1], "state": contacts.state}
     return columns | {"force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
 
@@ -240,6 +241,10 @@ def parse_frames(text: str | None, count: int) -> Sequence[int] | None:
         except ValueError:
             raise InputError(f"frames {text!r}: expected numbers and ranges, such as -1, 0,5,10 or 0:50:10") from None
     return found
+
+
+def _write_text(text: str, stream: TextIO) -> None:
+    stream.write(text)
 
 
 def _write(path: Path, work: Callable[[TextIO], Any]) -> None:

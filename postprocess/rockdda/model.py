@@ -177,7 +177,10 @@ class Model:
         numbers, block_materials, joint_materials, table_sizes, rows = arrays
         self.k01, self.displacement_ratio, self.dt_max, self.stiffness, self.sor_factor = numbers.tolist()
         for m in block_materials.tolist():
-            self.block_materials.append(BlockMaterial(*m[:4], tuple(m[4:7]), tuple(m[7:10]), tuple(m[10:13])))
+            density, weight, youngs_modulus, poisson_ratio = m[:4]
+            self.block_materials.append(
+                BlockMaterial(density, weight, youngs_modulus, poisson_ratio, (*m[4:7],), (*m[7:10],), (*m[10:13],))
+            )
         for m in joint_materials.tolist():
             self.joint_materials.append(JointMaterial(*m))
         tables = np.split(np.array(rows), np.cumsum(table_sizes)[:-1]) if sizes["tables"] else []
@@ -336,8 +339,8 @@ class Model:
                 f"{_row(material.velocity)}  # initial velocity vx vy vr",
             ]
         for joint in self.joint_materials:
-            numbers = (joint.friction_angle, joint.cohesion, joint.tension)
-            rows.append(f"{_row(numbers)}  # friction angle, cohesion, tension")
+            values = (joint.friction_angle, joint.cohesion, joint.tension)
+            rows.append(f"{_row(values)}  # friction angle, cohesion, tension")
         rows.append(f"{format_real(self.sor_factor)}  # SOR factor")
         return "\n".join(rows) + "\n"
 

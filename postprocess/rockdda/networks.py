@@ -142,12 +142,12 @@ def _report(row: list[float]) -> JointSetReport:
     lines, traces, whole, drawn, bridges = map(int, row[:5])
     spacing, trace, bridge = row[5:7], row[7:9], row[9:11]
     missing = [float("nan")] * 2
+    if lines < 2:
+        spacing = missing
+    if drawn < 1:
+        trace = missing
+    if bridges < 1:
+        bridge = missing
     return JointSetReport(
-        lines,
-        traces,
-        whole,
-        *(spacing if lines > 1 else missing),
-        *(trace if drawn > 0 else missing),
-        *(bridge if bridges > 0 else missing),
-        row[11],
+        lines, traces, whole, spacing[0], spacing[1], trace[0], trace[1], bridge[0], bridge[1], row[11]
     )

@@ -233,7 +233,7 @@ def stress_crosses(
         _plain_blocks(axes, results, now.vertices)
         many = results.n_blocks > MANY
         axes.add_collection(
-            LineCollection(segments[order], colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
+            LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
         add_fixed_points(axes, results)
@@ -278,7 +278,7 @@ def contact_forces(
             reach = longest * (0.1 + 0.9 * share[order, None])
             ends = np.stack([contacts.point[order] - reach * direction, contacts.point[order] + reach * direction], 1)
             widths = size * (0.3 + 1.9 * share[order])
-            strokes = LineCollection(ends, colors=colours[order], linewidths=widths, zorder=3, capstyle="round")
+            strokes = LineCollection(list(ends), colors=colours[order], linewidths=widths, zorder=3, capstyle="round")
             axes.add_collection(strokes, autolim=False)
         idle = contacts.point[~carrying]
         if len(idle):

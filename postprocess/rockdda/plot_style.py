@@ -26,7 +26,7 @@ STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
 COMPRESSION, TENSION = "#0072B2", "#D55E00"
 PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
-RC: dict[str, Any] = {
+RC: Any = {
     "axes.axisbelow": True,
     "axes.labelsize": 9,
     "axes.linewidth": 0.6,

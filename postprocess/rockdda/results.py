@@ -10,17 +10,18 @@ from __future__ import annotations
 import contextlib
 import os
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .frames import CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
+from .hdf5 import PATIENCE, changed_lately, check_format, check_signature, open_hdf5, plain, reason_of
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -33,7 +34,6 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 T = TypeVar("T")
 
-FORMAT_VERSION = 1
 # The tables that grow with the run; `contact_offset` has one row more than there are frames.
 HISTORY_TABLES = [
     "step",
@@ -51,7 +51,6 @@ HISTORY_TABLES = [
     "fixed_force",
 ]
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
-CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 MODEL_TABLES = [
     "vertex_offset",
     "vertices",
@@ -63,31 +62,6 @@ MODEL_TABLES = [
     "loading_points",
     "measured_points",
 ]
-# A file that is just being written to can be unreadable for a moment: try again for so many seconds.
-PATIENCE = 2.0
-
-
-@dataclass(frozen=True)
-class Field:
-    """A number for every block of a frame."""
-
-    name: str
-    label: str  # for axes and colour bars
-    description: str
-    compute: Callable[[Frame], npt.NDArray[Any]]
-
-
-@dataclass(frozen=True)
-class Contacts:
-    """The n contacts of one frame."""
-
-    point: FloatArray  # (n, 2) where the contact is: the vertex, after the step [length]
-    force: FloatArray  # (n, 2) on the first block, zero when open [force]
-    state: IntArray  # (n,) 0 open, 1 sliding, 2 locked
-    blocks: IntArray  # (n, 2) numbers of the two blocks, from 0
-
-    def __len__(self) -> int:
-        return len(self.state)
 
 
 class Results:
@@ -104,7 +78,7 @@ class Results:
         self._closed = False
         self._attributes: dict[str, Any] = {}
         self._n_steps = self._n_frames = 0
-        _check_signature(self.path)
+        check_signature(self.path)
         self._read_sizes()
 
     # -- the file ------------------------------------------------------------------------------------------------
@@ -152,7 +126,7 @@ class Results:
         while True:
             try:
                 if self._file is None:
-                    self._file = _open_hdf5(self.path)
+                    self._file = open_hdf5(self.path)
                 answer = work(self._file)
             except FileNotFoundError as error:
                 raise InputError("no such file", self.path) from error
@@ -163,8 +137,8 @@ class Results:
                     raise
                 self._drop_handle()
                 # a file that nobody writes any more will not get better
-                if self.complete or clock.monotonic() > deadline or not _changed_lately(self.path):
-                    raise InputError(f"the file is damaged: {_reason(error)}", self.path) from error
+                if self.complete or clock.monotonic() > deadline or not changed_lately(self.path):
+                    raise InputError(f"the file is damaged: {reason_of(error)}", self.path) from error
                 clock.sleep(0.05)
                 continue
             if not self.complete:  # an open handle does not see what is written later
@@ -173,8 +147,8 @@ class Results:
 
     def _read_sizes(self) -> None:
         def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int]:
-            attributes = {name: _plain(value) for name, value in file.attrs.items()}
-            _check_format(self.path, attributes)
+            attributes = {name: plain(value) for name, value in file.attrs.items()}
+            check_format(self.path, attributes)
             for group, names in (("model", MODEL_TABLES), ("history", HISTORY_TABLES), ("frames", FRAME_TABLES)):
                 for name in names:
                     if f"{group}/{name}" not in file:
@@ -258,7 +232,7 @@ class Results:
             if not isinstance(item, h5py.Dataset):
                 raise _NoSuchPath(path)
             if h5py.check_string_dtype(item.dtype):
-                return _plain(item[()])
+                return plain(item[()])
             return item[()] if rows is None else item[:rows]
 
         try:
@@ -377,7 +351,7 @@ class Results:
     @property
     def energy_names(self) -> list[str]:
         """What the columns of `history/energy` are."""
-        return self._use(lambda file: [str(_plain(name)) for name in file["history/energy"].attrs["columns"]])
+        return self._use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
 
     # -- frames --------------------------------------------------------------------------------------------------
 
@@ -509,147 +483,6 @@ class Results:
         return export.to_vtk(self, path, **options)
 
 
-class Frames(Sequence["Frame"]):
-    """The frames of a results file."""
-
-    def __init__(self, results: Results) -> None:
-        self._results = results
-
-    def __len__(self) -> int:
-        return self._results.n_frames
-
-    @overload
-    def __getitem__(self, index: int) -> Frame: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Frame]: ...
-    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
-        if isinstance(index, slice):
-            return [Frame(self._results, i) for i in range(len(self))[index]]
-        number = int(index)
-        if number < 0:
-            number += len(self)
-        if not 0 <= number < len(self):
-            raise IndexError(f"{self._results.path} has {len(self)} frames, there is no frame {index}")
-        return Frame(self._results, number)
-
-    def __iter__(self) -> Iterator[Frame]:
-        return (Frame(self._results, i) for i in range(len(self)))
-
-
-class Frame:
-    """The blocks at one moment. Arrays are read when they are asked for, each once."""
-
-    def __init__(self, results: Results, index: int) -> None:
-        self.results = results
-        self.index = index
-        self._cache: dict[str, npt.NDArray[Any]] = {}
-
-    def __repr__(self) -> str:
-        return f"<rockdda.Frame {self.index}: step {self.step}, time {self.time:g}>"
-
-    def _row(self, name: str) -> npt.NDArray[Any]:
-        if name not in self._cache:
-            self._cache[name] = self.results.rows(f"frames/{name}", self.index, self.index + 1)[0]
-        return self._cache[name]
-
-    @property
-    def step(self) -> int:
-        return int(self._row("step"))
-
-    @property
-    def time(self) -> float:
-        return float(self._row("time"))
-
-    @property
-    def vertices(self) -> FloatArray:
-        """(nv, 2) vertices of all blocks [length]."""
-        return self._row("vertices")
-
-    @property
-    def centroid(self) -> FloatArray:
-        """(nb, 2) [length]."""
-        return self._row("centroid")
-
-    @property
-    def rotation(self) -> FloatArray:
-        """(nb,) since the start, counter-clockwise [rad]."""
-        return self._row("rotation")
-
-    @property
-    def stress(self) -> FloatArray:
-        """(nb, 3) σx σy τxy, tension positive [force/length²]."""
-        return self._row("stress")
-
-    @property
-    def velocity(self) -> FloatArray:
-        """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
-        return self._row("velocity")
-
-    @property
-    def displacement(self) -> FloatArray:
-        """(nb, 2) of the centroids since the start [length]."""
-        return self.centroid - self.results.block_centroid
-
-    @property
-    def vertex_displacement(self) -> FloatArray:
-        """(nv, 2) of the vertices since the start [length]."""
-        return self.vertices - self.results.vertices
-
-    @property
-    def contacts(self) -> Contacts:
-        """The contacts of the step that ended here (none in a file without contacts)."""
-        begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
-        return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in CONTACT_TABLES))
-
-    def polygons(self) -> list[FloatArray]:
-        """For each block an (m, 2) array of its vertices, counter-clockwise, not closed [length]."""
-        return np.split(self.vertices, self.results.vertex_offset[1:-1])
-
-    def principal_stress(self) -> tuple[FloatArray, FloatArray]:
-        """((nb, 2) largest and smallest principal stress, (nb,) angle of the largest to the x axis [rad])."""
-        sx, sy, txy = self.stress.T
-        middle, radius = (sx + sy) / 2, np.hypot((sx - sy) / 2, txy)
-        return np.stack([middle + radius, middle - radius], axis=1), np.arctan2(2 * txy, sx - sy) / 2
-
-    def field(self, name: str) -> npt.NDArray[Any]:
-        """(nb,) a number for each block; `rockdda.FIELDS` lists the names."""
-        if name not in FIELDS:
-            raise ValueError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
-        return FIELDS[name].compute(self)
-
-
-def _fields() -> dict[str, Field]:
-    """All fields by name."""
-    entries: list[tuple[str, str, str, Callable[[Frame], npt.NDArray[Any]]]] = [
-        ("displacement", "displacement", "of the centroid since the start", lambda f: np.hypot(*f.displacement.T)),
-        ("displacement_x", "displacement in x", "of the centroid since the start", lambda f: f.displacement[:, 0]),
-        ("displacement_y", "displacement in y", "of the centroid since the start", lambda f: f.displacement[:, 1]),
-        ("rotation", "rotation [rad]", "since the start, counter-clockwise", lambda f: f.rotation),
-        ("velocity", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
-        ("velocity_x", "velocity in x", "of the centroid", lambda f: f.velocity[:, 0]),
-        ("velocity_y", "velocity in y", "of the centroid", lambda f: f.velocity[:, 1]),
-        ("spin", "spin [rad per time]", "angular velocity, counter-clockwise", lambda f: f.velocity[:, 2]),
-        ("stress_x", "σx", "tension positive", lambda f: f.stress[:, 0]),
-        ("stress_y", "σy", "tension positive", lambda f: f.stress[:, 1]),
-        ("stress_xy", "τxy", "shear stress", lambda f: f.stress[:, 2]),
-        ("stress", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
-        ("stress_max", "largest principal stress", "tension positive", lambda f: f.principal_stress()[0][:, 0]),
-        ("stress_mean", "mean stress", "(σx + σy)/2, tension positive", lambda f: f.stress[:, :2].mean(axis=1)),
-        (
-            "stress_shear",
-            "largest shear stress",
-            "half the difference of the principal stresses",
-            lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
-        ),
-        ("material", "block material", "number, from 1", lambda f: f.results.block_material),
-        ("block", "block", "number, from 0", lambda f: np.arange(f.results.n_blocks)),
-    ]
-    return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
-
-
-FIELDS: dict[str, Field] = _fields()
-
-
 def open(path: str | os.PathLike[str]) -> Results:
     """Open a results file (.h5), also one that a run is still writing.
 
@@ -660,66 +493,3 @@ def open(path: str | os.PathLike[str]) -> Results:
 
 class _NoSuchPath(Exception):
     pass
-
-
-def _open_hdf5(path: Path) -> h5py.File:
-    """Open for reading without a lock, so that the run that writes the file is not disturbed."""
-    try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        # this process has the file open already, with locks
-        if "locking flag" not in str(error):
-            raise
-        return h5py.File(path, "r")
-
-
-def _plain(value: Any) -> Any:
-    """Texts as str, numbers of size one as Python numbers."""
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "surrogateescape")
-    if isinstance(value, np.ndarray) and value.size == 1:
-        return _plain(value.item())
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    return value
-
-
-def _reason(error: BaseException) -> str:
-    text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
-    begin, end = text.find("("), text.rfind(")")  # h5py: "Unable to … (the reason)"
-    return text[begin + 1 : end] if 0 <= begin < end and text.startswith("Unable") else text
-
-
-def _changed_lately(path: Path) -> bool:
-    """Has the file been written within the last minute?"""
-    try:
-        return clock.time() - path.stat().st_mtime < 60
-    except OSError:
-        return False
-
-
-def _check_signature(path: Path) -> None:
-    """Is it a file, and HDF5?"""
-    if not path.exists():
-        raise InputError("no such file", path)
-    if path.is_dir():
-        raise InputError("is a folder, not a results file", path)
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(8)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from error
-    if head != b"\x89HDF\r\n\x1a\n":
-        raise InputError("is not a results file: it is no HDF5 file" + (" but empty" if not head else ""), path)
-
-
-def _check_format(path: Path, attributes: dict[str, Any]) -> None:
-    """Is it ours, and of a version that we know?"""
-    found = attributes.get("format")
-    if found is None:
-        raise InputError("is an HDF5 file, but not one of RockDDA: it has no attribute 'format'", path)
-    if found != "rockdda":
-        raise InputError(f"is not a results file of RockDDA: its format is {found!r}, expected 'rockdda'", path)
-    version = attributes.get("format_version")
-    if version != FORMAT_VERSION:
-        raise InputError(f"has format version {version}; this package reads version {FORMAT_VERSION}", path)

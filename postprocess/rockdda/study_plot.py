@@ -51,7 +51,7 @@ def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
                 colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(curves)))
                 for (value, curve), colour in zip(curves, colours, strict=True):
                     curve = curve.dropna(subset=[wanted.name]).sort_values(across)
-                    label = f"{lines[0]} = {value}" if lines else None
+                    label = f"{lines[0]} = {value!s}" if lines else None
                     axes.plot(curve[across], curve[wanted.name], "o-", ms=3, color=colour, label=label)
                 axes.set_xlabel(across)
                 axes.set_ylabel(f"{wanted.name} [{wanted.unit}]" if wanted.unit else wanted.name)

@@ -217,7 +217,8 @@ def quantity(path: Path, wanted: Quantity) -> float:
     with Results(path) as results:
         values = np.asarray(results[wanted.dataset], dtype=float)
     try:
-        series = values[(slice(None), *wanted.at)]
+        indices: tuple[Any, ...] = (slice(None), *wanted.at)
+        series = values[indices]
     except IndexError:
         raise IndexError(
             f"result '{wanted.name}': {wanted.dataset} has the shape {values.shape}, not indices {list(wanted.at)}"

@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+import threading
 import time
 
 import h5py
@@ -207,6 +208,16 @@ def test_tables_of_unequal_length_are_cut_to_whole_rows(flat_arch, tmp_path):
     assert len(results["frames/contact_offset"]) == 4
     assert len(results["frames/contact_point"]) == len(results["frames/contact_force"])
     assert not results.complete
+
+
+def test_a_file_that_a_run_has_just_made_is_waited_for(flat_arch, tmp_path):
+    path = tmp_path / "new.h5"
+    path.touch()
+    shutil.copyfile(flat_arch, tmp_path / "whole.h5")
+    filled = threading.Timer(0.2, lambda: (tmp_path / "whole.h5").replace(path))
+    filled.start()
+    assert rockdda.open(path).n_steps == 60
+    filled.join()
 
 
 def test_reading_while_the_run_goes_on(program, tmp_path):

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""The blocks at one moment: frames of a results file, and the fields that can be drawn of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from .results import Results
+
+__all__ = ["CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "Frames"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """A number for every block of a frame."""
+
+    name: str
+    label: str  # for axes and colour bars
+    description: str
+    compute: Callable[[Frame], npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The n contacts of one frame."""
+
+    point: FloatArray  # (n, 2) where the contact is: the vertex, after the step [length]
+    force: FloatArray  # (n, 2) on the first block, zero when open [force]
+    state: IntArray  # (n,) 0 open, 1 sliding, 2 locked
+    blocks: IntArray  # (n, 2) numbers of the two blocks, from 0
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+
+class Frames(Sequence["Frame"]):
+    """The frames of a results file."""
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+
+    def __len__(self) -> int:
+        return self._results.n_frames
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
+        if isinstance(index, slice):
+            return [Frame(self._results, i) for i in range(len(self))[index]]
+        number = int(index)
+        if number < 0:
+            number += len(self)
+        if not 0 <= number < len(self):
+            raise IndexError(f"{self._results.path} has {len(self)} frames, there is no frame {index}")
+        return Frame(self._results, number)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (Frame(self._results, i) for i in range(len(self)))
+
+
+class Frame:
+    """The blocks at one moment. Arrays are read when they are asked for, each once."""
+
+    def __init__(self, results: Results, index: int) -> None:
+        self.results = results
+        self.index = index
+        self._cache: dict[str, npt.NDArray[Any]] = {}
+
+    def __repr__(self) -> str:
+        return f"<rockdda.Frame {self.index}: step {self.step}, time {self.time:g}>"
+
+    def _row(self, name: str) -> npt.NDArray[Any]:
+        if name not in self._cache:
+            self._cache[name] = self.results.rows(f"frames/{name}", self.index, self.index + 1)[0]
+        return self._cache[name]
+
+    @property
+    def step(self) -> int:
+        return int(self._row("step"))
+
+    @property
+    def time(self) -> float:
+        return float(self._row("time"))
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(nv, 2) vertices of all blocks [length]."""
+        return self._row("vertices")
+
+    @property
+    def centroid(self) -> FloatArray:
+        """(nb, 2) [length]."""
+        return self._row("centroid")
+
+    @property
+    def rotation(self) -> FloatArray:
+        """(nb,) since the start, counter-clockwise [rad]."""
+        return self._row("rotation")
+
+    @property
+    def stress(self) -> FloatArray:
+        """(nb, 3) σx σy τxy, tension positive [force/length²]."""
+        return self._row("stress")
+
+    @property
+    def velocity(self) -> FloatArray:
+        """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
+        return self._row("velocity")
+
+    @property
+    def displacement(self) -> FloatArray:
+        """(nb, 2) of the centroids since the start [length]."""
+        return self.centroid - self.results.block_centroid
+
+    @property
+    def vertex_displacement(self) -> FloatArray:
+        """(nv, 2) of the vertices since the start [length]."""
+        return self.vertices - self.results.vertices
+
+    @property
+    def contacts(self) -> Contacts:
+        """The contacts of the step that ended here (none in a file without contacts)."""
+        begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
+        return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in CONTACT_TABLES))
+
+    def polygons(self) -> list[FloatArray]:
+        """For each block an (m, 2) array of its vertices, counter-clockwise, not closed [length]."""
+        return np.split(self.vertices, self.results.vertex_offset[1:-1])
+
+    def principal_stress(self) -> tuple[FloatArray, FloatArray]:
+        """((nb, 2) largest and smallest principal stress, (nb,) angle of the largest to the x axis [rad])."""
+        sx, sy, txy = self.stress.T
+        middle, radius = (sx + sy) / 2, np.hypot((sx - sy) / 2, txy)
+        return np.stack([middle + radius, middle - radius], axis=1), np.arctan2(2 * txy, sx - sy) / 2
+
+    def field(self, name: str) -> npt.NDArray[Any]:
+        """(nb,) a number for each block; `rockdda.FIELDS` lists the names."""
+        if name not in FIELDS:
+            raise ValueError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
+        return FIELDS[name].compute(self)
+
+
+def _fields() -> dict[str, Field]:
+    """All fields by name."""
+    entries: list[tuple[str, str, str, Callable[[Frame], npt.NDArray[Any]]]] = [
+        ("displacement", "displacement", "of the centroid since the start", lambda f: np.hypot(*f.displacement.T)),
+        ("displacement_x", "displacement in x", "of the centroid since the start", lambda f: f.displacement[:, 0]),
+        ("displacement_y", "displacement in y", "of the centroid since the start", lambda f: f.displacement[:, 1]),
+        ("rotation", "rotation [rad]", "since the start, counter-clockwise", lambda f: f.rotation),
+        ("velocity", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
+        ("velocity_x", "velocity in x", "of the centroid", lambda f: f.velocity[:, 0]),
+        ("velocity_y", "velocity in y", "of the centroid", lambda f: f.velocity[:, 1]),
+        ("spin", "spin [rad per time]", "angular velocity, counter-clockwise", lambda f: f.velocity[:, 2]),
+        ("stress_x", "σx", "tension positive", lambda f: f.stress[:, 0]),
+        ("stress_y", "σy", "tension positive", lambda f: f.stress[:, 1]),
+        ("stress_xy", "τxy", "shear stress", lambda f: f.stress[:, 2]),
+        ("stress", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
+        ("stress_max", "largest principal stress", "tension positive", lambda f: f.principal_stress()[0][:, 0]),
+        ("stress_mean", "mean stress", "(σx + σy)/2, tension positive", lambda f: f.stress[:, :2].mean(axis=1)),
+        (
+            "stress_shear",
+            "largest shear stress",
+            "half the difference of the principal stresses",
+            lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
+        ),
+        ("material", "block material", "number, from 1", lambda f: f.results.block_material),
+        ("block", "block", "number, from 0", lambda f: np.arange(f.results.n_blocks)),
+    ]
+    return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
+
+
+FIELDS: dict[str, Field] = _fields()
