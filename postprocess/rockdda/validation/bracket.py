@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..errors import RockddaError
 
-__all__ = ["Bracket", "bracket"]
+__all__ = ["Bracket", "bracket", "power_of_ten"]
 
 
 @dataclass(frozen=True)
@@ -44,3 +44,9 @@ def bracket(stands: Callable[[float], bool], fails_at: float, stands_at: float, 
         else:
             fails_at = middle
     return Bracket(fails_at, stands_at)
+
+
+def power_of_ten(value: float) -> str:
+    """2e9 as it is written by hand, for tables and names of files."""
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return f"{mantissa}e{int(exponent)}"

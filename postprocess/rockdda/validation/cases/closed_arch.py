@@ -25,7 +25,7 @@ import pandas
 from ...errors import ConvergenceError
 from ...model import Model
 from ...plot_style import PALETTE
-from ..bracket import Bracket, bracket
+from ..bracket import Bracket, bracket, power_of_ten
 from ..case import Case, Record
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def run(
     dynamic: float = DYNAMIC,
 ) -> Results:
     model = arch(thickness, voussoirs, stiffness, dt, friction, dynamic)
-    name = f"n{voussoirs}-k{stiffness:.0e}-dt{dt:g}-phi{friction:g}-t{thickness:.6g}-{dynamic:g}s".replace("+", "")
+    name = f"n{voussoirs}-k{power_of_ten(stiffness)}-dt{dt:g}-phi{friction:g}-t{thickness:.6g}-{dynamic:g}s"
     try:
         return record.run(model, name)
     except ConvergenceError as error:  # in a fall, with voussoirs all over the place; it has been judged by then
@@ -357,7 +357,7 @@ def _sensitivity(record: Record, found: Bracket) -> None:
         rows.append(
             {
                 "voussoirs": int(settings["voussoirs"]),
-                "g0 [N/m]": f"{settings['stiffness']:.0e}".replace("+", ""),
+                "g0 [N/m]": power_of_ten(settings["stiffness"]),
                 "dt [s]": settings["dt"],
                 "φ [°]": settings["friction"],
                 "t/R with DDA": str(one),

@@ -24,7 +24,7 @@ import pandas
 
 from ...model import Model
 from ...plot_style import PALETTE
-from ..bracket import Bracket, bracket
+from ..bracket import Bracket, bracket, power_of_ten
 from ..case import Case, Record, published
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def bisect(record: Record, setting: Setting, width: float) -> Found:
     ways: list[tuple[float, float]] = []
 
     def stands(angle: float) -> bool:
-        name = f"k{setting.stiffness:.0e}-dt{setting.dt:g}-r{setting.shear_ratio:g}-phi{angle:.6g}".replace("+", "")
+        name = f"k{power_of_ten(setting.stiffness)}-dt{setting.dt:g}-r{setting.shear_ratio:g}-phi{angle:.6g}"
         runs[angle] = record.run(slope(angle, setting), name)
         ways.append((angle, float(moved(runs[angle], setting)[-1].max())))
         return ways[-1][1] < MOVED
@@ -388,7 +388,7 @@ def _sensitivity(record: Record, setting: Setting, found: Found, truth: float) -
         shares = one.share(one.standing, some)
         rows.append(
             {
-                "g0 [N/m]": f"{some.stiffness:.0e}".replace("+", ""),
+                "g0 [N/m]": power_of_ten(some.stiffness),
                 "dt [s]": some.dt,
                 "normal/shear stiffness": some.shear_ratio,
                 "limit with DDA [°]": str(one.limit),
