@@ -33,6 +33,8 @@ NOTABLE = 0.05
 #: Rows of a table that the report shows; the rest is in the file beside it.
 MOST_ROWS = 30
 MOST_WORST = 10
+MOST_MISMATCHES = 5  # of a case on the first page
+MOST_WORDS = 60  # letters of a source of truth there
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,13 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
 def _summary(entries: Sequence[_Entry]) -> list[str]:
     rows = []
     for entry in entries:
-        truths = list(dict.fromkeys(c.truth_source for c in entry.comparisons if c.truth_source))
         worst = _largest(entry.comparisons, "error")
         apart = _largest(entry.comparisons, "published_error")
         kept = f"{sum(c.agrees is True for c in entry.promised)} of {len(entry.promised)}" if entry.promised else "–"
-        shown = ", ".join(truths[:2]) + (", …" if len(truths) > 2 else "") or "–"
         rows.append(
             [
                 f"{entry.link} {entry.record['title']}",
-                shown,
+                _sources(entry.comparisons),
                 _error(worst, worst.error) if worst else "–",
                 _allowed(worst) if worst and worst.allowed is not None else "–",
                 _error(apart, apart.published_error) if apart else "–",
@@ -174,31 +174,37 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
 
 
 def _mismatches(entries: Sequence[_Entry]) -> list[str]:
+    """Broken promises and large differences, the worst of each case."""
     rows = []
     for entry in entries:
         if entry.error:
             rows.append([entry.link, "the case could not be computed", "–", "–", "–", entry.error])
-        for c in entry.comparisons:
-            row = [entry.link, c.quantity, _value(c.ours, c.unit)]
-            why = c.explanation or "**not explained**"
-            if c.truth is not None and (c.agrees is False or _notable(c, c.error)):
-                rows.append([*row, f"truth {_value(c.truth, c.unit)}", _broken(c) + _error(c, c.error), why])
-            elif c.truth is None and c.agrees is False:
-                reference = f"published {_value(c.published, c.unit)}"
-                rows.append([*row, reference, _broken(c) + _error(c, c.published_error), why])
-            if (
-                c.published is not None
-                and not (c.truth is None and c.agrees is False)
-                and _notable(c, c.published_error)
-            ):
-                reference = f"published {_value(c.published, c.unit)}"
-                rows.append([*row, reference, _error(c, c.published_error), why])
+        found = sorted(_mismatches_of(entry), key=lambda row: row[:2])
+        rows += [[entry.link, *row[2:]] for row in found[:MOST_MISMATCHES]]
+        if len(found) > MOST_MISMATCHES:
+            rows.append([entry.link, f"and {len(found) - MOST_MISMATCHES} more", "–", "–", "–", "see the case"])
     lines = ["## What does not match", ""]
     if not rows:
         return [*lines, f"Nothing: no promise is broken, and no difference is larger than {_percent(NOTABLE)}.", ""]
     lines += [f"Broken promises, and all differences larger than {_percent(NOTABLE)}, promised or not.", ""]
     head = ["case", "quantity", "ours", "against", "difference", "explanation"]
     return [*lines, *_table(head, rows), ""]
+
+
+def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str, str]]:
+    """Rows that begin with what they are sorted by: kept promises after broken ones, small after large differences."""
+    rows = []
+    for c in entry.comparisons:
+        ours, why = _value(c.ours, c.unit), c.explanation or "**not explained**"
+        for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
+            # the promise is about the truth where there is one
+            broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
+            if error is not None and (broken or _notable(c, error)):
+                mark = "**broken:** " if broken else ""
+                against = f"{name} {_value(value, c.unit)}"
+                size = -abs(_finite(error))
+                rows.append((not broken, size, c.quantity, ours, against, mark + _error(c, error), why))
+    return rows
 
 
 def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
@@ -296,6 +302,17 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 # -- words and numbers -----------------------------------------------------------------------------------------------
+
+
+def _sources(comparisons: Sequence[Comparison]) -> str:
+    """Where the truths come from, in few words."""
+    names = list(
+        dict.fromkeys(c.truth_source for c in comparisons if c.truth_source and "energy" not in c.truth_source)
+    )
+    if not names:
+        return "–"
+    text = "; ".join(names)
+    return text if len(text) <= MOST_WORDS else text[:MOST_WORDS].rsplit(" ", 1)[0].rstrip(",;") + " …"
 
 
 def _largest(comparisons: Sequence[Comparison], name: str) -> Comparison | None:
