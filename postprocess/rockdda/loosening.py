@@ -4,10 +4,11 @@
 Two criteria of stable arching are looked at (section 7.1.3 of the thesis named in docs/theory.md):
 
 *Equilibrium.* A point that is held oscillates about a constant displacement; one that is not goes on sinking. Over the
-last part of the run (`window`, half of it) a straight line is fitted to the displacement in time. Its rise or fall over
+last part of the run (`window`, two thirds) a straight line is fitted to the displacement in time. Its rise or fall over
 the window is the *drift*; the range of what is left is the *oscillation*. A point is in equilibrium when the drift is
-not larger than the oscillation. There is nothing to be chosen but the window, which should hold at least one period of
-the oscillation: for a sine this ratio reaches 1 at one period, whatever its phase, and stays below with more.
+not larger than the oscillation. There is nothing to be chosen but the window, which must hold at least one period of
+the oscillation: for a sine this ratio is at most 1 at one period, whatever its phase, and below with more. In a shorter
+window an oscillation looks like a trend; run longer then.
 
 *Homogeneous profile.* Rock that arches moves together. The *gradient* of two neighbouring points is the change of the
 displacement at the end of the run over their distance; they move together when it is below `gradient_limit` (0.005:
@@ -30,11 +31,12 @@ import numpy.typing as npt
 from .errors import InputError
 from .results import Results
 
-__all__ = ["GRADIENT_LIMIT", "Loosening", "height_label", "loosening", "loosening_of"]
+__all__ = ["GRADIENT_LIMIT", "WINDOW", "Loosening", "height_label", "loosening", "loosening_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
 GRADIENT_LIMIT = 0.005
+WINDOW = 2 / 3
 _SAMPLES = 2001  # of the window: steps need not be equally long
 
 
@@ -76,7 +78,7 @@ def loosening(
     displacement: npt.ArrayLike,
     heights: npt.ArrayLike,
     *,
-    window: float = 0.5,
+    window: float = WINDOW,
     gradient_limit: float = GRADIENT_LIMIT,
 ) -> Loosening:
     """The two criteria for `displacement` (steps, points), vertical and positive upwards, of points at `heights`.
@@ -125,7 +127,7 @@ def loosening(
     )
 
 
-def loosening_of(results: Results, *, window: float = 0.5, gradient_limit: float = GRADIENT_LIMIT) -> Loosening:
+def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: float = GRADIENT_LIMIT) -> Loosening:
     """The same for the measured points of a run; they must lie on one vertical line, the lowest at the crown."""
     points = results.measured_points
     if len(points) < 2:

@@ -1,0 +1,390 @@
+# SPDX-License-Identifier: MIT
+"""The fifty tunnels of chapter 7 of the thesis: Tables 7.4 to 7.6, Figs. 7.4 to 7.6 and 7.9 to 7.14."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from ... import Model
+from ... import open as open_results
+from ...loosening import GRADIENT_LIMIT, WINDOW, loosening_of
+from ...plot_style import PALETTE, PAPER_WIDTH
+from ...rock_load import rose, terzaghi
+from ...voussoir import VoussoirBeam, solve_beam
+from ..case import Case, Record
+from ..tunnels import (
+    ARCH,
+    BOTTOM,
+    DENSITY,
+    FRICTION,
+    GRAVITY,
+    MODULUS,
+    PUBLISHED,
+    SPACING,
+    STIFFNESS,
+    TIME_STEP,
+    TOP,
+    TUNNEL,
+    Cell,
+    by_spacing,
+    cells,
+    chain,
+    draw_deformed,
+    draw_profiles,
+    fitted_period,
+    label,
+    mean_displacement,
+    rock_width,
+)  # fmt: skip
+
+
+def fifty_tunnels(record: Record) -> None:
+    """Tables 7.4 to 7.6, Figs. 7.4 to 7.6 and 7.9 to 7.14."""
+    found = cells(record, "fifty_tunnels/fifty.toml")
+    extra = cells(record, "fifty_tunnels/more.toml", lambda v: v["spacing"] == 4.5 or v["arch"] != ARCH)
+    between = [cell for cell in extra if cell.values["spacing"] == 4.5]
+    blocks = [cell.blocks for cell in found]
+    record.text(
+        f"The fifty tunnels of Table 7.1: {min(blocks)} to {max(blocks)} blocks, {found[0].profile.heights.size} "
+        f"points "
+        f"above the crown, {PUBLISHED['parameters']['steps']} steps of {TIME_STEP * 1e3:g} ms from rest, without "
+        f"initial stress. All runs reach {min(cell.end for cell in found):.3f} s or more. Not given and chosen: "
+        f"wall and "
+        "arch are 5 m high each in both tunnels, the frame lies outside the 40 m by 50 m, bedding planes are drawn "
+        "with seed 1. Loosening is judged as `rockdda.loosening` says, laid down before the runs but for one number: a "
+        "window of half the run, 0.5 s, turned out to be shorter than one period of the settlement (0.54 s and more by "
+        "the chain below) from S_j = 5 m on, and is two thirds now. With half the run "
+        f"{_moving(found, 0.5)} of the fifty would be called moving, with two thirds {_moving(found, WINDOW)}. A cell "
+        "agrees when the bound is the same as the published one."
+    )
+    _tables(record, found)
+    _ratio_table(record, found, between)
+    _settlement(record, found)
+    _crown(record, found, extra[-1])
+    for span, figures in ((10, "7.5 and 7.6"), (15, "7.9 and 7.10")):
+        caption = (
+            f"As Figs. {figures}: span {span} m, {{what}} after 2500 steps. Dotted: the limit of the second criterion."
+        )
+        draw_profiles(record, f"span{span}", caption, by_spacing(found, span))
+    _ratios(record, found, between)
+    _chart(record, found, between)
+    _deformed(record, found)
+    _play(record, found)
+
+
+def _moving(found: Sequence[Cell], window: float) -> int:
+    """Tunnels above which a point is not in equilibrium."""
+    heights = []
+    for cell in found:
+        with open_results(cell.file) as results:
+            heights.append(loosening_of(results, window=window).height_by_equilibrium)
+    return sum(height > 0 for height in heights)
+
+
+def _tables(record: Record, found: Sequence[Cell]) -> None:
+    """Tables 7.4 and 7.5, cell by cell."""
+    stable = sum(cell.profile.height == 0 for cell in found)
+    beams = {
+        span: solve_beam(VoussoirBeam(span, 1.0, DENSITY * GRAVITY, MODULUS, None, None)).required_friction_angle
+        for span in (10, 15)
+    }
+    record.compare(
+        "stable tunnels of fifty", stable, truth=50.0,
+        truth_source=f"classic Voussoir: one bed of 1 m holds from {beams[10]:.1f}° (10 m), {beams[15]:.1f}° (15 m) on",
+        published=float(sum(h == 0 for span in (10, 15) for row in PUBLISHED[f"span{span}"]["height"] for h in row)),
+        published_source="Tables 7.4, 7.5", explanation="see the play of contacts below",
+    )  # fmt: skip
+    for span in (10, 15):
+        table = PUBLISHED[f"span{span}"]
+        groups = by_spacing(found, span)
+        rows, agree = [], dict.fromkeys(("both criteria", "equilibrium alone", "profile alone"), 0)
+        for spacing, line, printed in zip(SPACING[span], groups.values(), table["height"], strict=True):
+            row: dict[str, object] = {"S_j [m]": f"{spacing:g}"}
+            for cell, bound in zip(line, printed, strict=True):
+                profile = cell.profile
+                heights = (profile.height, profile.height_by_equilibrium, profile.height_by_profile)
+                for name, height in zip(agree, heights, strict=True):
+                    agree[name] += math.isclose(height, bound * TUNNEL)
+                mark = "=" if math.isclose(profile.height, bound * TUNNEL) else "≠"
+                row[f"{cell.values['phi']}°"] = f"{label(profile.height)} {mark} {label(bound * TUNNEL)}"
+            rows.append(row)
+        record.table(
+            pd.DataFrame(rows), f"{table['source'].replace(' ', '-').lower()}",
+            f"{table['source']}, span {span} m: height of the loosening zone over the tunnel's height, ours and "
+            f"published.",
+        )  # fmt: skip
+        for name, count in agree.items():
+            record.compare(
+                f"{table['source']}, cells that agree, {name}", count, "of 25", published=25.0,
+                published_source=table["source"],
+                explanation="all that are published as stable are; see the play of contacts below"
+                if count == sum(h == 0 for row in table["height"] for h in row) and stable == 50
+                else "see the play of contacts below",
+            )  # fmt: skip
+
+
+def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> None:
+    """Table 7.6."""
+    rule, rows = PUBLISHED["ratio"], []
+    agree = total = 0
+    for ratio, height in zip(rule["spacing_over_span"], rule["height"], strict=True):
+        for span in (10, 15):
+            line = _line([*found, *between], span, ratio)
+            row: dict[str, object] = {"S_j/B": ratio, "B [m]": span}
+            for cell in line:
+                bound = height
+                for other in rule["exceptions"] if ratio == 0.2 else []:
+                    if other["span"] == span and cell.values["phi"] in other["friction"]:
+                        bound = other["height"]
+                same = math.isclose(cell.profile.height, bound * TUNNEL)
+                agree, total = agree + same, total + 1
+                row[f"{cell.values['phi']}°"] = (
+                    f"{label(cell.profile.height)} {'=' if same else '≠'} {label(bound * TUNNEL)}"
+                )
+            rows.append(row)
+    record.table(
+        pd.DataFrame(rows), "table-7.6", "Table 7.6, by spacing over span; ours and published, with its exceptions. "
+        "S_j/B = 0.3 at 15 m (4.5 m) is not among the fifty and was run beside them.",
+    )  # fmt: skip
+    record.compare(
+        "Table 7.6, cells that agree", agree, f"of {total}", published=float(total), published_source="Table 7.6",
+        explanation="S_j/B = 0.2 is published as loosened",
+    )  # fmt: skip
+
+
+def _line(found: Sequence[Cell], span: int, ratio: float) -> list[Cell]:
+    """The friction angles of one span and one spacing over span."""
+    return [c for c in found if c.values["span"] == span and math.isclose(c.values["spacing"], ratio * span)]
+
+
+def _settlement(record: Record, found: Sequence[Cell]) -> None:
+    """Period and mean of the oscillation beside a chain of masses without friction."""
+    for span in (10, 15):
+        for spacing in (SPACING[span][0], SPACING[span][-1]):
+            cell = next(c for c in found if (c.values["span"], c.values["spacing"]) == (span, spacing))
+            period, static = chain(rock_width(span), spacing, STIFFNESS)
+            with open_results(cell.file) as results:
+                times = np.asarray(results["history/time"])
+                top = np.asarray(results["history/measured_displacement"])[:, -1, 1]
+                mean = mean_displacement(results)[-1]
+            where = f"span {span} m, S_j = {spacing:g} m, 20°"
+            why = "told only: friction at the joints and the sides carries rock, and the opening's sides carry more"
+            record.compare(
+                f"period of the oscillation, {where}", fitted_period(times, top), "s", truth=period,
+                truth_source="chain of masses without friction", explanation=why,
+            )  # fmt: skip
+            record.compare(
+                f"settlement 28 m above the crown, {where}", -mean, "m", truth=-float(static[44]),
+                truth_source="statics of the chain", published=0.05 if span == 10 else None,
+                published_source="§7.2.1, “approaching”" if span == 10 else "", explanation=why,
+            )  # fmt: skip
+
+
+def _crown(record: Record, found: Sequence[Cell], half_circle: Cell) -> None:
+    """Displacements of the crown that the text gives."""
+    text = PUBLISHED["deflection"]
+
+    def down(span: int, spacings: Sequence[float], friction: Sequence[int], point: int = 0) -> list[float]:
+        return [
+            -float(c.profile.displacement[point])
+            for c in found
+            if c.values["span"] == span and c.values["spacing"] in spacings and c.values["phi"] in friction
+        ]
+
+    why = "the crown arches at once and oscillates; see the play of contacts below"
+    less, near = "published: less than", "published: “approaching”"
+    rows: list[tuple[str, float, float, str]] = [
+        ("largest, span 10 m, S_j ≤ 2 m", max(down(10, (1.5, 2), FRICTION)), text["span10_to2_crown"][1], why),
+        ("smallest, span 10 m, S_j ≤ 2 m", min(down(10, (1.5, 2), FRICTION)), text["span10_to2_crown"][0], why),
+        ("largest, span 10 m, S_j ≥ 3 m", max(down(10, (3, 4, 5), FRICTION)), text["span10_from3"], less),
+        ("span 15 m, S_j = 2 m, 20°", down(15, (2,), (20,))[0], text["span15_2_20_crown"], why),
+        ("the same 4.5 m above", down(15, (2,), (20,), 1)[0], text["span15_2_20_4_5"], why),
+        ("the same 28 m above", down(15, (2,), (20,), 6)[0], text["span15_2_20_far"], why),
+        ("largest, span 15 m, S_j = 2 m, 30° to 60°", max(down(15, (2,), FRICTION[1:])), text["span15_2_from30_crown"],
+         less),
+        ("span 15 m, S_j = 3 m, 20°", down(15, (3,), (20,))[0], text["span15_3_crown"][0], why),
+        ("span 15 m, S_j = 3 m, 30°", down(15, (3,), (30,))[0], text["span15_3_crown"][1], why),
+        ("largest, span 15 m, S_j ≥ 4 m", max(down(15, (4, 5, 6), FRICTION)), text["span15_from4"], near),
+    ]  # fmt: skip
+    for name, ours, printed, note in rows:
+        record.compare(
+            f"downward displacement of the crown after 2500 steps, {name}", ours, "m", published=printed,
+            published_source=text["source"], explanation=note,
+        )  # fmt: skip
+    record.text(
+        "With a half circle as the arch of the wider tunnel (wall 2.5 m, arch 7.5 m; S_j = 2 m, 20°) the crown is "
+        f"{-half_circle.profile.displacement[0]:.3f} m down after 2500 steps instead of "
+        f"{down(15, (2,), (20,))[0]:.3f} m; "
+        f"loosening height over the tunnel's: {label(half_circle.profile.height)}."
+    )
+
+
+def _ratios(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> None:
+    """Figs. 7.13 and 7.14; means over the last half, because two oscillations at one instant have no ratio."""
+    import matplotlib.pyplot as plt
+
+    with record.style():
+        figure, grid = plt.subplots(1, 4, figsize=(PAPER_WIDTH, 2.6), sharey=True)
+        medians = {}
+        for axes, ratio in zip(grid[1:], (0.2, 0.3, 0.4), strict=True):
+            values = []
+            for colour, narrow, wide in zip(
+                PALETTE, _line(found, 10, ratio), _line([*found, *between], 15, ratio), strict=False
+            ):
+                quotient = wide.mean / narrow.mean
+                values.append(quotient)
+                axes.plot(quotient, narrow.profile.heights, ".-", color=colour, label=f"{narrow.values['phi']}°")
+                if ratio == 0.2:
+                    for cell, mark in ((narrow, "-"), (wide, "--")):
+                        grid[0].plot(1e3 * cell.mean / cell.values["span"], cell.profile.heights, mark, color=colour)
+            medians[ratio] = float(np.median(values))
+            axes.axvline(1, color="#9A9A9A", linestyle=":", linewidth=0.8)
+            axes.set_title(f"S_j/B = {ratio}", fontsize=8)
+            axes.set_xlabel("δ(15 m)/δ(10 m)")
+        grid[0].set_title("S_j/B = 0.2", fontsize=8)
+        grid[0].set_xlabel("1000 δ/B")
+        grid[0].set_ylabel("y above the crown [m]")
+        grid[-1].legend(title="friction", fontsize=7, title_fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
+        record.figure(
+            figure, "ratios",
+            "As Figs. 7.13 (left; dashed: 15 m) and 7.14: displacements over span, and of the two spans over each "
+            "other, as means over the last half of the run.",
+        )  # fmt: skip
+    text = PUBLISHED["deflection"]
+    for ratio, printed in ((0.2, text["ratio_02"]), (0.3, None), (0.4, text["ratio_04"])):
+        record.compare(
+            f"δ(15 m)/δ(10 m) at S_j/B = {ratio}, median of all points and friction angles", medians[ratio],
+            published=printed, published_source="§7.2.4" if printed else "",
+            explanation="without sagging crowns the ratio is that of the settlements, which grow with S_j = ratio · B",
+        )  # fmt: skip
+
+
+def _chart(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> None:
+    """A design chart, and the rules of thumb."""
+    import matplotlib.pyplot as plt
+
+    with record.style():
+        figure, (left, right) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 3.0), layout="constrained")
+        for colour, span, mark in ((PALETTE[1], 10, "o"), (PALETTE[2], 15, "s")):
+            line = [c for c in [*found, *between] if c.values["span"] == span]
+            for phi, shift in zip(FRICTION, np.linspace(-0.006, 0.006, 5), strict=True):
+                some = sorted((c for c in line if c.values["phi"] == phi), key=lambda c: c.values["spacing"])
+                x = np.array([c.values["spacing"] / span for c in some])
+                left.plot(x + shift, [c.profile.height / span for c in some], mark, color=colour, markersize=4)
+                right.plot(x, [np.abs(c.profile.gradient[:2]).max() for c in some], mark + "-", color=colour,
+                           markersize=3, linewidth=0.6)  # fmt: skip
+            printed = [
+                (s / span + shift, bound * TUNNEL / span)
+                for s, row in zip(SPACING[span], PUBLISHED[f"span{span}"]["height"], strict=True)
+                for bound, shift in zip(row, np.linspace(-0.006, 0.006, 5), strict=True)
+            ]
+            left.plot(*zip(*printed, strict=True), mark, color=colour, markersize=7, markerfacecolor="none",
+                      markeredgewidth=0.7, label=f"B = {span} m")  # fmt: skip
+        rule = terzaghi("horizontally stratified", 1.0, 1.0)
+        left.axhspan(rule.low, rule.high, color="#E8E8E8", zorder=0)
+        left.text(0.5, rule.high - 0.01, "Terzaghi, horizontal beds", fontsize=7, ha="right", va="top")
+        left.set_xlabel("S_j/B")
+        left.set_ylabel("loosening height/B, at most")
+        left.legend(fontsize=7, loc="center right")
+        right.axhline(GRADIENT_LIMIT, color="#9A9A9A", linestyle=":")
+        right.text(0.41, GRADIENT_LIMIT, "limit", fontsize=7, ha="right", va="bottom")
+        right.set_yscale("log")
+        right.set_xlabel("S_j/B")
+        right.set_ylabel("largest |Δδ/Δy| up to 8.5 m")
+        record.figure(
+            figure, "chart",
+            "Design chart. Left: loosening height over span against spacing over span, ours filled, published "
+            "open, five friction angles side by side (20° left). Right: how far from the limit of the second "
+            "criterion.",
+        )  # fmt: skip
+    rows = []
+    for span in (10, 15):
+        highest = max(c.profile.height for c in found if c.values["span"] == span)
+        printed = max(h for row in PUBLISHED[f"span{span}"]["height"] for h in row) * TUNNEL
+        row = {"B [m]": span, "ours, at most": f"{highest:g}", "published, at most": f"{printed:g}"}
+        for condition in ("horizontally stratified", "moderately jointed", "blocky"):
+            load = terzaghi(condition, span, TUNNEL)
+            row[f"Terzaghi, {condition}"] = f"{load.low:.3g} to {load.high:.3g}"
+        for quality in (80, 50):
+            load = rose(quality, span, TUNNEL)
+            row[f"Rose, RQD {quality} %"] = f"{load.low:.3g} to {load.high:.3g}"
+        rows.append(row)
+    record.table(
+        pd.DataFrame(rows), "rock-load",
+        "Loosening heights [m] beside the rock loads of Terzaghi (1946) and Rose (1982). Joints "
+        "1 m and more apart make a rock quality designation of 99 % (Priest and Hudson): better than Rose's classes.",
+    )  # fmt: skip
+
+
+def _deformed(record: Record, found: Sequence[Cell]) -> None:
+    """Figs. 7.4, 7.11, 7.12."""
+    import matplotlib.pyplot as plt
+
+    wanted = [(10, 1.5), (10, 2), (15, 2)]
+    with record.style():
+        figure, grid = plt.subplots(1, 3, figsize=(PAPER_WIDTH, 3.0), sharey=True)
+        for axes, (span, spacing) in zip(grid, wanted, strict=True):
+            cell = next(c for c in found if (c.values["span"], c.values["spacing"]) == (span, spacing))
+            with open_results(cell.file) as results:
+                blocks = draw_deformed(axes, results, 5)
+            axes.set_title(f"B = {span} m, S_j = {spacing:g} m", fontsize=8)
+        grid[0].set_ylabel("y [m]")
+        figure.colorbar(blocks, ax=list(grid), label="downward displacement [m]", shrink=0.7)
+        record.figure(
+            figure, "deformed",
+            "As Figs. 7.4, 7.12 and 7.11 (20°): after 2500 steps, displacements five times enlarged. Wedges "
+            "at the opening have come loose and left the picture; no bed above the crown has.",
+        )  # fmt: skip
+
+
+def _play(record: Record, found: Sequence[Cell]) -> None:
+    """What the program of the thesis may have done otherwise."""
+    play = 0.0002 * (TOP - BOTTOM + 2) / 2
+    arm = 0.5  # m: of a bed of 1 m, classic Voussoir
+    rows = []
+    for span in (10, 15):
+        for spacing in SPACING[span]:
+            short = 3 / 8 * span * (span / spacing) * play
+            sag = arm - math.sqrt(arm**2 - short) if short < arm**2 else math.nan
+            ours = max(-c.mean[0] for c in found if (c.values["span"], c.values["spacing"]) == (span, spacing))
+            rows.append({"B [m]": span, "S_j [m]": f"{spacing:g}", "joints": span / spacing, "sag by play [m]": sag,
+                         "ours [m]": ours})  # fmt: skip
+    case = next(c for c in found if (c.values["span"], c.values["spacing"], c.values["phi"]) == (10, 2, 20))
+    model = Model.read(case.file.parent / "tunnel.dc", case.file.parent / "tunnel.df", case.file.parent / "tunnel.nml")
+    model.options["contact"] = {"preset": "peer"}
+    results = record.run(model, "peer")
+    end = float(results["history/time"][-1])
+    crown = -float(results["history/measured_displacement"][-1, 0, 1])
+    record.text(
+        f"""
+**Why the published crowns sag and ours do not** is not known for certain: the thesis's program is not at hand. One
+rule that differs between programs has the right size and the right dependence on spacing. DDA for Windows lets a
+contact close only when it penetrates by more than 0.0002 w₀, here {1e3 * play:.1f} mm: every joint has that play
+before it takes thrust. A bed of span B with B/S_j joints is then too short by the sum of the plays, and its arch
+sinks by Z - √(Z² - 3/8 B · B/S_j · play) before it carries; Z = t/2 is the arm of the classic Voussoir beam, t = 1 m.
+The table has this sag: 0.11 to 0.32 m up to S_j/B = 0.2, 0.04 to 0.13 m beyond. That is where the published tables
+change from loosened to stable. The run with B = 10 m, S_j = 2 m, 20° was repeated with all rules of that program
+(`preset = 'peer'`), of which this is one: it loosens; the crown is {crown:.2f} m down and still sinking after
+{end:.2f} s (2500 steps, many of them cut). RockDDA's own rule closes a contact as soon as it would penetrate, and
+joints have no play. Where joints in nature are open by some millimetres, the published tables are the better guide.
+"""
+    )
+    record.table(
+        pd.DataFrame(rows), "play",
+        f"Sag of a bed whose joints have a play of {1e3 * play:.1f} mm each, and the largest mean displacement of the "
+        "crown in our runs, which includes the settlement of the whole rock.",
+    )  # fmt: skip
+    record.compare(
+        "downward displacement of the crown with the rules of DDA for Windows, span 10 m, S_j = 2 m, 20°", crown, "m",
+        published=PUBLISHED["deflection"]["span10_to2_crown"][1], published_source="§7.2.1 (0.2 to 0.3 m)",
+        explanation=f"at {end:.2f} s, the time that 2500 steps reach; it loosens as published, faster",
+    )  # fmt: skip
+
+
+CASES = [
+    Case("7.2-fifty-tunnels", "Loosening above fifty tunnels", "Chapter 7", fifty_tunnels, quick=False),
+]
