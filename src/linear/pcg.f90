@@ -162,8 +162,8 @@ contains
       end do
       !$omp do schedule(static)
       do i = 1, self%splitting%n
-         x(:, self%splitting%order(i)) = x(:, self%splitting%order(i)) &
-            + norm*matmul(real(self%d(:, i) + alpha*self%t(:, i), wp), self%splitting%scale(:, :, i))
+         call add_correction(norm, self%d(:, i) + alpha*self%t(:, i), self%splitting%scale(:, :, i), &
+                             x(:, self%splitting%order(i)))
       end do
       !$omp end do
       !$omp single
@@ -171,6 +171,21 @@ contains
       !$omp end single
       !$omp end parallel
    end subroutine correct
+
+   !> x := x + norm G^-T d for one block.
+   pure subroutine add_correction(norm, d, scale, x)
+      real(wp), intent(in) :: norm
+      real(sp), intent(in) :: d(6)
+      real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
+      real(wp), intent(inout) :: x(6)
+      real(wp) :: v(6)
+      integer :: j
+      v = norm*real(d, wp)
+      do j = 1, 6
+         x(j) = x(j) + ((scale(1, j)*v(1) + scale(2, j)*v(2)) + (scale(3, j)*v(3) + scale(4, j)*v(4)) &
+                        + (scale(5, j)*v(5) + scale(6, j)*v(6)))
+      end do
+   end subroutine add_correction
 
    !> The residual of one group in the variables of the splitting, r := (I + L)^-1 G^-1 r, and no correction yet.
    subroutine begin_group(self, m, weight)

@@ -76,14 +76,16 @@ contains
       real(wp), intent(in), contiguous :: x(:, :), f(:, :)   !! (6, n)
       real(wp), intent(out), contiguous :: w(:, :)           !! (6, n)
       integer :: i, j, k
+      real(wp) :: a(6, 6), own(6), other(6)
       w = abs(f)
       do i = 1, matrix%n
-         k = matrix%row_start(i)
-         call add_product(abs(matrix%values(:, :, k)), abs(x(:, i)), w(:, i))
-         do k = k + 1, matrix%row_start(i + 1) - 1
+         own = abs(x(:, i))
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             j = matrix%column(k)
-            call add_product(abs(matrix%values(:, :, k)), abs(x(:, j)), w(:, i))
-            call add_transposed_product(abs(matrix%values(:, :, k)), abs(x(:, i)), w(:, j))
+            a = abs(matrix%values(:, :, k))
+            other = abs(x(:, j))
+            call add_product(a, other, w(:, i))
+            if (j > i) call add_transposed_product(a, own, w(:, j))
          end do
       end do
    end subroutine rounding_level
@@ -98,13 +100,15 @@ contains
       end do
    end subroutine add_product
 
-   !> y := y + A^T x.
+   !> y := y + A^T x. Two sums of three for each column: what a register of two numbers adds up.
    pure subroutine add_transposed_product(a, x, y)
       real(wp), intent(in) :: a(6, 6), x(6)
       real(wp), intent(inout) :: y(6)
+      real(wp) :: t(2)
       integer :: j
       do j = 1, 6
-         y(j) = y(j) + a(1, j)*x(1) + a(2, j)*x(2) + a(3, j)*x(3) + a(4, j)*x(4) + a(5, j)*x(5) + a(6, j)*x(6)
+         t = (a(1:2, j)*x(1:2) + a(3:4, j)*x(3:4)) + a(5:6, j)*x(5:6)
+         y(j) = y(j) + (t(1) + t(2))
       end do
    end subroutine add_transposed_product
 

@@ -212,10 +212,15 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
-      integer :: c
+      real(wp) :: lane(6)
+      integer :: c, i
       relative = huge(1.0_wp)
-      if (.not. all(ieee_is_finite(x))) return
-      if (maxval(abs(x)) > diverged) return
+      lane = 0
+      do i = 1, matrix%n
+         lane = lane + abs(x(:, i))
+      end do
+      if (.not. all(ieee_is_finite(lane))) return
+      if (maxval(lane) > diverged) return
       !$omp parallel if(self%n_chunks > few_chunks) default(none) shared(self, matrix, f, x) private(c)
       !$omp do schedule(static)
       do c = 1, self%n_chunks

@@ -1,12 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Dense kernels for one 6x6 block, with sizes known to the compiler.
 module rockdda_linear_small_blocks
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use, intrinsic :: iso_fortran_env, only : int32
    use rockdda_base_kinds, only : wp
    implicit none
    private
    public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block, &
       invert_lower
+
+   !> Which half of a number's bits holds its exponent depends on the processor's order of bytes.
+   integer(int32), parameter :: one_in_words(2) = transfer(1.0_wp, [0_int32, 0_int32])
+   integer, parameter :: high = merge(2, 1, one_in_words(2) /= 0)
 
 contains
 
@@ -17,30 +21,66 @@ contains
       real(wp), intent(in) :: a(6, 6)     !! symmetric; the lower triangle is read
       real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above; undefined if not ok
       logical, intent(out) :: ok          !! positive definite and finite
-      real(wp) :: pivot, pivots(6)
-      integer :: j, k
-      l = a
-      do j = 1, 6
-         pivots(j) = a(j, j)
-      end do
-      ok = all(ieee_is_finite(a))
+      real(wp), parameter :: least = 4*epsilon(1.0_wp)
+      real(wp) :: c1(6), c2(6), c3(3:6), c4(3:6), c5(5:6), c6(5:6), pivot
+      ok = is_finite(a)
       if (.not. ok) return
-      ! whole columns of constant length: what is computed above the diagonal is thrown away
-      do j = 1, 6
-         pivot = l(j, j)
-         ok = pivot > 4*epsilon(1.0_wp)*pivots(j)
-         if (.not. ok) return
-         pivot = 1/sqrt(pivot)
-         l(:, j) = l(:, j)*pivot
-         do k = j + 1, 6
-            l(:, k) = l(:, k) - l(:, j)*l(k, j)
-         end do
-         l(j, j) = pivot
-      end do
-      do j = 2, 6
-         l(1:j - 1, j) = 0
-      end do
+      ! columns in pairs of one length, which the compiler keeps in registers; what is computed above the diagonal of the
+      ! second of a pair is thrown away
+      c1 = a(:, 1)
+      ok = c1(1) > least*a(1, 1)
+      if (.not. ok) return
+      pivot = 1/sqrt(c1(1))
+      c1 = c1*pivot
+      c1(1) = pivot
+      c2 = a(:, 2) - c1*c1(2)
+      ok = c2(2) > least*a(2, 2)
+      if (.not. ok) return
+      pivot = 1/sqrt(c2(2))
+      c2 = c2*pivot
+      c2(2) = pivot
+      c3 = (a(3:6, 3) - c1(3:6)*c1(3)) - c2(3:6)*c2(3)
+      ok = c3(3) > least*a(3, 3)
+      if (.not. ok) return
+      pivot = 1/sqrt(c3(3))
+      c3 = c3*pivot
+      c3(3) = pivot
+      c4 = ((a(3:6, 4) - c1(3:6)*c1(4)) - c2(3:6)*c2(4)) - c3*c3(4)
+      ok = c4(4) > least*a(4, 4)
+      if (.not. ok) return
+      pivot = 1/sqrt(c4(4))
+      c4 = c4*pivot
+      c4(4) = pivot
+      c5 = (((a(5:6, 5) - c1(5:6)*c1(5)) - c2(5:6)*c2(5)) - c3(5:6)*c3(5)) - c4(5:6)*c4(5)
+      ok = c5(5) > least*a(5, 5)
+      if (.not. ok) return
+      pivot = 1/sqrt(c5(5))
+      c5 = c5*pivot
+      c5(5) = pivot
+      c6 = ((((a(5:6, 6) - c1(5:6)*c1(6)) - c2(5:6)*c2(6)) - c3(5:6)*c3(6)) - c4(5:6)*c4(6)) - c5*c5(6)
+      ok = c6(6) > least*a(6, 6)
+      if (.not. ok) return
+      pivot = 1/sqrt(c6(6))
+      c6 = c6*pivot
+      c6(6) = pivot
+      l(:, 1) = c1
+      l(:, 2) = [0.0_wp, c2(2:6)]
+      l(1:2, 3:6) = 0
+      l(3:6, 3) = c3
+      l(3:6, 4) = [0.0_wp, c4(4:6)]
+      l(3:4, 5:6) = 0
+      l(5:6, 5) = c5
+      l(5:6, 6) = [0.0_wp, c6(6)]
    end subroutine factorize_block
+
+   !> Are all entries finite? Asked of their bits, so that no arithmetic is done with what is not a number.
+   pure logical function is_finite(a)
+      real(wp), intent(in) :: a(6, 6)
+      integer(int32) :: words(72)
+      integer(int32), parameter :: exponent = int(z'7FF00000', int32)
+      words = transfer(a, words)
+      is_finite = maxval(iand(words(high::2), exponent)) < exponent
+   end function is_finite
 
    !> b := L^-1 b with a factor made by `factorize_block`.
    pure subroutine solve_lower(l, b)

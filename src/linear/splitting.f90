@@ -245,68 +245,91 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: g                !! group
       integer, intent(inout) :: replaced      !! counts pivots replaced
-      real(wp) :: b(6, 6, self%most_before), d(6, 6), pivot(6, 6), l(6, 6)
+      real(wp) :: b(6, 6, self%most_before), pivot(6, 6), l(6, 6)
       logical :: ok
-      integer :: i, k, m, c
+      integer :: i, k, m, c, first, last
       do i = self%group(g), self%group(g + 1) - 1
-         d = matrix%values(:, :, matrix%row_start(self%order(i)))
-         pivot = d
-         do k = self%before_start(i), self%before_start(i + 1) - 1
-            m = k - self%before_start(i) + 1
-            call take(matrix, self%before_place(k), b(:, :, m))
-            call times_transposed(b(:, :, m), self%scale(:, :, self%before_column(k)))
-            if (self%modify_pivots) call subtract_square(b(:, :, m), pivot)
-         end do
-         call factorize_block(pivot, l, ok)
-         if (ok .and. self%modify_pivots) then
-            do c = 1, 6
-               ok = ok .and. l(c, c)**2*d(c, c) < 1.0e4_wp
+         first = self%before_start(i)
+         last = self%before_start(i + 1) - 1
+         associate (d => matrix%values(:, :, matrix%row_start(self%order(i))))
+            pivot = d
+            do k = first, last
+               m = k - first + 1
+               call take(matrix, self%before_place(k), b(:, :, m))
+               call times_transposed(b(:, :, m), self%scale(:, :, self%before_column(k)))
+               if (self%modify_pivots) call subtract_square(b(:, :, m), pivot)
             end do
-         end if
-         if (.not. ok) then
-            replaced = replaced + 1
-            call factorize_block(d, l, ok)
-         end if
-         call invert_lower(l, self%scale(:, :, i))
-         call scale_rows(self%scale(:, :, i), d)
-         call times_transposed(d, self%scale(:, :, i))
+            call factorize_block(pivot, l, ok)
+            if (ok .and. self%modify_pivots) then
+               do c = 1, 6
+                  ok = ok .and. l(c, c)**2*d(c, c) < 1.0e4_wp
+               end do
+            end if
+            if (.not. ok) then
+               replaced = replaced + 1
+               call factorize_block(d, l, ok)
+            end if
+            call invert_lower(l, self%scale(:, :, i))
+            pivot = d
+         end associate
+         call scale_rows(self%scale(:, :, i), pivot)
+         call times_transposed(pivot, self%scale(:, :, i))
          do c = 1, 6
-            d(c, c) = d(c, c) - 2
+            pivot(c, c) = pivot(c, c) - 2
          end do
-         call lay_out(d, self%rest(:, i))
-         do k = self%before_start(i), self%before_start(i + 1) - 1
-            m = k - self%before_start(i) + 1
+         call lay_out(pivot, self%rest(1, i), self%rest(25, i))
+         do k = first, last
+            m = k - first + 1
             call scale_rows(self%scale(:, :, i), b(:, :, m))
-            call lay_out(b(:, :, m), self%before(:, k))
-            call lay_out(transpose(b(:, :, m)), self%after(:, self%twin(k)))
+            call lay_out(b(:, :, m), self%before(1, k), self%before(25, k))
+            call lay_out_transposed(b(:, :, m), self%after(1, self%twin(k)), self%after(25, self%twin(k)))
          end do
       end do
    end subroutine factorize_group
 
    !> A block in single precision: rows 1 to 4 column by column, then rows 5 and 6.
-   pure subroutine lay_out(a, v)
+   pure subroutine lay_out(a, upper, lower)
       real(wp), intent(in) :: a(6, 6)
-      real(sp), intent(out) :: v(36)
+      real(sp), intent(out) :: upper(4, 6), lower(2, 6)
       integer :: c
       do c = 1, 6
-         v(4*c - 3:4*c) = real(a(1:4, c), sp)
-         v(2*c + 23:2*c + 24) = real(a(5:6, c), sp)
+         upper(:, c) = real(a(1:4, c), sp)
+         lower(:, c) = real(a(5:6, c), sp)
       end do
    end subroutine lay_out
+
+   !> The same of the transpose.
+   pure subroutine lay_out_transposed(a, upper, lower)
+      real(wp), intent(in) :: a(6, 6)
+      real(sp), intent(out) :: upper(4, 6), lower(2, 6)
+      real(sp) :: column(6)
+      integer :: r
+      do r = 1, 4
+         column = real(a(:, r), sp)
+         upper(r, :) = column
+      end do
+      do r = 1, 2
+         column = real(a(:, r + 4), sp)
+         lower(r, :) = column
+      end do
+   end subroutine lay_out_transposed
 
    !> The block in a place of the matrix, transposed when the place is negative.
    pure subroutine take(matrix, place, a)
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: place
       real(wp), intent(out) :: a(6, 6)
+      integer :: j
       if (place > 0) then
          a = matrix%values(:, :, place)
       else
-         a = transpose(matrix%values(:, :, -place))
+         do j = 1, 6
+            a(j, :) = matrix%values(:, j, -place)
+         end do
       end if
    end subroutine take
 
-   !> a := S a.
+   !> a := S a with S lower triangular.
    pure subroutine scale_rows(s, a)
       real(wp), intent(in) :: s(6, 6)
       real(wp), intent(inout) :: a(6, 6)
@@ -314,7 +337,10 @@ contains
       integer :: j
       do j = 1, 6
          b = a(:, j)
-         a(:, j) = (s(:, 1)*b(1) + s(:, 2)*b(2)) + (s(:, 3)*b(3) + s(:, 4)*b(4)) + (s(:, 5)*b(5) + s(:, 6)*b(6))
+         a(1:2, j) = s(1:2, 1)*b(1) + s(1:2, 2)*b(2)
+         a(3:4, j) = (s(3:4, 1)*b(1) + s(3:4, 2)*b(2)) + (s(3:4, 3)*b(3) + s(3:4, 4)*b(4))
+         a(5:6, j) = (s(5:6, 1)*b(1) + s(5:6, 2)*b(2)) + (s(5:6, 3)*b(3) + s(5:6, 4)*b(4)) &
+            + (s(5:6, 5)*b(5) + s(5:6, 6)*b(6))
       end do
    end subroutine scale_rows
 
@@ -331,14 +357,22 @@ contains
       a(:, 1) = a(:, 1)*s(1, 1)
    end subroutine times_transposed
 
-   !> d := d - a a^T.
+   !> d := d - a a^T, at least its lower half.
    pure subroutine subtract_square(a, d)
       real(wp), intent(in) :: a(6, 6)
       real(wp), intent(inout) :: d(6, 6)
       integer :: j
-      do j = 1, 6
-         d(:, j) = d(:, j) - ((a(:, 1)*a(j, 1) + a(:, 2)*a(j, 2)) + (a(:, 3)*a(j, 3) + a(:, 4)*a(j, 4)) &
-                              + (a(:, 5)*a(j, 5) + a(:, 6)*a(j, 6)))
+      do j = 1, 2
+         d(1:6, j) = d(1:6, j) - ((a(1:6, 1)*a(j, 1) + a(1:6, 2)*a(j, 2)) + (a(1:6, 3)*a(j, 3) + a(1:6, 4)*a(j, 4)) &
+                                  + (a(1:6, 5)*a(j, 5) + a(1:6, 6)*a(j, 6)))
+      end do
+      do j = 3, 4
+         d(3:6, j) = d(3:6, j) - ((a(3:6, 1)*a(j, 1) + a(3:6, 2)*a(j, 2)) + (a(3:6, 3)*a(j, 3) + a(3:6, 4)*a(j, 4)) &
+                                  + (a(3:6, 5)*a(j, 5) + a(3:6, 6)*a(j, 6)))
+      end do
+      do j = 5, 6
+         d(5:6, j) = d(5:6, j) - ((a(5:6, 1)*a(j, 1) + a(5:6, 2)*a(j, 2)) + (a(5:6, 3)*a(j, 3) + a(5:6, 4)*a(j, 4)) &
+                                  + (a(5:6, 5)*a(j, 5) + a(5:6, 6)*a(j, 6)))
       end do
    end subroutine subtract_square
 
