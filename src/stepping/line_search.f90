@@ -139,7 +139,8 @@ contains
          partner_gap = self%gap(p) + a*(trial%gap(p) - self%gap(p))
          slip = self%slip(c) + a*(trial%slip(c) - self%slip(c))
          call trial%lawful_forces(table, laws, settings, c, gap, partner_gap, slip, normal, shear)
-         self%force(:, c) = [-normal, shear]
+         self%force(1, c) = -normal
+         self%force(2, c) = shear
       end do
       !$omp end parallel do
       do l = 1, blocks%bolts%n
@@ -171,6 +172,7 @@ contains
       end do
       do l = equations%start(i) + 1, equations%start(i + 1)
          c = equations%incident(l)
+         if (.not. any(abs(force(:, abs(c))) > 0)) cycle
          if (c > 0) then
             r = r + (force(1, c)*equations%vector_a(:, 1, c) + force(2, c)*equations%vector_a(:, 2, c))
          else

@@ -15,7 +15,8 @@ module rockdda_stepping_links
    use rockdda_assembly_equations, only : equations_type
    implicit none
    private
-   public :: bolt_round_type, set_drag, set_link_vectors, set_link_forces, predict_contacts, judge_bolts
+   public :: bolt_round_type, set_drag, set_link_vectors, set_link_forces, set_friction_forces, &
+      predict_contacts, predict_sliding, judge_bolts
    public :: contact_dashpots
 
    !> Bolts in the open-close loop.
@@ -155,6 +156,55 @@ contains
       end do
    end subroutine set_link_forces
 
+   !> The friction forces alone, where all states are those of the last solve: rows from `begin_friction`.
+   subroutine set_friction_forces(trial, equations)
+      type(open_close_type), intent(in) :: trial
+      type(equations_type), intent(inout) :: equations
+      integer :: c, i
+      !$omp parallel do default(none) shared(trial, equations) private(c, i) if (trial%n_sliding > parallel_contacts)
+      do i = 1, trial%n_sliding
+         c = trial%sliding(i)
+         call equations%set_link(c, equations%stiffness(:, c), &
+                                 [equations%force(1, c), -trial%slip_sign(c)*trial%friction(c)])
+      end do
+      !$omp end parallel do
+   end subroutine set_friction_forces
+
+   !> Predicted gap and slip of one contact for the solution x.
+   pure subroutine predict_contact(table, equations, c, gap, slip)
+      type(contact_table_type), intent(in) :: table
+      type(equations_type), intent(in) :: equations
+      integer, intent(in) :: c
+      real(wp), intent(out) :: gap, slip
+      associate (xa => equations%x(:, equations%pair(1, c)), xb => equations%x(:, equations%pair(2, c)))
+         gap = table%gap(c) + along(equations%vector_a(:, 1, c), xa, equations%vector_b(:, 1, c), xb)
+         slip = along(equations%vector_a(:, 2, c), xa, equations%vector_b(:, 2, c), xb)
+      end associate
+   end subroutine predict_contact
+
+   !> v . x + w . y: two sums of six, which a register of two numbers adds up.
+   pure real(wp) function along(v, x, w, y)
+      real(wp), intent(in) :: v(6), x(6), w(6), y(6)
+      real(wp) :: t(2)
+      t = ((v(1:2)*x(1:2) + v(3:4)*x(3:4)) + v(5:6)*x(5:6)) + ((w(1:2)*y(1:2) + w(3:4)*y(3:4)) + w(5:6)*y(5:6))
+      along = t(1) + t(2)
+   end function along
+
+   !> Predicted gap and slip of the sliding contacts: rows from `begin_friction`.
+   subroutine predict_sliding(table, equations, trial)
+      type(contact_table_type), intent(in) :: table
+      type(equations_type), intent(in) :: equations
+      type(open_close_type), intent(inout) :: trial
+      integer :: c, i
+      !$omp parallel do default(none) shared(table, equations, trial) private(c, i) &
+      !$omp if (trial%n_sliding > parallel_contacts)
+      do i = 1, trial%n_sliding
+         c = trial%sliding(i)
+         call predict_contact(table, equations, c, trial%gap(c), trial%slip(c))
+      end do
+      !$omp end parallel do
+   end subroutine predict_sliding
+
    !> Predicted gap and slip of every contact, stretch of every bolt, for the solution x.
    subroutine predict_contacts(table, equations, n_bolts, trial, bolts)
       type(contact_table_type), intent(in) :: table
@@ -165,11 +215,7 @@ contains
       integer :: c, l
       !$omp parallel do default(none) shared(table, equations, trial) private(c) if (table%n > parallel_contacts)
       do c = 1, table%n
-         trial%gap(c) = table%gap(c) + &
-                        (dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c))) + &
-                         dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c))))
-         trial%slip(c) = dot_product(equations%vector_a(:, 2, c), equations%x(:, equations%pair(1, c))) + &
-                         dot_product(equations%vector_b(:, 2, c), equations%x(:, equations%pair(2, c)))
+         call predict_contact(table, equations, c, trial%gap(c), trial%slip(c))
       end do
       !$omp end parallel do
       do l = 1, n_bolts

@@ -27,7 +27,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
-      predict_contacts, judge_bolts
+      set_friction_forces, predict_contacts, predict_sliding, judge_bolts
    use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
    use rockdda_stepping_motion, only : start_state, move_blocks, largest_displacement
@@ -316,7 +316,8 @@ contains
       n_bolts = 0
       do rounds = 1, self%parameters%max_open_close
          outcome = attempt%no_solution
-         call self%solve_round(dt, n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, error)
+         call self%solve_round(dt, .false., n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, &
+                               error)
          if (solved) call self%settle_friction(dt, settings, iterations, solved, detail, error)
          if (.not. solved) return
          fraction = 1
@@ -347,10 +348,12 @@ contains
       end if
    end subroutine try_step
 
-   !> Solve the equations with the present states and friction forces, and predict the motion of all contacts.
-   subroutine solve_round(self, dt, new_states, iterations, solved, detail, error)
+   !> Solve the equations with the present states and friction forces, and predict the motion of all contacts, or, with
+   !> the states of the last solve, of those that slide.
+   subroutine solve_round(self, dt, friction_only, new_states, iterations, solved, detail, error)
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: dt
+      logical, intent(in) :: friction_only   !! only friction forces found within the round differ from the last solve
       logical, intent(in) :: new_states   !! else only friction forces differ from the last solve: K is the same
       integer, intent(inout) :: iterations
       logical, intent(out) :: solved      !! else `detail` or `error` says why
@@ -359,8 +362,12 @@ contains
       type(solve_report_type) :: report
       integer :: n_assembled
       solved = .false.
-      call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, self%bolts, &
-                           dt, self%equations)
+      if (friction_only) then
+         call set_friction_forces(self%trial, self%equations)
+      else
+         call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, &
+                              self%bolts, dt, self%equations)
+      end if
       call self%equations%assemble(n_assembled)
       if (new_states) self%solver%reference_load = self%equations%magnitude
       self%times%rounds = self%times%rounds + 1
@@ -384,7 +391,11 @@ contains
          detail = 'the solution is not finite'
          return
       end if
-      call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+      if (friction_only) then
+         call predict_sliding(self%table, self%equations, self%trial)
+      else
+         call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+      end if
       solved = .true.
    end subroutine solve_round
 
@@ -398,21 +409,22 @@ contains
       logical, intent(out) :: solved
       character(len=:), allocatable, intent(inout) :: detail
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: used(self%table%n), worst, goal
+      real(wp) :: worst, goal
       integer :: k
       solved = .true.
-      call self%trial%mixing%restart(self%table%n)
+      call self%trial%begin_friction(self%table)
       goal = 0
       do k = 1, friction_solves
-         call self%trial%improve_friction(self%table, self%laws, settings, worst, used)
+         call self%trial%improve_friction(self%table, self%laws, settings, worst)
          if (k == 1) goal = max(friction_reduction*worst, 0.5_wp*friction_tolerance*deepest_force(self))
          if (worst <= goal) then
-            self%trial%friction(1:self%table%n) = used
-            return
+            call self%trial%take_used_friction()
+            exit
          end if
-         call self%solve_round(dt, .false., iterations, solved, detail, error)
+         call self%solve_round(dt, .true., .false., iterations, solved, detail, error)
          if (.not. solved) return
       end do
+      if (k > 1) call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
 
    contains
 
