@@ -48,6 +48,7 @@ module rockdda_assembly_equations
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
       integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
+      integer, allocatable, private :: row_change(:) !! (nb) the same of rows, in the last assembly
       logical, private :: all_changed = .true.       !! block terms or vectors are new
       ! the graph that slot, start and incident belong to, and the work of making them
       integer, private :: n_pairs = -1
@@ -74,7 +75,7 @@ contains
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), &
                    self%block_matrix(6, 6, n_blocks), source=0.0_wp)
-         allocate (self%start(n_blocks + 1), source=0)
+         allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) >= n_links) return
@@ -174,10 +175,15 @@ contains
          if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), &
                                                          self%matrix%row_start(i + 1) - 1, self)
          if (what /= change%none) call assemble_load(i, self)
+         self%row_change(i) = what
          most = max(most, what)
       end do
       !$omp end parallel do
-      if (most == change%stiffness) self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
+      if (most == change%stiffness) then
+         self%matrix%base_id = merge(0, self%matrix%values_id, self%all_changed)
+         self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
+         self%matrix%changed = self%row_change == change%stiffness
+      end if
       n_new = 0
       do c = 1, self%n_links
          if (self%changed(c) == change%stiffness) n_new = n_new + 1

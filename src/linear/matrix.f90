@@ -9,7 +9,9 @@
 !>
 !> The pattern comes from the contact graph and stays while the graph does; `pattern_id` changes with it, so
 !> that a solver knows when its analysis is stale. `values_id` changes whenever values may have changed: with the same
-!> number, not 0, the matrix is the one that was solved before, and a solver may keep what it made of it.
+!> number, not 0, the matrix is the one that was solved before, and a solver may keep what it made of it. When few rows
+!> are new, `base_id` is the number of the matrix before and `changed` tells these rows: K_ij differs from what it was
+!> only if both i and j are among them.
 module rockdda_linear_matrix
    use rockdda_base_kinds, only : wp
    implicit none
@@ -20,6 +22,8 @@ module rockdda_linear_matrix
       integer :: n = 0                          !! block rows
       integer :: pattern_id = 0                 !! differs whenever the pattern differs
       integer :: values_id = 0                  !! differs whenever values differ; 0: nobody keeps count
+      integer :: base_id = 0                    !! values_id from which only rows in `changed` differ; 0: unknown
+      logical, allocatable :: changed(:)        !! (n) valid where base_id is not 0
       integer, allocatable :: row_start(:)      !! (n + 1)
       integer, allocatable :: column(:)         !! (number of stored blocks)
       real(wp), allocatable :: values(:, :, :)  !! (6, 6, number of stored blocks)

@@ -6,7 +6,7 @@ module rockdda_linear_products
    implicit none
    private
    public :: multiply, residual_vector, rounding_level, sum_of_products, n_stored_blocks, find_block, &
-      add_product, add_transposed_product
+      add_product, add_transposed_product, add_both_products
 
    !> Blocks whose terms are added up together; the partial sums are then added in order, so that the
    !> result does not depend on the number of threads.
@@ -111,6 +111,21 @@ contains
          y(j) = y(j) + (t(1) + t(2))
       end do
    end subroutine add_transposed_product
+
+   !> y := y + A x, z := z - A^T w.
+   pure subroutine add_both_products(a, x, w, y, z)
+      real(wp), intent(in) :: a(6, 6), x(6), w(6)
+      real(wp), intent(inout) :: y(6), z(6)
+      real(wp) :: t(2), sums(6)
+      integer :: j
+      sums = y
+      do j = 1, 6
+         sums = sums + a(:, j)*x(j)
+         t = (a(1:2, j)*w(1:2) + a(3:4, j)*w(3:4)) + a(5:6, j)*w(5:6)
+         z(j) = z(j) - (t(1) + t(2))
+      end do
+      y = sums
+   end subroutine add_both_products
 
    !> Sum of a(i,b) b(i,b) over all unknowns, in an order that depends on the size alone.
    pure real(wp) function sum_of_products(a, b) result(total)

@@ -23,7 +23,8 @@ module rockdda_linear_residual
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : solve_report_type
-   use rockdda_linear_products, only : rounding_level, add_product, add_transposed_product
+   use rockdda_linear_products, only : rounding_level, add_product, add_transposed_product, &
+      add_both_products
    use rockdda_linear_graph, only : graph_type
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
@@ -54,12 +55,16 @@ module rockdda_linear_residual
       integer, allocatable, private :: trouble(:)   !! (chunks) first block of the chunk with something wrong, or 0
       real(wp), allocatable, private :: partial(:)  !! (chunks) sums
       integer :: values_id = 0                   !! matrix whose diagonal blocks are factorised, 0 none
+      ! what `r` belongs to
+      real(wp), allocatable, private :: f_last(:, :), x_last(:, :)  !! (6, n)
+      integer, private :: id_last = 0            !! values_id of the matrix, 0: `r` belongs to nothing
       real(wp) :: load_norm = 0                  !! |f|, or that of the reference load if it is larger
       real(wp) :: from_zero = 1                  !! relative residual of x = 0
    contains
       procedure :: start
       procedure :: norm
       procedure :: evaluate
+      procedure :: evaluate_again
       procedure :: judge
    end type residual_type
 
@@ -106,12 +111,14 @@ contains
       logical, intent(out) :: done                     !! nothing is left to solve
       type(error_type), allocatable, intent(out) :: error
       integer :: i
+      logical :: few
 
       done = .true.
       call make_room(self, matrix)
       if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
+         few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
          self%values_id = 0
-         call factorize_diagonal(self, matrix, error)
+         call factorize_diagonal(self, matrix, few, error)
          if (allocated(error)) return
          self%values_id = matrix%values_id
       end if
@@ -134,17 +141,21 @@ contains
    end subroutine start
 
    !> Cholesky factors of the diagonal blocks; an error names the first block that has none.
-   subroutine factorize_diagonal(self, matrix, error)
+   subroutine factorize_diagonal(self, matrix, few, error)
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: few      !! only those of changed rows
       type(error_type), allocatable, intent(out) :: error
       logical :: ok
       integer :: c, i
-      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, matrix) private(c, i, ok) &
-      !$omp schedule(static)
+      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, matrix, few) &
+      !$omp private(c, i, ok) schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
          do i = self%first(c), self%first(c + 1) - 1
+            if (few) then
+               if (.not. matrix%changed(i)) cycle
+            end if
             call factorize_block(matrix%values(:, :, matrix%row_start(i)), self%factor(:, :, i), ok)
             if (ok) cycle
             self%trouble(c) = i
@@ -164,13 +175,17 @@ contains
       integer :: c
       if (allocated(self%r)) then
          if (size(self%r, 2) /= matrix%n) deallocate (self%factor, self%r, self%work, self%first, self%trouble, &
-                                                      self%partial)
-         if (.not. allocated(self%r)) self%values_id = 0
+                                                      self%partial, self%f_last, self%x_last)
+         if (.not. allocated(self%r)) then
+            self%values_id = 0
+            self%id_last = 0
+         end if
       end if
       call self%graph%update(matrix, self%new_graph)
       if (allocated(self%r)) return
       self%n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
-      allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n))
+      allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), &
+                self%x_last(6, matrix%n))
       allocate (self%first(self%n_chunks + 1), self%trouble(self%n_chunks), self%partial(self%n_chunks))
       do c = 1, self%n_chunks + 1
          self%first(c) = 1 + int(int(c - 1, i8)*matrix%n/self%n_chunks)
@@ -215,6 +230,7 @@ contains
       real(wp) :: lane(6)
       integer :: c, i
       relative = huge(1.0_wp)
+      self%id_last = 0
       lane = 0
       do i = 1, matrix%n
          lane = lane + abs(x(:, i))
@@ -234,10 +250,46 @@ contains
       end do
       !$omp end do
       !$omp end parallel
+      call finish_evaluation(self, relative)
+      self%id_last = matrix%values_id
+      self%f_last = f
+      self%x_last = x
+   end subroutine evaluate
+
+   !> The same, where only the load may have changed since the last evaluation: f - K x = r + (f - last f).
+   subroutine evaluate_again(self, matrix, f, x, relative)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
+      real(wp), intent(out) :: relative                      !! |f - K x| / |f|
+      logical :: same
+      integer :: c, i
+      same = self%id_last /= 0 .and. self%id_last == matrix%values_id
+      if (same) same = all(abs(x - self%x_last) <= 0)
+      if (.not. same) then
+         call self%evaluate(matrix, f, x, relative)
+         return
+      end if
+      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, f) private(c, i) schedule(static)
+      do c = 1, self%n_chunks
+         do i = self%first(c), self%first(c + 1) - 1
+            self%r(:, i) = self%r(:, i) + (f(:, i) - self%f_last(:, i))
+            self%f_last(:, i) = f(:, i)
+         end do
+         self%partial(c) = chunk_square(self, c, self%r)
+      end do
+      !$omp end parallel do
+      call finish_evaluation(self, relative)
+   end subroutine evaluate_again
+
+   !> Norms of the residual from the sums of all chunks.
+   pure subroutine finish_evaluation(self, relative)
+      class(residual_type), intent(inout) :: self
+      real(wp), intent(out) :: relative
       self%r_norm = sqrt(sum(self%partial))
       relative = self%r_norm/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)
-   end subroutine evaluate
+   end subroutine finish_evaluation
 
    !> r := f - K x as far as the rows of one chunk hold it: all of their upper half, and its transpose within the chunk.
    pure subroutine subtract_own(self, matrix, c, f, x)
@@ -245,19 +297,21 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: c                               !! chunk
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
-      real(wp) :: y(6), minus(6)
+      real(wp) :: y(6)
       integer :: i, j, k, last
       last = self%first(c + 1) - 1
       self%r(:, self%first(c):last) = f(:, self%first(c):last)
       do i = self%first(c), last
          y = 0
-         minus = -x(:, i)
          k = matrix%row_start(i)
          call add_product(matrix%values(:, :, k), x(:, i), y)
          do k = k + 1, matrix%row_start(i + 1) - 1
             j = matrix%column(k)
-            call add_product(matrix%values(:, :, k), x(:, j), y)
-            if (j <= last) call add_transposed_product(matrix%values(:, :, k), minus, self%r(:, j))
+            if (j <= last) then
+               call add_both_products(matrix%values(:, :, k), x(:, j), x(:, i), y, self%r(:, j))
+            else
+               call add_product(matrix%values(:, :, k), x(:, j), y)
+            end if
          end do
          self%r(:, i) = self%r(:, i) - y
       end do

@@ -25,8 +25,8 @@ contains
       real(wp) :: c1(6), c2(6), c3(3:6), c4(3:6), c5(5:6), c6(5:6), pivot
       ok = is_finite(a)
       if (.not. ok) return
-      ! columns in pairs of one length, which the compiler keeps in registers; what is computed above the diagonal of the
-      ! second of a pair is thrown away
+      ! columns in pairs of one length, which the compiler keeps in registers; what is computed above the diagonal of
+      ! the second of a pair is thrown away
       c1 = a(:, 1)
       ok = c1(1) > least*a(1, 1)
       if (.not. ok) return

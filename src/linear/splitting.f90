@@ -59,6 +59,7 @@ module rockdda_linear_splitting
       real(wp), allocatable :: scale(:, :, :)  !! (6, 6, n) G^-1, lower triangle
       integer :: most_before = 0               !! largest number of couplings before a block
       integer :: replaced_pivots = 0           !! pivots of ic0 that were not well positive
+      logical, allocatable, private :: is_new(:)  !! (n) pivots that differ from those before, in the new order
       logical :: has_sweeps = .true.           !! false for jacobi
       logical, private :: modify_pivots = .true.
    contains
@@ -103,12 +104,13 @@ contains
       n = graph%n
       self%n = n
       if (allocated(self%group)) deallocate (self%group, self%order, self%before_start, self%after_start, self%scale, &
-         self%before_column, self%before_place, self%twin, self%after_column, self%before, self%after, self%rest)
+         self%before_column, self%before_place, self%twin, self%after_column, self%before, self%after, self%rest, &
+         self%is_new)
       n_couplings = size(graph%neighbour)/2
       allocate (self%order(n), self%before_start(n + 1), self%after_start(0:n), new_number(n), next(n))
       allocate (self%before_column(n_couplings), self%before_place(n_couplings), self%twin(n_couplings), &
                 self%after_column(n_couplings), self%before(36, n_couplings), self%after(36, n_couplings))
-      allocate (self%rest(36, n), self%scale(6, 6, n))
+      allocate (self%rest(36, n), self%scale(6, 6, n), self%is_new(n))
       call make_groups(self, graph)
       do i = 1, n
          new_number(self%order(i)) = i
@@ -221,17 +223,23 @@ contains
    end subroutine make_groups
 
    !> Factorise the pivots and scale the couplings. The diagonal blocks have to be positive definite.
-   subroutine set_values(self, matrix)
+   !>
+   !> With `few` the splitting was that of the matrix base_id, and only rows in `changed` get new pivots. A pivot of ic0
+   !> should then follow in the rows after it; these keep what they have: any pivot will do, it only has to be
+   !> used consistently.
+   subroutine set_values(self, matrix, few)
       class(splitting_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: few
       integer :: f, g, replaced
 
       replaced = 0
-      !$omp parallel if(self%n_groups > 3) default(none) shared(self, matrix, replaced) private(f, g)
+      if (few) replaced = self%replaced_pivots
+      !$omp parallel if(self%n_groups > 3) default(none) shared(self, matrix, few, replaced) private(f, g)
       do f = 1, 3
          !$omp do schedule(static) reduction(+:replaced)
          do g = self%phase(f), self%phase(f + 1) - 1
-            call factorize_group(self, matrix, g, replaced)
+            call factorize_group(self, matrix, few, g, replaced)
          end do
          !$omp end do
       end do
@@ -240,9 +248,10 @@ contains
    end subroutine set_values
 
    !> Pivots and couplings of one group.
-   subroutine factorize_group(self, matrix, g, replaced)
+   subroutine factorize_group(self, matrix, few, g, replaced)
       class(splitting_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: few              !! only rows in matrix%changed
       integer, intent(in) :: g                !! group
       integer, intent(inout) :: replaced      !! counts pivots replaced
       real(wp) :: b(6, 6, self%most_before), pivot(6, 6), l(6, 6)
@@ -251,6 +260,14 @@ contains
       do i = self%group(g), self%group(g + 1) - 1
          first = self%before_start(i)
          last = self%before_start(i + 1) - 1
+         self%is_new(i) = .true.
+         if (few) then
+            if (.not. matrix%changed(self%order(i))) then
+               self%is_new(i) = .false.
+               call follow_columns(self, matrix, i)
+               cycle
+            end if
+         end if
          associate (d => matrix%values(:, :, matrix%row_start(self%order(i))))
             pivot = d
             do k = first, last
@@ -286,6 +303,23 @@ contains
          end do
       end do
    end subroutine factorize_group
+
+   !> Scale those couplings of row i again whose column has a new pivot.
+   subroutine follow_columns(self, matrix, i)
+      class(splitting_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i                !! place of the row
+      real(wp) :: b(6, 6)
+      integer :: k
+      do k = self%before_start(i), self%before_start(i + 1) - 1
+         if (.not. self%is_new(self%before_column(k))) cycle
+         call take(matrix, self%before_place(k), b)
+         call times_transposed(b, self%scale(:, :, self%before_column(k)))
+         call scale_rows(self%scale(:, :, i), b)
+         call lay_out(b, self%before(1, k), self%before(25, k))
+         call lay_out_transposed(b, self%after(1, self%twin(k)), self%after(25, self%twin(k)))
+      end do
+   end subroutine follow_columns
 
    !> A block in single precision: rows 1 to 4 column by column, then rows 5 and 6.
    pure subroutine lay_out(a, upper, lower)

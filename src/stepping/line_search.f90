@@ -39,6 +39,7 @@ module rockdda_stepping_line_search
       real(wp), allocatable :: gap(:), slip(:)      !! (contacts)
       real(wp), allocatable :: stretch(:)           !! (bolts)
       real(wp), allocatable :: factor(:, :, :)      !! (6, 6, nb) Cholesky factors of K_ii
+      integer :: values_id = 0                      !! matrix that they belong to, 0 none
       real(wp), allocatable :: r(:, :)              !! (6, nb)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
       real(wp), allocatable :: sums(:)              !! (pieces) of the norm
@@ -82,19 +83,28 @@ contains
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, a
       integer :: i, k, n_bad
-      logical :: ok
+      logical :: ok, few
 
       fraction = 1
       call make_room(self, equations)
-      n_bad = 0
-      !$omp parallel do default(none) shared(self, equations) private(i, ok) reduction(+:n_bad) schedule(static) &
-      !$omp if (equations%n_blocks > parallel_blocks)
-      do i = 1, equations%n_blocks
-         call factorize_block(equations%matrix%values(:, :, equations%matrix%row_start(i)), self%factor(:, :, i), ok)
-         if (.not. ok) n_bad = n_bad + 1
-      end do
-      !$omp end parallel do
-      if (n_bad > 0) return
+      if (equations%matrix%values_id == 0 .or. equations%matrix%values_id /= self%values_id) then
+         few = equations%matrix%base_id /= 0 .and. equations%matrix%base_id == self%values_id
+         self%values_id = 0
+         n_bad = 0
+         !$omp parallel do default(none) shared(self, equations, few) private(i, ok) reduction(+:n_bad) &
+         !$omp schedule(static) if (equations%n_blocks > parallel_blocks)
+         do i = 1, equations%n_blocks
+            if (few) then
+               if (.not. equations%matrix%changed(i)) cycle
+            end if
+            call factorize_block(equations%matrix%values(:, :, equations%matrix%row_start(i)), &
+                                 self%factor(:, :, i), ok)
+            if (.not. ok) n_bad = n_bad + 1
+         end do
+         !$omp end parallel do
+         if (n_bad > 0) return
+         self%values_id = equations%matrix%values_id
+      end if
       at_start = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
       least = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
       if (least <= enough*at_start) return
