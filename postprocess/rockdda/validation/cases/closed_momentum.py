@@ -166,28 +166,29 @@ class Ledger:
 
 def ledger_of(results: Results) -> Ledger:
     mass = results.block_area * DENSITY
-    frames = list(results.frames)
-    momentum, centre, angular, predicted = [], [], [], [0.0]
-    for n, frame in enumerate(frames):
-        velocity, place = frame.velocity, frame.centroid
-        momentum.append(mass @ velocity[:, :2])
-        centre.append(mass @ place / mass.sum())
-        spin = 0.0
-        for m, polygon, rate in zip(mass, frame.polygons(), velocity, strict=True):
+    time, velocity, place = (results[f"frames/{name}"] for name in ("time", "velocity", "centroid"))
+    spin = np.zeros(len(time))
+    for n, polygons in enumerate(results["frames/vertices"]):
+        for m, polygon, rate in zip(mass, np.split(polygons, results.vertex_offset[1:-1]), velocity[n], strict=True):
             xx, yy, xy = second_moments(polygon)
-            spin += m * ((xx + yy) * rate[2] + xy * (rate[4] - rate[3]) + 0.5 * (xx - yy) * rate[5])
-        angular.append(mass @ (place[:, 0] * velocity[:, 1] - place[:, 1] * velocity[:, 0]) + spin)
-        if n:
-            before = frames[n - 1]
-            dt = frame.time - before.time
-            v = before.velocity[:, :2]
-            force = mass[:, None] * (velocity[:, :2] - v) / dt
-            weight = -GRAVITY * float(mass @ before.centroid[:, 0])
-            defect = float((v[:, 0] * force[:, 1] - v[:, 1] * force[:, 0]).sum())
-            predicted.append(predicted[-1] + dt * weight + 0.5 * dt**2 * defect)
-    time = np.array([frame.time for frame in frames])
-    total = np.array(angular)
-    return Ledger(time, np.array(momentum), np.array(centre), total, total[0] + np.array(predicted), float(mass.sum()))
+            spin[n] += m * ((xx + yy) * rate[2] + xy * (rate[4] - rate[3]) + 0.5 * (xx - yy) * rate[5])
+    angular = _cross(place, velocity) @ mass + spin
+    dt = np.diff(time)
+    force = mass[:, None] * np.diff(velocity[..., :2], axis=0) / dt[:, None, None]
+    weight = -GRAVITY * place[:-1, :, 0] @ mass
+    change = dt * weight + 0.5 * dt**2 * _cross(velocity[:-1], force).sum(axis=1)
+    return Ledger(
+        time=time,
+        momentum=np.einsum("nbi,b->ni", velocity[..., :2], mass),
+        centre=np.einsum("nbi,b->ni", place, mass) / mass.sum(),
+        angular=angular,
+        predicted=angular[0] + np.append(0.0, np.cumsum(change)),
+        mass=float(mass.sum()),
+    )
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def momentum(record: Record) -> None:
