@@ -308,3 +308,22 @@ def test_signal_handlers_of_python_are_left_alone(tmp_path):
     before = signal.getsignal(signal.SIGINT)
     rockdda.run(INPUTS / "free_fall", output=tmp_path / "x.h5", steps=1)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_stretched_bond_is_kept_at_rest(tmp_path):
+    """A block hangs from a bonded joint, stretched two hundred times as far as gravity moves it in a step."""
+    model = rockdda.Model("hanging", e0=0.001, k01=0.9, steps=300, dt_max=0.001)
+    model.add_polygon([(0, 0), (1, 0), (1, 2), (0, 2)])
+    model.add_line((0, 1), (1, 1))
+    for x, y in ((0.1, 1.9), (0.9, 1.9), (0.5, 1.1)):
+        model.add_fixed((x, y))
+    model.add_measured((0.5, 0.99))
+    model.add_measured((0.5, 1.01))
+    model.add_block_material(density=2500, gravity=9.81, youngs_modulus=1e10, poisson_ratio=0.25)
+    model.add_joint_material(friction_angle=30, cohesion=1e6, tension=1e6)
+    weight, stretch = 2500 * 9.81, 1e-3
+    model.stiffness = weight / (2 * stretch)
+    results = model.run(output=tmp_path / "hanging.h5")
+    assert results["history/contacts"][-1].tolist() == [0, 0, 2]
+    hanging, above = results["history/measured_displacement"][-1, :, 1]
+    assert above - hanging == pytest.approx(stretch, rel=0.01)  # and the strain of the blocks near the joint

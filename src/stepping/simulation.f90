@@ -252,16 +252,21 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach
       type(search_limits_type) :: limits
-      real(wp) :: deepest
+      real(wp) :: deepest, widest
       integer :: c, pattern_id
-      ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner
+      ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner, and
+      ! a bond that is stretched further than blocks will move in this step must not be lost
       deepest = 0
+      widest = 0
       do c = 1, self%contacts%n
          deepest = max(deepest, self%contacts%normal_force(c)/self%parameters%normal_stiffness)
+         if (self%contacts%bonded(c)) widest = max(widest, abs(self%contacts%shear(c)), &
+                                                   -self%contacts%normal_force(c)/self%parameters%normal_stiffness)
       end do
       limits%reach = reach
-      limits%zone = max(0.5_wp*reach, quantised(2*deepest, self%parameters%w0))
-      limits%penetration = max(reach, 0.3_wp*self%parameters%search_distance, 2*deepest)
+      if (2*widest > reach) limits%reach = quantised(2*widest, self%parameters%w0)
+      limits%zone = max(0.5_wp*limits%reach, quantised(2*deepest, self%parameters%w0))
+      limits%penetration = max(limits%reach, 0.3_wp*self%parameters%search_distance, 2*deepest)
       limits%sine = sin(self%parameters%angle_tolerance)
       limits%cosine = cos(self%parameters%angle_tolerance)
       call self%times%lap(phase%other)
