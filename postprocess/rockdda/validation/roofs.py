@@ -55,6 +55,7 @@ class Roof:
         0.0,
     )  #: of the coordinates: shifts the model, which changes nothing but round-off
     bond: bool = True  #: False: joints go through all layers
+    heavy_abutments: bool = True  #: False: without weight, so that nothing moves them
     preset: str = ""  #: 'peer': closing rule of Shi's programs
     k01: float = 1.0
     top: int = 0  #: blocks of the same width in the uppermost layer, if it is no part of the bond
@@ -92,9 +93,14 @@ class Roof:
             model.add_line((ox - side, y), (ox + side, y))
             for x in self.joints(layer) if layer < self.layers else ():
                 model.add_line((ox + x, y), (ox + x, y + self.thickness))
-        rock = {"density": self.density, "gravity": GRAVITY, "youngs_modulus": self.youngs_modulus}
-        model.add_block_material(**rock, poisson_ratio=self.poisson_ratio, stress=(self.stress, 0.0, 0.0))
-        model.add_block_material(**rock, poisson_ratio=self.poisson_ratio)
+        for stress, gravity in ((self.stress, GRAVITY), (0.0, GRAVITY if self.heavy_abutments else 0.0)):
+            model.add_block_material(
+                density=self.density,
+                gravity=gravity,
+                youngs_modulus=self.youngs_modulus,
+                poisson_ratio=self.poisson_ratio,
+                stress=(stress, 0.0, 0.0),
+            )
         model.add_joint_material(friction_angle=self.friction_angle)
         for x, y in points:
             model.add_measured((ox + x, oy + y))
@@ -108,8 +114,8 @@ def joint_positions(span: float, blocks: int, half: bool) -> FloatArray:
     """x of the joints between `blocks` blocks of the same width; `half`: over the middle of these."""
     width = span / blocks
     if half:
-        return (np.arange(blocks) + 0.5) * width - span / 2
-    return np.arange(1, blocks) * width - span / 2
+        return np.asarray((np.arange(blocks) + 0.5) * width - span / 2, dtype=np.float64)
+    return np.asarray(np.arange(1, blocks) * width - span / 2, dtype=np.float64)
 
 
 def follow(record: Record, model: Model, name: str, until: float, sunk: float = math.inf) -> Results:

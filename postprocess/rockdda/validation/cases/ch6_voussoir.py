@@ -15,6 +15,7 @@ PUBLISHED = published("chapter6")
 ROCK, BEAM = PUBLISHED["rock"], PUBLISHED["voussoir"]
 GRAVITY = 9.81
 THICKNESSES = (0.25, 0.5, 1.0, 2.0, 3.0, 5.0)
+NAMES: dict[Variant, str] = {"beer-meek": "Beer and Meek", "diederichs-kaiser": "Diederichs and Kaiser"}
 PRINTED_ANGLE = 46.0  # the friction angle that the printed factors belong to
 
 
@@ -94,7 +95,7 @@ def voussoir(record: Record) -> None:
         published_source=PUBLISHED["single"]["source"],
         explanation="the equations give tan φ = 2t/S; how the thesis comes to 20° is not explained",
     )
-    spans = np.linspace(*BEAM["span"], 45 if record.full else 23)
+    spans = np.linspace(BEAM["span"][0], BEAM["span"][1], 45 if record.full else 23)
     solutions = {t: [solve(s, t) for s in spans.tolist()] for t in THICKNESSES}
     _snap_through(record)
     _least_crushing(record, spans, solutions)
@@ -104,7 +105,7 @@ def voussoir(record: Record) -> None:
 def _snap_through(record: Record) -> None:
     """The span at which the thinnest layer snaps through, of both variants."""
     for thickness in (0.25, 0.5):
-        for variant, name in (("beer-meek", "Beer and Meek"), ("diederichs-kaiser", "Diederichs and Kaiser")):
+        for variant, name in NAMES.items():
             low, high = 4.0, 40.0
             while high - low > 0.01:
                 middle = 0.5 * (low + high)
@@ -152,9 +153,9 @@ def _figure(record: Record, spans: np.ndarray, solutions: dict[float, list[Vouss
         left.legend(ncols=2, fontsize=7, loc="upper right", handlelength=1.4, columnspacing=0.9)
         left.set_ylim(1, 3000)
         for colour, span in zip(PALETTE[1:], (8.0, 12.0), strict=False):
-            thickness = np.geomspace(0.25 if span == 8 else 0.5, 5, 40)
-            line = [solve(span, t) for t in thickness.tolist()]
-            right.plot(span / thickness, [x.safety_shear for x in line], color=colour, label=f"S = {span:g} m, φ = 47°")
+            depths = np.geomspace(0.25 if span == 8 else 0.5, 5, 40)
+            line = [solve(span, t) for t in depths.tolist()]
+            right.plot(span / depths, [x.safety_shear for x in line], color=colour, label=f"S = {span:g} m, φ = 47°")
             points = [row for row in BEAM["shear"] if row["span"] == span]
             right.plot(
                 [span / row["thickness"] for row in points],

@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: MIT
+"""§6.6.3 and §6.6.6 of the thesis: when a single layer is stable, and what its arch is beside the classic one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from ...plot_style import PALETTE, PAPER_WIDTH
+from ...voussoir import VoussoirBeam, solve_beam
+from ..beer_sheva import BASE, MIDDLE, NUMBERS, TIGHT, VARIANTS, judged, sag
+from ..case import Case, Record, published
+from ..roofs import GRAVITY, Roof, bisect, follow
+
+PUBLISHED = published("chapter6")
+ROCK, NUMERICS, SINGLE = PUBLISHED["rock"], PUBLISHED["numerics"], PUBLISHED["single"]
+SOURCE = SINGLE["source"]
+SPAN, THICKNESS = SINGLE["span"], SINGLE["thickness"]
+ANGLE = ROCK["friction_angle"]
+#: the angle below which a tight beam of rigid blocks slips down its abutments: thrust line from corner to corner
+RIGID_ANGLE = math.degrees(math.atan(4 * THICKNESS / SPAN))
+UNSETTLED = ("as described", "as described, Shi's rules")
+
+
+def stability(record: Record) -> None:
+    """Deflections at rest, thresholds."""
+    _static(record)
+    _thresholds(record)
+    if record.full:
+        _scans(record)
+
+
+# -- at rest ---------------------------------------------------------------------------------------------------------
+
+
+def two_block_sag(stress: float) -> float:
+    """Static sag of two blocks of half the span, three hinges at corners: the springs' and the blocks' shortening.
+
+    By virtual work with the mean stresses of a block (S its area) under its weight W and the thrust H, and under a unit
+    load at the crown; one spring g0 at each abutment and one between the blocks, a shear spring g0/2.5 at each
+    abutment; arms are those of the sunk arch.
+    """
+    length, area = SPAN / 2, SPAN / 2 * THICKNESS
+    weight = ROCK["density"] * GRAVITY * area
+    modulus, nu, spring = ROCK["youngs_modulus"], ROCK["poisson_ratio"], NUMERICS["stiffness"]
+    sunk = 0.0
+    for _ in range(50):
+        arm = THICKNESS - sunk
+        thrust, unit = weight * length / (2 * arm), length / (2 * arm)
+        normal, vertical, shear = -thrust * length, -weight * THICKNESS / 2, -weight * length / 2
+        normal -= stress * area  # the blocks were under this stress when the springs had no force
+        n, v, t = -unit * length, -THICKNESS / 2, -length / 2
+        work = normal * n + vertical * v - nu * (normal * v + vertical * n) + 2 * (1 + nu) * shear * t
+        joints = 3 * thrust * unit / spring + weight / 2 * 2.5 / spring * 2
+        sunk = 2 / (area * modulus) * work + joints
+    return sunk
+
+
+def _static(record: Record) -> None:
+    """Deflection at rest beside the classic solution (6.6.6)."""
+    unit_weight = ROCK["density"] * GRAVITY
+    beam = VoussoirBeam(SPAN, THICKNESS, unit_weight, ROCK["youngs_modulus"])
+    classic = {v: solve_beam(beam, v) for v in ("beer-meek", "diederichs-kaiser")}
+    counts = (2, 3, 4, 5, 8, 16, 32) if record.full else (2,)
+    rows = []
+    for blocks in counts:
+        roof = replace(BASE, blocks=blocks, friction_angle=80.0, stress=TIGHT, k01=0.99)
+        results = follow(record, roof.model([(MIDDLE, 0.0)], save_every=10**6), f"static-{blocks}", 1.5)
+        rest = float(sag(results)[1][-1])
+        # half of the sum over both abutments: forces of the supports on the abutment blocks
+        force = results["history/fixed_force"][-1]
+        inward = float(np.abs(force[:3, 0].sum()) + np.abs(force[3:, 0].sum())) / 2
+        rows.append(
+            {
+                "S_j [m]": SPAN / blocks,
+                "deflection at rest [mm]": 1e3 * rest,
+                "thrust [kN]": inward / 1e3,
+                "arm Z [m]": unit_weight * THICKNESS * SPAN**2 / 8 / inward,
+                "over classic (Beer, Meek)": rest / classic["beer-meek"].deflection,
+            }
+        )
+        if blocks == 2:
+            record.compare(
+                "deflection at rest, S_j = 4 m",
+                1e3 * rest,
+                "mm",
+                truth=1e3 * two_block_sag(TIGHT),
+                truth_source="three-hinged arch of two uniformly strained blocks",
+                allowed=0.01,
+                published=1e3 * SINGLE["voussoir_deflection"],
+                published_source=SOURCE,
+                explanation="of the sum 1.8 mm are the three contact springs of 10⁹ N/m; the published value is the "
+                "classic solution's, which has none",
+            )
+        if blocks == 4:
+            record.compare(
+                "deflection at rest, S_j = 2 m",
+                1e3 * rest,
+                "mm",
+                published=1e3 * SINGLE["voussoir_deflection"],
+                published_source=SOURCE,
+                explanation="published: “similar” to the classic 2 mm at r_b = 4",
+            )
+    record.table(
+        pd.DataFrame(rows),
+        "static",
+        "At rest without slip (φ = 80°, k01 = 0.99, 10 kPa). Classic: "
+        f"{1e3 * classic['beer-meek'].deflection:.2f} mm, thrust {classic['beer-meek'].thrust / 1e3:.0f} kN, "
+        f"Z = {classic['beer-meek'].moment_arm:.3f} m (Beer and Meek); "
+        f"{1e3 * classic['diederichs-kaiser'].deflection:.2f} mm (Diederichs and Kaiser). The classic arch has a "
+        "triangle of stress at its ends, Z ≈ t/2; uniformly strained blocks lean on their corners, Z ≈ t, and thrust "
+        "half as much. Every joint adds the shortening of its spring.",
+    )
+
+
+# -- thresholds ------------------------------------------------------------------------------------------------------
+
+
+def _threshold(record: Record, roof: Roof, numbers: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    """Friction angles: largest found unstable and smallest found stable for all `numbers`, 1° apart."""
+
+    def stable(angle: float) -> bool:
+        tried = replace(roof, friction_angle=angle)
+        return all(judged(record, tried, dt, g0).stable for dt, g0 in numbers)
+
+    low, high = 4.0, 36.0
+    while not stable(high) and high < 85:
+        low, high = high, min(high + 16.0, 85.0)
+    return bisect(stable, low, high, 1.0)
+
+
+def _thresholds(record: Record) -> None:
+    """Friction angles at which a tight layer becomes stable."""
+    counts = (32, 8, 2) if record.full else (4,)
+    numbers = NUMBERS if record.full else NUMBERS[:1]
+    stresses = (TIGHT, -1e3, -100e3) if record.full else (TIGHT,)
+    record.text(
+        "**Stable** is a layer whose mid-span, over the last fifth of a run of 2 s, sinks by less than t/2 while "
+        "deflection and velocity have no trend: what a straight line through them gains in that time is at most half "
+        "of their swing, or 1 % of t (per that time). For 10 kPa this must hold for two time steps (0.25 and 0.125 ms) "
+        "and two stiffnesses (1 and 5 GN/m). A layer of rigid blocks that touch slips down its abutments when "
+        "tan φ < 4t/S: no thrust line that fits into it is steeper at its ends than the one from corner to corner "
+        f"({RIGID_ANGLE:.1f}°). Blocks that give way sink before the thrust is there, and need more."
+    )
+    found: dict[tuple[float, int], tuple[float, float]] = {}
+    for stress in stresses:
+        for blocks in counts:
+            roof = replace(BASE, blocks=blocks, stress=stress)
+            found[stress, blocks] = _threshold(record, roof, numbers if stress == TIGHT else NUMBERS[:1])
+    for blocks in counts:
+        low, high = found[TIGHT, blocks]
+        record.compare(
+            f"friction angle of stability, S_j = {SPAN / blocks:g} m (10 kPa)",
+            0.5 * (low + high),
+            "°",
+            truth=RIGID_ANGLE,
+            truth_source="rigid blocks: atan 4t/S",
+            scale=1.0,
+            allowed=1.0 if blocks <= 4 else None,  # the bracket is 1° wide
+            published=SINGLE["friction_stable"] if blocks == 32 else None,
+            published_source=SOURCE,
+            explanation=f"between {low:.2f}° and {high:.2f}°"
+            + ("; published for a layer without a thrust at the start, see below" if blocks == 32 else ""),
+        )
+    rows = [
+        {"S_j [m]": SPAN / blocks}
+        | {
+            f"{-stress / 1e3:g} kPa": f"{found[stress, blocks][0]:.1f} … {found[stress, blocks][1]:.1f}"
+            for stress in stresses
+        }
+        for blocks in counts
+    ]
+    record.table(
+        pd.DataFrame(rows),
+        "thresholds",
+        "Friction angle [°]: largest found unstable … smallest found stable, against joint spacing and stress at the "
+        "start (10 kPa: for two time steps and two stiffnesses; others: for 0.25 ms and 1 GN/m).",
+    )
+    below = [blocks for blocks in counts if found[TIGHT, blocks][1] < ANGLE]
+    record.compare(
+        "smallest joint spacing found stable at φ = 47° (10 kPa)",
+        SPAN / max(below, default=math.inf),
+        "m",
+        published=SINGLE["spacing_stable"],
+        published_source=SOURCE,
+        explanation="the smallest that was tried: blocks that touch are stable at all spacings",
+    )
+    _figure_thresholds(record, found, counts, stresses)
+
+
+def _figure_thresholds(record: Record, found: dict, counts: tuple[int, ...], stresses: tuple[float, ...]) -> None:
+    import matplotlib.pyplot as plt
+
+    classic = solve_beam(VoussoirBeam(SPAN, THICKNESS, ROCK["density"] * GRAVITY, ROCK["youngs_modulus"]))
+    with record.style():
+        figure, axes = plt.subplots(figsize=(0.7 * PAPER_WIDTH, 3.0), layout="constrained")
+        for colour, stress in zip(PALETTE[1:], stresses, strict=False):
+            x = [SPAN / b for b in counts]
+            y = np.array([found[stress, b] for b in counts])
+            axes.errorbar(
+                x,
+                y.mean(axis=1),
+                yerr=np.ptp(y, axis=1) / 2,
+                color=colour,
+                marker="o",
+                ms=3,
+                capsize=2,
+                lw=1.0,
+                label=f"{-stress / 1e3:g} kPa",
+            )
+        axes.axhline(RIGID_ANGLE, color="0.3", linestyle="--", linewidth=0.8)
+        axes.text(0.25, RIGID_ANGLE + 0.4, "tan φ = 4t/S", fontsize=7)
+        axes.axhline(classic.required_friction_angle, color="0.6", linestyle=":", linewidth=0.9)
+        axes.text(0.25, classic.required_friction_angle + 0.4, "classic voussoir beam", fontsize=7)
+        axes.plot(0.25, SINGLE["friction_stable"], "*k", ms=8, label="published")
+        axes.plot(SINGLE["spacing_stable"], ANGLE, "*k", ms=8)
+        axes.set(xlabel="joint spacing S_j [m]", ylabel="friction angle of stability [°]", xscale="log", ylim=(0, 85))
+        axes.set_xticks([0.25, 0.5, 1, 2, 4], labels=["0.25", "0.5", "1", "2", "4"])
+        axes.minorticks_off()
+        axes.legend(fontsize=7)
+        record.figure(
+            figure,
+            "thresholds",
+            "Friction angle at which the single layer becomes stable, for small stresses at the start.",
+        )
+
+
+def _scans(record: Record) -> None:
+    """Without initial stress: which angles and spacings are stable for two time steps and two stiffnesses."""
+    trials = [(32, float(angle)) for angle in (60, 65, 70, 75, 78, 80, 85)]
+    trials += [(blocks, ANGLE) for blocks in (32, 16, 10, 8, 6, 4, 2)]
+    rows, safe = [], {}
+    for name in UNSETTLED:
+        for blocks, angle in trials:
+            roof = replace(VARIANTS[name], blocks=blocks, friction_angle=angle)
+            words = "stable"
+            for dt, g0 in NUMBERS:
+                verdict = judged(record, roof, dt, g0)
+                if not verdict.stable:
+                    words = f"{verdict.reason} ({1e3 * dt:g} ms, {g0 / 1e9:g} GN/m)"
+                    break
+            safe[name, blocks, angle] = words == "stable"
+            rows.append({"start": name, "S_j [m]": SPAN / blocks, "φ [°]": angle, "verdict": words})
+    record.table(
+        pd.DataFrame(rows),
+        "unstressed",
+        "No initial stress: verdicts after 2 s. Stable: for 0.25 and 0.125 ms, 1 and 5 GN/m; otherwise the first run "
+        "that is not.",
+    )
+    for name in UNSETTLED:
+        angles = sorted(angle for n, blocks, angle in safe if n == name and blocks == 32)
+        spacings = sorted((SPAN / blocks, blocks) for n, blocks, angle in safe if n == name and angle == ANGLE)
+        record.compare(
+            f"smallest friction angle from which on all are stable, S_j = 0.25 m ({name})",
+            _from_here_on([(angle, safe[name, 32, angle]) for angle in angles]),
+            "°",
+            published=SINGLE["friction_stable"],
+            published_source=SOURCE,
+            explanation=f"of {', '.join(f'{angle:g}' for angle in angles)}°",
+        )
+        record.compare(
+            f"smallest joint spacing from which on all are stable, φ = 47° ({name})",
+            _from_here_on([(spacing, safe[name, blocks, ANGLE]) for spacing, blocks in spacings]),
+            "m",
+            published=SINGLE["spacing_stable"],
+            published_source=SOURCE,
+            explanation=f"of {', '.join(f'{spacing:.3g}' for spacing, _ in spacings)} m",
+        )
+
+
+def _from_here_on(trials: list[tuple[float, bool]]) -> float:
+    """The first of ascending values from which on all are stable; NaN when the last one is not."""
+    first = math.nan
+    for value, stable in reversed(trials):
+        if not stable:
+            break
+        first = value
+    return first
+
+
+CASES = [Case("6.6.3-stability", "Tel Beer-Sheva: stability of the single layer", "Chapter 6", stability)]
