@@ -156,13 +156,17 @@ class Record:
         finally:
             self.run_seconds += clock.monotonic() - started
             self.runs += 1
+        self.note(results)
+        return results
+
+    def note(self, results: Results) -> None:
+        """Count the steps of a run, and keep the largest residual of its energy."""
         self.steps += results.n_steps
         if results.n_steps:
             energy = np.abs(results["history/energy"])
             largest, residual = float(energy[:, :-1].max()), float(energy[:, -1].max())
             share = residual / largest if largest > 0 else residual
             self.energy_residual = share if math.isnan(share) else max(self.energy_residual, share)
-        return results
 
     def as_dict(self) -> dict[str, Any]:
         """For a JSON file from which the report can be written again."""

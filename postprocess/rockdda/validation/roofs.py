@@ -20,7 +20,7 @@ from ..running import Simulation
 if TYPE_CHECKING:
     from .case import Record
 
-__all__ = ["Roof", "Verdict", "bisect", "follow", "joint_positions", "judge", "mean_fall"]
+__all__ = ["Roof", "Verdict", "bisect", "deepest_fall", "follow", "joint_positions", "judge", "mean_fall"]
 
 FloatArray = npt.NDArray[np.float64]
 #: lengths of the abutment blocks beyond the opening: outwards, and above and below the layers
@@ -134,9 +134,10 @@ def follow(record: Record, model: Model, name: str, until: float, sunk: float = 
     finally:
         simulation.close()
     record.runs += 1
-    record.steps += simulation.step
     record.run_seconds += clock.monotonic() - started
-    return simulation.results()
+    results = simulation.results()
+    record.note(results)
+    return results
 
 
 @dataclass(frozen=True)
@@ -194,6 +195,11 @@ def bisect(stable: Callable[[float], bool], low: float, high: float, width: floa
         else:
             low = middle
     return low, high
+
+
+def deepest_fall(results: Results) -> float:
+    """How far the corner that has sunk most has sunk at the last frame."""
+    return float(-results.frames[-1].vertex_displacement[:, 1].min())
 
 
 def mean_fall(results: Results) -> float:

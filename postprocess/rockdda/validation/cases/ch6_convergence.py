@@ -11,7 +11,7 @@ import pandas as pd
 
 from ...plot_style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record, published
-from ..roofs import GRAVITY, Roof, follow, mean_fall
+from ..roofs import GRAVITY, Roof, deepest_fall, follow, mean_fall
 
 PUBLISHED = published("chapter6")["convergence"]
 SOURCE = PUBLISHED["source"]
@@ -28,6 +28,7 @@ class Outcome:
     cuts: float  #: attempts that were cut, per accepted step
     steps: float  #: over the nominal number
     fall: float  #: of the centre of mass, over g t²/2
+    deepest: float  #: of the corner that has sunk most, over g t²/2
     diverges: bool
 
 
@@ -65,6 +66,7 @@ def convergence(record: Record) -> None:
             "cuts per step": round(x.cuts, 2),
             "steps / nominal": round(x.steps, 2),
             "fall of the mass / free fall": round(x.fall, 4),
+            "of the deepest corner": round(x.deepest, 3),
             "": "diverges" if x.diverges else "",
         }
         for (preset, blocks, ratio, stiffness), x in outcomes.items()
@@ -97,13 +99,14 @@ def _outcome(record: Record, preset: str, blocks: int, ratio: float, stiffness: 
     assert results.n_blocks == blocks
     history = results.history()
     if not len(history):
-        return Outcome(math.nan, math.nan, math.nan, math.nan, True)
+        return Outcome(math.nan, math.nan, math.nan, math.nan, math.nan, True)
     time = float(history["time"].iloc[-1])
     return Outcome(
         float(history["open_close_iterations"].mean()),
         float(history["attempts"].mean()) - 1,
         len(history) * UNTIL / time / nominal,
         mean_fall(results) / (0.5 * GRAVITY * time**2),
+        deepest_fall(results) / (0.5 * GRAVITY * time**2),
         time < UNTIL * (1 - 1e-9),
     )
 
@@ -125,16 +128,14 @@ def _comparisons(record: Record, outcomes: dict[tuple[str, int, float, float], O
                     explanation=f"published: {row['text']}",
                 )
     ours = {key: x for key, x in outcomes.items() if key[0] == ""}
-    record.compare(
-        "runs that diverge (RockDDA)",
-        sum(x.diverges for x in ours.values()),
-        truth=0.0,
-        truth_source="all converge",
-        allowed=0.0,
-        scale=1.0,
-        explanation="published: 67 blocks with g1 = g2 = 0.01 diverge beyond 100 MN/m; here cut steps are repeated "
-        "shorter until they converge",
-    )
+    for preset, name in (("", "RockDDA"), ("peer", "Shi")):
+        found = {key: x for key, x in outcomes.items() if key[0] == preset}
+        lost = [f"{key[1]} blocks, g1 = {key[2]:g}, {key[3] / 1e6:g} MN/m" for key, x in found.items() if x.diverges]
+        record.compare(
+            f"share of runs that need more than {MOST_STEPS} times the nominal steps ({name})",
+            len(lost) / len(found),
+            explanation=f"{'; '.join(lost) or 'none'}. Published: 67 blocks diverge at g1 = 0.01 beyond 100 MN/m",
+        )
     record.compare(
         "largest fall of the centre of mass over g t²/2 (RockDDA)",
         max(x.fall for x in ours.values()),
@@ -144,14 +145,14 @@ def _comparisons(record: Record, outcomes: dict[tuple[str, int, float, float], O
         explanation="without initial stress nothing presses the vertical joints together, and most of these roofs fall "
         "like pistons: the bound is reached. It can be passed only by what the abutments push down",
     )
-    peer = {key: x for key, x in outcomes.items() if key[0] == "peer"}
-    record.compare(
-        "largest fall of the centre of mass over g t²/2 (Shi)",
-        max(x.fall for x in peer.values() if math.isfinite(x.fall)),
-        truth=1.0,
-        truth_source="bound: free fall",
-        explanation="springs that come into being with a penetration bring energy along that nobody paid for",
-    )
+    for preset, name in (("", "RockDDA"), ("peer", "Shi")):
+        falls = [x.deepest for key, x in outcomes.items() if key[0] == preset and math.isfinite(x.deepest)]
+        record.compare(
+            f"largest fall of any corner over g t²/2 ({name})",
+            max(falls),
+            explanation="more than 1 only where something pushes down: layers above that have been stopped later, or "
+            "springs that come into being with a penetration, and with energy that nobody paid for (Shi's rule)",
+        )
 
 
 def _figure(record: Record, outcomes: dict, ratios: Sequence[float], sizes: tuple[int, ...]) -> None:
@@ -162,7 +163,7 @@ def _figure(record: Record, outcomes: dict, ratios: Sequence[float], sizes: tupl
         figure, panels = plt.subplots(
             math.ceil(len(ratios) / columns),
             columns,
-            figsize=(PAPER_WIDTH, 4.2),
+            figsize=(PAPER_WIDTH, 3.8),
             layout="constrained",
             sharex=True,
             squeeze=False,
@@ -175,6 +176,8 @@ def _figure(record: Record, outcomes: dict, ratios: Sequence[float], sizes: tupl
                     x = [key[3] / 1e6 for key in keys]
                     y = [outcomes[key].rounds for key in keys]
                     axes.plot(x, y, line, color=colour, markersize=3.5, linewidth=1.0, label=label)
+                    fell = [(a, b) for a, b, key in zip(x, y, keys, strict=True) if outcomes[key].fall > 0.99]
+                    axes.plot([a for a, _ in fell], [b for _, b in fell], line[0], color=colour, ms=3.5, mfc="white")
                     lost = [(a, b) for a, b, key in zip(x, y, keys, strict=True) if outcomes[key].diverges]
                     axes.plot([a for a, _ in lost], [b for _, b in lost], "x", color=colour, markersize=9)
             axes.set(xscale="log", title=f"g1 = g2 = {ratio:g}")
@@ -190,12 +193,14 @@ def _figure(record: Record, outcomes: dict, ratios: Sequence[float], sizes: tupl
             axes.set_xlabel("contact stiffness g0 [MN/m]")
         for axes in panels[:, 0]:
             axes.set_ylabel("iterations per step")
-        panels[0, 0].legend(fontsize=7)
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, fontsize=7, ncols=3, loc="outside lower center")
         record.figure(
             figure,
             "iterations",
             "Fig. 6.13 redrawn: average number of iterations per step. Dashed: smallest and largest published "
-            "averages; crosses: runs that needed too many steps or stopped.",
+            "averages; hollow: the roof falls like a piston, with few contacts to settle; crosses: runs that needed "
+            "too many steps.",
         )
 
 
