@@ -107,6 +107,7 @@ def run_cases(
     are found by their names, if not among all.
     """
     outcomes: list[Outcome] = []
+    _make(target / "data")  # before anything is computed
     with contextlib.ExitStack() as stack:
         place = work
         if place is None:
@@ -172,11 +173,10 @@ def _child(
         return
     os.environ["MPLBACKEND"] = "Agg"
     rockdda.__path__[:] = package
-    cases = all_cases() if module is None else importlib.import_module(module).CASES
-    case = next(case for case in cases if case.identifier == identifier)
-    with contextlib.suppress(KeyboardInterrupt):
-        found = run_here(case, folder, folder / "figures", full, workers)
-        _write(folder / "record.json", found)
+    with contextlib.suppress(KeyboardInterrupt):  # the parent has it, too
+        cases = all_cases() if module is None else importlib.import_module(module).CASES
+        case = next(case for case in cases if case.identifier == identifier)
+        _write(folder / "record.json", run_here(case, folder, folder / "figures", full, workers))
 
 
 def store(record: dict[str, Any], figures: Path, target: Path) -> None:

@@ -165,7 +165,7 @@ def chain(ratio: float, end: float) -> tuple[FloatArray, FloatArray, float]:
     between the bars each bar has half, which is twice as stiff.
     """
     joint = ratio * MODULUS
-    dt = 0.02 * math.sqrt(DENSITY / (12 * (MODULUS + 2 * joint)))
+    dt = 0.05 * math.sqrt(DENSITY / (12 * (MODULUS + 2 * joint)))
     u, e = np.zeros(N), np.zeros(N)
     v, w = np.full(N, KICK), np.zeros(N)
     times, forces = [], []
@@ -192,7 +192,7 @@ def collision(record: Record) -> None:
 **Collision.** Two such bars (β = {ratio:g}) meet end to end with {KICK:g} m/s each. Continuous bars would press on each
 other with ρ c v A for 2L/c and part with the speeds that they came with. The blocks' own truth is that of the chain: a
 bar of springs, masses and strains against a rigid wall in the plane of symmetry, integrated in Python by central
-differences with 1/50 of its stability limit. It keeps some energy as vibration, so that it comes back a little slower.
+differences with 1/40 of its stability limit. It keeps some energy as vibration, so that it comes back a little slower.
 The integrator damps these vibrations; with shorter steps ours goes to the chain's.
 """
     )
