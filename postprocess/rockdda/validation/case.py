@@ -7,6 +7,7 @@ import functools
 import importlib
 import math
 import pkgutil
+import re
 import time as clock
 import tomllib
 from collections.abc import Callable
@@ -185,7 +186,7 @@ class Record:
 
 
 def all_cases() -> list[Case]:
-    """All cases, in the order of their modules' names."""
+    """All cases in the order of the report: chapters before what goes beyond them, then by identifier."""
     from . import cases
 
     found: list[Case] = []
@@ -194,7 +195,12 @@ def all_cases() -> list[Case]:
     identifiers = [case.identifier for case in found]
     if len(set(identifiers)) < len(identifiers):
         raise RockddaError(f"validation cases have the same identifier: {sorted(identifiers)}")
-    return found
+    return sorted(found, key=lambda case: (not case.part.startswith("Chapter"), _natural(case.identifier)))
+
+
+def _natural(text: str) -> list[tuple[int, str]]:
+    """To sort by: numbers in a text by their size."""
+    return [(int(piece), "") if piece.isdigit() else (-1, piece) for piece in re.split(r"(\d+)", text)]
 
 
 @functools.cache

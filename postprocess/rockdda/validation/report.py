@@ -142,20 +142,14 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
                 _sources(entry.comparisons),
                 _error(worst, worst.error) if worst else "–",
                 _allowed(worst) if worst and worst.allowed is not None else "–",
-                _error(apart, apart.published_error) if apart else "–",
                 kept,
+                _error(apart, apart.published_error) if apart else "–",
+                _near(entry.comparisons),
                 entry.verdict,
             ]
         )
-    head = [
-        "case",
-        "truth",
-        "worst error",
-        "promised for it",
-        "worst difference to published",
-        "promises kept",
-        "agrees",
-    ]
+    head = ["case", "truth", "worst error", "promised for it", "promises kept", "worst difference to published"]
+    head += [f"published within {_percent(NOTABLE)}", "agrees as promised"]
     return ["## What was compared", "", *_table(head, rows), ""]
 
 
@@ -315,6 +309,13 @@ def _sources(comparisons: Sequence[Comparison]) -> str:
     return text if len(text) <= MOST_WORDS else text[:MOST_WORDS].rsplit(" ", 1)[0].rstrip(",;") + " …"
 
 
+def _near(comparisons: Sequence[Comparison]) -> str:
+    """How many published values are met."""
+    found = [c for c in comparisons if c.published_error is not None]
+    near = sum(not _notable(c, c.published_error) for c in found)
+    return f"{near} of {len(found)}" if found else "–"
+
+
 def _largest(comparisons: Sequence[Comparison], name: str) -> Comparison | None:
     """The comparison with the largest error; relative errors go before absolute ones."""
     found = [c for c in comparisons if getattr(c, name) is not None]
@@ -375,7 +376,7 @@ def _percent(share: float, sign: str = "") -> str:
 
 def _with_unit(number: str, unit: str) -> str:
     """Number and unit stay on one line."""
-    return f"{number}\u00a0{unit}" if unit else number
+    return number + ("" if unit in ("", "°") else "\u00a0") + unit
 
 
 def _count(number: int, name: str) -> str:
