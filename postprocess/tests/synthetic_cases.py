@@ -14,6 +14,7 @@ def agrees(record):
     record.text("Words with *stress*, `code` and a <tag>.\n\n## A heading\n\n- one\n- two")
     record.compare("slip", 1.001, "m", truth=1.0, truth_source="closed form", allowed=0.01)
     record.compare("thrust", 2.0, "kN", truth=2.0, truth_source="statics", published=3.0, published_source="Table 9.9")
+    record.compare("bounded", 1.0, "m", truth=0.5, scale=1, allowed=1.0, published=4.0, bound="upper")
     record.compare("told", math.nan, published=1.0, explanation="nothing is known | nothing at all")
     record.table(pandas.DataFrame({"n": range(50), "x": [0.5] * 49 + [math.nan]}), "rows", "Fifty rows.")
     with record.style():

@@ -71,6 +71,8 @@ def test_errors_are_relative_to_what_is_said():
     assert Comparison("a", 0.0, truth=0.0).error == 0.0
     assert Comparison("a", float("nan"), truth=1.0, allowed=0.2).agrees is False
     assert Comparison("a", 5.0, published=4.0, allowed=0.2).agrees is False
+    assert Comparison("a", 5.0, published=4.0, bound="lower").published_error == 0.0
+    assert Comparison("a", 5.0, published=4.0, bound="upper").published_error == pytest.approx(0.25)
 
 
 def kept(tmp_path, cases, **options):
@@ -85,13 +87,14 @@ def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
     target = kept(tmp_path, CASES[:3])
     markdown, page = write_report(target, CASES)
     text, html = markdown.read_text(encoding="utf-8"), page.read_text(encoding="utf-8")
-    assert "3 cases, 6 compared numbers" in text and "**3 of 4 are kept**" in text
+    assert "3 cases, 7 compared numbers" in text and "**4 of 5 are kept**" in text
     assert "**1 case could not be computed**" in text and "**Not run:** 9.4-crashes" in text
     mismatches = text.split("## What does not match")[1].split("##")[0]
     assert "it is wrong" in mismatches and "broken" in mismatches  # the promise
     assert "no such thing in run" in mismatches and str(tmp_path) not in text  # the failure
     assert "published 3\u00a0kN" in mismatches and "**not explained**" in mismatches
     assert "nothing is known \\| nothing at all" in mismatches
+    assert "≤ 4\u00a0m | within the bound |" in text and "bounded" not in mismatches
     assert "slip" not in mismatches and "zero" not in mismatches
     for name in re.findall(r"\]\((figures/[^)]+)\)", text):
         assert (target / name).is_file()
@@ -108,7 +111,7 @@ def test_records_come_back_as_they_were(tmp_path):
     target = kept(tmp_path, CASES[:3])
     first = (target / "index.md").exists(), [r["identifier"] for r in load_records(target, CASES)]
     assert first == (False, ["9.1-agrees", "9.2-differs", "9.3-fails"])
-    told = comparison(load_records(target, CASES)[0]["comparisons"][2])
+    told = comparison(load_records(target, CASES)[0]["comparisons"][3])
     assert told.ours != told.ours and told.published == 1.0  # not a number
     json.loads((target / "data/9.1-agrees.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     kept(tmp_path, CASES[1:2], full=True)

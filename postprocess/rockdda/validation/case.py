@@ -43,6 +43,9 @@ class Comparison:
     truth_source: str = ""  #: where the truth comes from: "Newmark's closed form", "Eq. 4.2", "rigid-block integration"
     published: float | None = None
     published_source: str = ""  #: page, table or figure: "Table 4.2", "p. 58"
+    bound: str = (
+        ""  #: "upper" or "lower" when the published value is not more than a bound: within it ours differs by 0
+    )
     #: error that the case promises against the truth (without a truth: against the published value); None: only told
     allowed: float | None = None
     #: what errors are relative to; None: the truth (published value) itself; 1: absolute errors
@@ -57,6 +60,11 @@ class Comparison:
     @property
     def published_error(self) -> float | None:
         """Of ours against the published value, relative to `scale`."""
+        if self.published is not None and (
+            (self.bound == "upper" and self.ours <= self.published)
+            or (self.bound == "lower" and self.ours >= self.published)
+        ):
+            return 0.0
         return self._error(self.published)
 
     @property

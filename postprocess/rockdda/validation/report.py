@@ -143,7 +143,7 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
                 _error(worst, worst.error) if worst else "–",
                 _allowed(worst) if worst and worst.allowed is not None else "–",
                 kept,
-                _error(apart, apart.published_error) if apart else "–",
+                _difference(apart) if apart else "–",
                 _near(entry.comparisons),
                 entry.verdict,
             ]
@@ -193,9 +193,10 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
         for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
             # the promise is about the truth where there is one
             broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
-            if error is not None and (broken or _notable(c, error)):
+            if error is not None and (broken or (_notable(c, error, value) and not _told(c, name))):
                 mark = "**broken:** " if broken else ""
-                against = f"{name} {_value(value, c.unit)}"
+                limit = {"upper": "≤ ", "lower": "≥ "}.get(c.bound, "") if name == "published" else ""
+                against = f"{name} {limit}{_value(value, c.unit)}"
                 size = -abs(_finite(error))
                 rows.append((not broken, size, c.quantity, ours, against, mark + _error(c, error), why))
     return rows
@@ -278,7 +279,11 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
     rows = []
     for c in comparisons:
         truth = f"{_value(c.truth, c.unit)} ({c.truth_source})" if c.truth_source else _value(c.truth, c.unit)
-        published = _value(c.published, c.unit) + (f" ({c.published_source})" if c.published_source else "")
+        published = (
+            {"upper": "≤ ", "lower": "≥ "}.get(c.bound, "")
+            + _value(c.published, c.unit)
+            + (f" ({c.published_source})" if c.published_source else "")
+        )
         rows.append(
             [
                 c.quantity,
@@ -287,7 +292,7 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
                 _error(c, c.error),
                 _broken(c) + _allowed(c),
                 published if c.published is not None else "–",
-                _error(c, c.published_error),
+                _difference(c),
                 c.explanation or "–",
             ]
         )
@@ -312,7 +317,7 @@ def _sources(comparisons: Sequence[Comparison]) -> str:
 def _near(comparisons: Sequence[Comparison]) -> str:
     """How many published values are met."""
     found = [c for c in comparisons if c.published_error is not None]
-    near = sum(not _notable(c, c.published_error) for c in found)
+    near = sum(not _notable(c, c.published_error, c.published) for c in found)
     return f"{near} of {len(found)}" if found else "–"
 
 
@@ -327,14 +332,11 @@ def _finite(error: float | None) -> float:
     return math.inf if error is None or math.isnan(error) else error
 
 
-def _notable(c: Comparison, error: float | None) -> bool:
-    """Is it worth the first page? Absolute errors are when nothing was promised and they are a large share."""
+def _notable(c: Comparison, error: float | None, reference: float | None) -> bool:
+    """Is a difference worth the first page? Absolute ones are when they are a large share of the reference."""
     if error is None:
         return False
-    if c.scale == 1:
-        reference = c.truth if c.truth is not None else c.published
-        return c.agrees is None and bool(reference) and abs(_finite(error)) > NOTABLE * abs(reference or 1.0)
-    return abs(_finite(error)) > NOTABLE
+    return abs(_finite(error)) > NOTABLE * (abs(reference or 0.0) if c.scale == 1 else 1.0)
 
 
 def _broken(c: Comparison) -> str:
@@ -358,6 +360,18 @@ def _error(c: Comparison, error: float | None) -> str:
     if error == 0:
         return "0"
     return _with_unit(f"{error:+.2g}", c.unit) if c.scale == 1 else _percent(error, "+")
+
+
+def _told(c: Comparison, name: str) -> bool:
+    """An absolute error against the truth (of which shares say nothing) that is as small as promised."""
+    return name == "truth" and c.scale == 1 and c.agrees is True
+
+
+def _difference(c: Comparison) -> str:
+    """From the published value."""
+    if c.bound and c.published_error == 0:
+        return "within the bound"
+    return _error(c, c.published_error)
 
 
 def _allowed(c: Comparison) -> str:

@@ -198,7 +198,7 @@ def _sets(record: Record) -> None:
                     record.compare(
                         f"e (Eq. 4.5), set {number + 1}, Δt = {dt:g} s, {start}", here.error, "%",
                         truth=0.0, truth_source="Eq. 4.2", scale=1.0,
-                        published=bound, published_source="§4.2, upper bound of all sets",
+                        published=bound, published_source="§4.2, upper bound of all sets", bound="upper",
                         allowed=100.0 * quadrature_error(omega, dt) if rest else bound,
                         explanation="below the leading error of the midpoint rule for the highest sine, (ωΔt)²/24"
                         if rest else turn_on,
@@ -297,7 +297,7 @@ def _sweeps(record: Record) -> None:
     record.compare(
         f"largest e, Δt = 0.0025 s, g0 from {low:.0e} to {high:.0e} N/m, as in the thesis", worst, "%",
         truth=0.0, truth_source="Eq. 4.2", scale=1.0,
-        published=SENSITIVITY["insensitive_error"], published_source="§4.2, never exceeded",
+        published=SENSITIVITY["insensitive_error"], published_source="§4.2, never exceeded", bound="upper",
         allowed=SENSITIVITY["insensitive_error"],
     )  # fmt: skip
     usual = [i for i, dt in enumerate(steps) if dt <= 0.005]

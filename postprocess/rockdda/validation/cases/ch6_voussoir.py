@@ -134,6 +134,7 @@ def _least_crushing(record: Record, spans: np.ndarray, solutions: dict[float, li
         least,
         published=BEAM["crushing_at_least"],
         published_source=BEAM["source"],
+        bound="lower",
         explanation=f"published as a lower bound; found at S = {span:.3g} m, t = {thickness:g} m",
     )
 

@@ -153,11 +153,11 @@ def random_joints(record: Record) -> None:
         record.compare(
             f"largest downward displacement of the crown, {name} joints",
             max(-c.profile.displacement[0] for c in group), "m",
-            published=crown, published_source="§7.2.2 (at most)", explanation="published as a bound",
+            published=crown, published_source="§7.2.2 (at most)", bound="upper",
         )  # fmt: skip
         record.compare(
             f"largest gradient next to the crown, {name} joints", max(abs(c.profile.gradient[0]) for c in group),
-            published=gradient, published_source="§7.2.2 (less than)", explanation="published as a bound",
+            published=gradient, published_source="§7.2.2 (less than)", bound="upper",
         )  # fmt: skip
     record.compare(
         "irregular joints: stable tunnels", sum(c.profile.height == 0 for c in irregular), "of 5", published=5.0,
