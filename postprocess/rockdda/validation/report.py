@@ -347,7 +347,7 @@ def _value(value: float | None, unit: str) -> str:
     if value is None:
         return "–"
     if math.isnan(value):
-        return "not a number"
+        return "undefined"
     return _with_unit(f"{value:.5g}", unit)
 
 
@@ -356,10 +356,12 @@ def _error(c: Comparison, error: float | None) -> str:
     if error is None:
         return "–"
     if not math.isfinite(error):
-        return "not a number" if math.isnan(error) else "unbounded"
+        return "undefined" if math.isnan(error) else "unbounded"
     if error == 0:
         return "0"
-    return _with_unit(f"{error:+.2g}", c.unit) if c.scale == 1 else _percent(error, "+")
+    if c.scale == 1:  # of shares in percent a difference has percentage points
+        return _with_unit(f"{error:+.2g}", "points" if c.unit == "%" else c.unit)
+    return _percent(error, "+")
 
 
 def _told(c: Comparison, name: str) -> bool:
@@ -377,7 +379,9 @@ def _difference(c: Comparison) -> str:
 def _allowed(c: Comparison) -> str:
     if c.allowed is None:
         return "–"
-    return "≤ " + (_with_unit(f"{c.allowed:.2g}", c.unit) if c.scale == 1 else _percent(c.allowed))
+    return "≤ " + (
+        _with_unit(f"{c.allowed:.2g}", "points" if c.unit == "%" else c.unit) if c.scale == 1 else _percent(c.allowed)
+    )
 
 
 def _percent(share: float, sign: str = "") -> str:
