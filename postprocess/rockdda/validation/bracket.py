@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -27,7 +28,9 @@ class Bracket:
         return abs(self.stands - self.fails)
 
     def __str__(self) -> str:
-        return f"{min(self.fails, self.stands):.5g} – {max(self.fails, self.stands):.5g}"
+        digits = max(0, 1 - math.floor(math.log10(self.width)))
+        low, high = sorted((self.fails, self.stands))
+        return f"{low:.{digits}f} – {high:.{digits}f}"
 
 
 def bracket(stands: Callable[[float], bool], fails_at: float, stands_at: float, width: float) -> Bracket:
