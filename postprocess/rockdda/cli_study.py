@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The commands of `rockdda-post` for studies and rules of design: study, voussoir, rockload."""
+"""The commands of `rockdda-post` for studies and rules of design: study, loosening, voussoir, rockload."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from .errors import InputError, OutputError
+from .loosening import GRADIENT_LIMIT, WINDOW
 
 __all__ = ["register"]
 
@@ -18,6 +19,7 @@ __all__ = ["register"]
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command(name="study")(study_command)
+    app.command(name="loosening")(loosening_command)
     app.command(name="voussoir")(voussoir_command)
     app.command(name="rockload")(rock_load_command)
 
@@ -163,6 +165,56 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
     except OSError as problem:
         raise OutputError(f"{study.output}: cannot be written: {problem.strerror}") from None
     return written
+
+
+def loosening_command(
+    files: Annotated[list[Path], typer.Argument(metavar="OUT.h5...", help="Results files.", show_default=False)],
+    window: Annotated[
+        float, typer.Option("--window", help="Share of the run, at its end, in which oscillations are looked at.")
+    ] = WINDOW,
+    limit: Annotated[
+        float, typer.Option("--limit", help="Difference over distance up to which points move together.")
+    ] = GRADIENT_LIMIT,
+    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+) -> None:
+    """How far up rock loosens above an opening, from measured points on a vertical line above its crown.
+
+    A point is held when it oscillates about an equilibrium; two neighbours arch together when the difference of their
+    displacements over their distance stays below the limit. Loosening reaches up to where both hold.
+
+    Examples:
+
+        rockdda-post loosening tunnel.h5
+
+        rockdda-post loosening tunnels/cases/*/out.h5
+    """
+    from .cli import open_results, tell
+    from .loosening import loosening_of
+
+    found = []
+    for path in files:
+        with open_results(path, frames=False) as results:
+            profile = loosening_of(results, window=window, gradient_limit=limit)
+        height = profile.height
+        found.append({"file": str(path), "height": height if math.isfinite(height) else None} | profile.table())
+        if as_json:
+            continue
+        if math.isfinite(height):
+            verdict = "stable" if height == 0 else f"loosened, at most {height:g} above the crown"
+        else:
+            verdict = "loosened, beyond the highest point"
+        if len(files) > 1:
+            tell(False, False, f"{path}: {verdict}")
+            continue
+        lines = [f"{'height':>8} {'displacement':>13} {'gradient up':>12}  state"]
+        for row in zip(*profile.table().values(), strict=True):
+            held = "held" if row[3] else "moving"
+            together = {True: ", moves with the next", False: ", parts from the next", None: ""}[row[4]]
+            gradient = "" if row[2] is None else f"{row[2]:.2e}"
+            lines.append(f"{row[0]:8g} {row[1]:13.4g} {gradient:>12}  {held}{together}")
+        tell(False, False, "\n".join([*lines, verdict]))
+    if as_json:
+        tell(False, True, "", runs=found)
 
 
 def voussoir_command(

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -71,6 +72,16 @@ class Loosening:
     def height(self) -> float:
         """Loosening height [length]: both criteria hold above it."""
         return max(self.height_by_equilibrium, self.height_by_profile)
+
+    def table(self) -> dict[str, list[Any]]:
+        """Columns, a row a point; gradient and homogeneous are towards the next point above, None for the highest."""
+        return {
+            "heights": self.heights.tolist(),
+            "displacement": self.displacement.tolist(),
+            "gradient": [*self.gradient.tolist(), None],
+            "equilibrium": self.equilibrium.tolist(),
+            "homogeneous": [*self.homogeneous.tolist(), None],
+        }
 
 
 def loosening(

@@ -2,10 +2,12 @@
 """The studies of tunnels in inputs/: what they ask for, and that their template runs."""
 
 import dataclasses
+import json
 
 import pytest
 import rockdda
 from places import INPUTS
+from rockdda import cli
 from rockdda.loosening import loosening_of
 from rockdda.study import Study, read_study
 from rockdda.study_run import collect, run_study
@@ -51,7 +53,7 @@ def test_random_study_has_twenty_realisations_a_cell():
 
 
 @pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (MORE, 14), (RANDOM, 11)])
-def test_template_runs(program, monkeypatch, tmp_path, file, number):
+def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     monkeypatch.setenv("ROCKDDA_PROGRAM", program)
     study = few_steps(read_study(file), number, tmp_path / "out")
     (outcome,) = run_study(study, workers=1)
@@ -67,3 +69,20 @@ def test_template_runs(program, monkeypatch, tmp_path, file, number):
     assert (profile.displacement >= -1.01 * free).all()
     assert row["crown"] == profile.displacement[0]
     assert row["y28"] == profile.displacement[-1]
+
+    # the command says the same
+    assert cli.main(["loosening", row["results_file"], "--json"]) == 0
+    (told,) = json.loads(capsys.readouterr().out)["runs"]
+    assert told["displacement"] == profile.displacement.tolist()
+    assert told["gradient"] == [*profile.gradient.tolist(), None]
+    # a fall that has just begun is a trend
+    assert told["height"] is None
+    assert not any(told["equilibrium"])
+    assert cli.main(["loosening", row["results_file"]]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 1 + 7 + 1
+    assert lines[-1] == "loosened, beyond the highest point"
+    assert cli.main(["loosening", row["results_file"], row["results_file"]]) == 0
+    assert capsys.readouterr().out.count("out.h5: loosened, beyond the highest point\n") == 2
+    assert cli.main(["loosening", row["results_file"], "--window", "2"]) == 2
+    assert "window: must be above 0 and at most 1, found 2.0" in capsys.readouterr().err
