@@ -85,6 +85,13 @@ def cells(record: Record, file: str, numbers: Callable[[dict[str, Any]], bool] =
     return found
 
 
+def done(record: Record, file: str) -> list[dict[str, Any]]:
+    """The parameters of the cases of a study that are done already."""
+    study = _study(record, file)
+    states = collect(study)["status"]
+    return [dict(case.values) for case, state in zip(study.cases, states, strict=True) if state == "done"]
+
+
 def _cell(values: dict[str, Any], file: Path, seconds: float) -> Cell:
     with open_results(file) as results:
         rounds = float(np.mean(results["history/open_close_iterations"]))
