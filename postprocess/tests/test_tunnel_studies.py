@@ -3,10 +3,13 @@
 
 import dataclasses
 import json
+import re
+import subprocess
+import textwrap
 
 import pytest
 import rockdda
-from places import INPUTS
+from places import INPUTS, ROOT
 from rockdda import cli
 from rockdda.loosening import loosening_of
 from rockdda.study import Study, read_study
@@ -86,3 +89,20 @@ def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     assert capsys.readouterr().out.count("out.h5: loosened, beyond the highest point\n") == 2
     assert cli.main(["loosening", row["results_file"], "--window", "2"]) == 2
     assert "window: must be above 0 and at most 1, found 2.0" in capsys.readouterr().err
+
+
+def test_the_models_of_the_tutorial_run(program, tmp_path):
+    page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    for name in ("rock.dl", "rock.df"):
+        block = re.search(rf"`{name}`[^\n]*\n\n((?:    .*\n)+)", page)
+        (tmp_path / name).write_text(textwrap.dedent(block[1]), encoding="utf-8")
+
+    def call(*arguments):
+        command = [program, *arguments]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    assert "spacing 0.81116 +- 0.211 (asked: 0.8)" in call("lines", "rock.dl")
+    assert "364 blocks" in call("cut", "rock.dc")
+    assert "0 errors" in call("check", "rock.dc", "rock.df")
+    call("run", "rock.dc", "rock.df", "--save-every", "100", "--steps", "3", "--quiet")
+    assert loosening_of(rockdda.open(tmp_path / "rock.h5")).heights.tolist() == [0, 1.5, 3, 4.5, 6, 7.5]
