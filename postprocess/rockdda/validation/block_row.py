@@ -4,7 +4,7 @@
 The equilibrium is that of uniformly strained blocks with springs at both ends of every joint, without tension and with
 Coulomb friction: small motions, no inertia, no search for contacts, and loads that grow in small increments. At every
 increment Newton's method solves for the motion at which each contact force obeys its law, shear forces by return
-mapping from those of the increment before.
+mapping from those of the increment before. `motion` does the same with inertia, in time steps.
 """
 
 from __future__ import annotations
@@ -112,17 +112,39 @@ class BlockRow:
         """Equilibrium after prestressing, and at 1 g, 2 g, … reached in `increments` each."""
         loads = [(0.0, push * (i + 1) / increments) for i in range(increments)]
         loads += [((i + 1) / increments, push) for i in range(increments * levels)]
-        state = State(0.0, np.zeros(len(self.mass)), *np.zeros((2, len(self.openings))), np.zeros(0, dtype=int))
-        out = []
+        state, out = self._start(), []
         for i, (level, pushed) in enumerate(loads, 1):
             state = self._equilibrium(state, level, self.load(level, pushed))
             if i % increments == 0:
                 out.append(state)
         return out
 
-    def _equilibrium(self, before: State, level: float, load: FloatArray) -> State:
+    def motion(self, push: float, before: int, per_level: int, levels: int, time_step: float) -> list[State]:
+        """What `path` gives, in time steps: the abutments are pushed inwards within 0.02 s, `before` steps start from
+        rest, then k01 = 1 and gravity grows by 1 g at once every `per_level` steps.
+
+        Newmark's method with β = ½, γ = 1: M (2/Δt²)(x1 - x0 - v0 Δt) is in equilibrium with the forces at x1.
+        """
+        inertia = 2 / time_step**2 * self.mass
+        state, speed, out = self._start(), np.zeros(len(self.mass)), []
+        for step in range(1, before + per_level * levels + 1):
+            level = max(0, (step - before - 1) // per_level + 1)
+            load = self.load(level, push * min(1.0, step * time_step / 0.02))
+            earlier = state.motion
+            load += inertia @ (earlier + speed * time_step)
+            state = self._equilibrium(state, level, load, inertia)
+            speed = 2 / time_step * (state.motion - earlier) - speed if step > before else 0 * speed
+            if step >= before and (step - before) % per_level == 0:
+                out.append(state)
+        return out
+
+    def _start(self) -> State:
+        return State(0.0, np.zeros(len(self.mass)), *np.zeros((2, len(self.openings))), np.zeros(0, dtype=int))
+
+    def _equilibrium(self, before: State, level: float, load: FloatArray, inertia: FloatArray | float = 0.0) -> State:
         motion = before.motion
         scale = np.abs(load).max()
+        held = self.stiffness + inertia
         gaps, slips = self.openings[:, 0], self.openings[:, 1]
         for _ in range(100):
             opened = gaps @ motion > 0  # contacts that just touch count as closed
@@ -131,10 +153,10 @@ class BlockRow:
             limit = self.friction * normal
             contact = np.where(opened, OPEN, np.where(np.abs(shear) > limit, SLIDING, LOCKED))
             shear = np.clip(shear, -limit, limit)
-            rest = self.stiffness @ motion - load - normal @ gaps + shear @ slips
+            rest = held @ motion - load - normal @ gaps + shear @ slips
             if np.abs(rest).max() <= 1e-10 * scale:
                 return State(level, motion, normal, shear, contact)
-            slope = self.stiffness.copy()
+            slope = held.copy()
             closed, locked, sliding = contact != OPEN, contact == LOCKED, contact == SLIDING
             slope += self.normal * gaps[closed].T @ gaps[closed]
             slope += self.tangential * slips[locked].T @ slips[locked]

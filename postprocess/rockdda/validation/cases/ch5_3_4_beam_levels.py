@@ -68,11 +68,13 @@ def gravity_levels(record: Record) -> None:
         f"The beam and its truth are those of §5.3.3, with the values of Table 5.1 and prestress T = W/tan φ = "
         f"{thrust:.4g} N/m (the tests' prestress is not published). Gravity goes from 1 g to {LEVELS} g. *Static*: "
         f"k01 = 0, in quarters of 1 g, {PER_LEVEL} steps per 1 g. *Published*: k01 = 1, by 1 g at once every "
-        f"{PER_LEVEL} steps of {DATA['time_step']} s."
+        f"{PER_LEVEL} steps of {DATA['time_step']} s; this loading has a truth of its own, the same blocks in motion "
+        "(small motions, same time integration), because the beam slides a little at its abutments while it swings and "
+        "then stays lower than by static loading."
     )
     static = _run(record, row, thrust, k01=0.0, parts=4)
     moving = _run(record, row, thrust, k01=1.0, parts=1)
-    _against_truth(record, static, moving, states)
+    _against_truth(record, static, moving, states, thrust)
     _equilibrium(record, static, moving)
     _draw(record, static, moving, states)
     _words(record, moving, states)
@@ -89,7 +91,7 @@ def _run(record: Record, row: BlockRow, thrust: float, k01: float, parts: int) -
     return Run(row, results)
 
 
-def _against_truth(record: Record, static: Run, moving: Run, states: list[State]) -> None:
+def _against_truth(record: Record, static: Run, moving: Run, states: list[State], thrust: float) -> None:
     row = static.row
     deflection = np.array([(row.points(states[0]) - row.points(state))[:, 1] for state in states])
     stress = np.array([row.stresses(state) for state in states])
@@ -104,15 +106,17 @@ def _against_truth(record: Record, static: Run, moving: Run, states: list[State]
             allowed=2e-3,
             explanation=SECOND_ORDER,
         )
-    for level in TOLD:
+    told = TOLD if record.full else TOLD[:1]
+    swung = row.motion(row.push_for(thrust), BEFORE, PER_LEVEL, told[-1], DATA["time_step"])
+    for level in told:
         record.compare(
             f"mid-span deflection, published loading, {level} g",
             moving.deflection()[level, MIDDLE] * MICRO,
             "µm",
-            truth=deflection[level, MIDDLE] * MICRO,
-            truth_source="static: " + TRUTH,
-            explanation="gravity that jumps by 1 g makes the beam swing, and friction at the abutments keeps a slip of "
-            f"{(moving.deflection()[level, 0] - deflection[level, 0]) * MICRO:.2f} µm",
+            truth=(row.points(swung[0]) - row.points(swung[level]))[MIDDLE, 1] * MICRO,
+            truth_source="the same blocks in motion, integrated independently",
+            allowed=2e-3,
+            explanation=SECOND_ORDER,
         )
     for level in TOLD:
         record.compare(
