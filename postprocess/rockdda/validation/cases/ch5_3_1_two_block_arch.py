@@ -172,7 +172,7 @@ def _run(record: Record, k01: float, stiffness: float = STIFFNESS, steps: int = 
     model.add_fixed((LENGTH, 0))
     model.add_measured((0, THICKNESS))
     model.add_block_material(density=DENSITY, gravity=GRAVITY, youngs_modulus=MODULUS, poisson_ratio=POISSON)
-    model.add_joint_material(friction_angle=35)  # not published; no shear in the joint, so that it does nothing
+    model.add_joint_material(friction_angle=35)  # not published; 1 to 89 degrees give the same bits
     # forces of fixed points, 1e17 N/m times a motion known to 1e-20 m, carry an error of 1e-3 N, and the loads are
     # 7e4 N: with the usual tolerance of 1e-10 the first step would be rejected and begun again with a shorter one
     model.options["solver"] = {"tolerance": 1e-6}
