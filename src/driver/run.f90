@@ -26,6 +26,7 @@ module rockdda_driver_run
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
    use rockdda_io_digest, only : digest_length
+   use rockdda_io_hdf5_driver, only : undo_path
    use rockdda_io_log, only : log_type, log_path
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
@@ -211,7 +212,7 @@ contains
       self%last_logged = self%sim%state%step
    end subroutine load_run
 
-   !> Has a run that was loaded done everything, and do its results say so?
+   !> Has a run that was loaded done everything, and do its results say so? Then what helps to go on goes away.
    subroutine look_at_results(self, is_complete)
       class(run_type), intent(inout) :: self
       logical, intent(out) :: is_complete
@@ -225,7 +226,10 @@ contains
       if (allocated(unreadable)) return
       is_complete = info%complete .and. info%last_step == self%sim%state%step .and. &
                     info%created == self%facts%header%created
-      if (is_complete) self%n_frames = int(info%n_frames)
+      if (.not. is_complete) return
+      self%n_frames = int(info%n_frames)
+      ! left behind by a kill in the last moment of the run
+      call remove_file(undo_path(self%output))
    end subroutine look_at_results
 
    !> Take the results of a run that was loaded back to the checkpoint, and go on with the log.

@@ -23,7 +23,7 @@ module rockdda_io_checkpoint
    private
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
 
-   integer, parameter :: checkpoint_format_version = 1
+   integer, parameter :: checkpoint_format_version = 2
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '
@@ -284,6 +284,7 @@ contains
    subroutine exchange_facts(archive, facts)
       type(archive_type), intent(inout) :: archive
       type(checkpoint_facts_type), intent(inout) :: facts
+      integer :: halves(2*size(facts%rows%totals))
       call archive%section('input')
       call archive%item('geometry', facts%header%geometry)
       call archive%item('analysis', facts%header%analysis)
@@ -301,6 +302,9 @@ contains
       call archive%item('history_rows', facts%rows%steps)
       call archive%item('frame_rows', facts%rows%frames)
       call archive%item('contact_rows', facts%rows%contacts)
+      halves = transfer(facts%rows%totals, halves)
+      call archive%fixed('check_sums', halves)
+      facts%rows%totals = transfer(halves, facts%rows%totals)
       call archive%item('frame_every', facts%frame_every)
       call archive%item('frame_interval', facts%frame_interval)
       call archive%item('frames_passed', facts%frames_passed)

@@ -1,14 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> SHA-256 of texts and files.
+!> SHA-256 of texts and files; check sums of lists that grow.
 module rockdda_io_digest
-   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_long_long, c_null_char
-   use rockdda_base_kinds, only : i8
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_long_long, c_null_char
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_hdf5_driver, only : digest_length
    use rockdda_io_output_lock, only : errno_text
    implicit none
    private
-   public :: digest_of_text, digest_of_file, hexadecimal, digest_length
+   public :: digest_of_text, digest_of_file, hexadecimal, digest_length, fold
+
+   !> The check sum of a list after more values; it begins with 0.
+   interface fold
+      module procedure fold_reals, fold_integers
+   end interface fold
 
    interface
       subroutine c_bytes(bytes, n, digest) bind(C, name='rockdda_sha256_bytes')
@@ -24,6 +29,20 @@ module rockdda_io_digest
          integer(c_long_long), value :: n
          character(kind=c_char), intent(inout) :: digest(*)
       end function c_file
+
+      pure integer(c_int64_t) function c_fold_reals(total, values, n) bind(C, name='rockdda_fold_reals')
+         import :: c_double, c_int64_t, c_long_long
+         integer(c_int64_t), value :: total
+         real(c_double), intent(in) :: values(*)
+         integer(c_long_long), value :: n
+      end function c_fold_reals
+
+      pure integer(c_int64_t) function c_fold_integers(total, values, n) bind(C, name='rockdda_fold_integers')
+         import :: c_int, c_int64_t, c_long_long
+         integer(c_int64_t), value :: total
+         integer(c_int), intent(in) :: values(*)
+         integer(c_long_long), value :: n
+      end function c_fold_integers
    end interface
 
 contains
@@ -47,6 +66,20 @@ contains
       status = c_file(path//c_null_char, int(n, c_long_long), digest)
       if (status /= 0) call make_error(error, error_code%input, path//': '//errno_text(status))
    end subroutine digest_of_file
+
+   !> Add reals, bit by bit.
+   pure integer(i8) function fold_reals(total, values)
+      integer(i8), intent(in) :: total
+      real(wp), intent(in) :: values(:)
+      fold_reals = int(c_fold_reals(int(total, c_int64_t), values, size(values, kind=c_long_long)), i8)
+   end function fold_reals
+
+   !> Add integers.
+   pure integer(i8) function fold_integers(total, values)
+      integer(i8), intent(in) :: total
+      integer, intent(in) :: values(:)
+      fold_integers = int(c_fold_integers(int(total, c_int64_t), values, size(values, kind=c_long_long)), i8)
+   end function fold_integers
 
    !> Digits 0 … f of bytes.
    pure function hexadecimal(bytes) result(text)

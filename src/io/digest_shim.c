@@ -76,6 +76,33 @@ static void finish(sha256_t *sha, unsigned char *digest)
    for (i = 0; i < 32; i++) digest[i] = (unsigned char)(sha->state[i / 4] >> (24 - 8 * (i % 4)));
 }
 
+/* Check sums of a list to which values are added: one step a value, so that it does not matter how many come at a
+ * time. A changed value always changes the sum. */
+static uint64_t fold(uint64_t sum, uint64_t value)
+{
+   sum = (sum ^ value) * 0x9e3779b97f4a7c15u;
+   return sum ^ (sum >> 29);
+}
+
+int64_t rockdda_fold_reals(int64_t sum, const double *values, long long n)
+{
+   uint64_t result = (uint64_t)sum, bits;
+   long long i;
+   for (i = 0; i < n; i++) {
+      memcpy(&bits, values + i, sizeof bits);
+      result = fold(result, bits);
+   }
+   return (int64_t)result;
+}
+
+int64_t rockdda_fold_integers(int64_t sum, const int32_t *values, long long n)
+{
+   uint64_t result = (uint64_t)sum;
+   long long i;
+   for (i = 0; i < n; i++) result = fold(result, (uint32_t)values[i]);
+   return (int64_t)result;
+}
+
 /* Digest of bytes in memory. */
 void rockdda_sha256_bytes(const unsigned char *bytes, long long n, unsigned char *digest)
 {

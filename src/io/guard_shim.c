@@ -1,28 +1,64 @@
 /* SPDX-License-Identifier: MIT */
 /* Thin POSIX shim: work that may crash is tried in a child first. Called through rockdda_io_guard only. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <string.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* 0 in a child that is to do the work. In the parent, when the child has ended: 1 it came through, 2 it did not. */
-int rockdda_guard_begin(int seconds)
+enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4 };
+
+/* In the child: where its message goes. */
+static int report = -1;
+
+/* Read what the child has to say until its end. */
+static void listen_to(int from, char *message, int room)
 {
-   static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGALRM};
-   struct rlimit none = {0, 0}, time = {(rlim_t)seconds, (rlim_t)seconds + 1};
-   int status, silent;
-   unsigned i;
-   pid_t child = fork();
-   if (child < 0) return 1; /* no process to be had: go on without */
-   if (child > 0) {
-      while (waitpid(child, &status, 0) < 0)
-         if (errno != EINTR) return 1;
-      return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? 1 : 2;
+   int used = 0;
+   memset(message, ' ', (size_t)room);
+   for (;;) {
+      char rest[256];
+      ssize_t n = used < room ? read(from, message + used, (size_t)(room - used)) : read(from, rest, sizeof rest);
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) return;
+      if (used < room) used += (int)n;
    }
+}
+
+/* IN_CHILD in a child that is to do the work. In the parent, when the child has ended: CAME_THROUGH, CRASHED (or it
+ * did not end), REFUSED with its message, blank behind it. */
+int rockdda_guard_begin(double seconds, char *message, int room)
+{
+   static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGPROF, SIGALRM};
+   struct rlimit none = {0, 0};
+   struct itimerval time = {{0, 0}, {0, 0}};
+   int status, silent, ends[2];
+   unsigned i;
+   pid_t child;
+   if (pipe(ends) != 0) return NO_PROCESS;
+   child = fork();
+   if (child < 0) {
+      close(ends[0]);
+      close(ends[1]);
+      return NO_PROCESS;
+   }
+   if (child > 0) {
+      close(ends[1]);
+      listen_to(ends[0], message, room);
+      close(ends[0]);
+      while (waitpid(child, &status, 0) < 0)
+         if (errno != EINTR) return NO_PROCESS;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == CAME_THROUGH) return CAME_THROUGH;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == REFUSED) return REFUSED;
+      return CRASHED;
+   }
+   close(ends[0]);
+   report = ends[1];
    for (i = 0; i < sizeof numbers / sizeof numbers[0]; ++i) signal(numbers[i], SIG_DFL);
    silent = open("/dev/null", O_WRONLY);
    if (silent >= 0) {
@@ -31,13 +67,22 @@ int rockdda_guard_begin(int seconds)
       close(silent);
    }
    setrlimit(RLIMIT_CORE, &none);
-   setrlimit(RLIMIT_CPU, &time);
-   alarm(20U * (unsigned)seconds);
-   return 0;
+   time.it_value.tv_sec = (time_t)seconds;
+   time.it_value.tv_usec = (suseconds_t)(1e6 * (seconds - (double)time.it_value.tv_sec));
+   setitimer(ITIMER_PROF, &time, NULL);
+   alarm(10U + 20U * (unsigned)seconds);
+   return IN_CHILD;
 }
 
-/* The end of the child. */
-void rockdda_guard_end(void)
+/* The end of the child; with a message the work is refused. */
+void rockdda_guard_end(const char *message, int n)
 {
-   _exit(0);
+   int done = 0;
+   while (done < n) {
+      ssize_t written = write(report, message + done, (size_t)(n - done));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) break;
+      done += (int)written;
+   }
+   _exit(n > 0 ? REFUSED : CAME_THROUGH);
 }

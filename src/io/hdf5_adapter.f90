@@ -8,11 +8,12 @@
 !> UTF-8 of variable length. HDF5's own messages are switched off; the reason goes into the error.
 module rockdda_io_hdf5_adapter
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char
-   use hdf5, only : hid_t, hsize_t, H5P_DATASET_CREATE_F, H5S_SCALAR_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F, &
-      H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STD_I32LE, h5dclose_f, h5dcreate_f, &
-      h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
-      h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
-      h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, h5tclose_f
+   use hdf5, only : hid_t, hsize_t, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5S_SCALAR_F, H5S_SELECT_SET_F, &
+      H5S_UNLIMITED_F, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STD_I32LE, h5dclose_f, &
+      h5dcreate_f, h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
+      h5pset_buffer_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, h5screate_f, &
+      h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, &
+      h5tclose_f
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
    use rockdda_io_hdf5_extras, only : write_chunk
@@ -23,6 +24,8 @@ module rockdda_io_hdf5_adapter
 
    !> Compression level: most of the gain for the least time.
    integer, parameter :: gzip_level = 1
+   !> Bytes of memory in which a text is turned over; the library takes and clears 1 MiB if it is not told.
+   integer(hsize_t), parameter :: text_buffer = 4096
 
    type, extends(hdf5_handle_type) :: hdf5_file_type
    contains
@@ -97,7 +100,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(kind=c_char, len=:), allocatable, target :: buffer
       type(c_ptr), target :: pointer(1)
-      integer(hid_t) :: dataset, space, type
+      integer(hid_t) :: dataset, space, type, transfer
       integer :: status, ignored
       dataset = -1
       buffer = text//c_null_char
@@ -105,8 +108,11 @@ contains
       call new_text_type(type, status)
       call h5screate_f(H5S_SCALAR_F, space, status)
       call h5dcreate_f(self%id, name, type, space, dataset, status)
-      if (status == 0) call h5dwrite_f(dataset, type, c_loc(pointer), status)
+      call h5pcreate_f(H5P_DATASET_XFER_F, transfer, ignored)
+      call h5pset_buffer_f(transfer, text_buffer, ignored)
+      if (status == 0) call h5dwrite_f(dataset, type, c_loc(pointer), status, xfer_prp=transfer)
       if (status /= 0) call self%fail('cannot write '//name, error)
+      call h5pclose_f(transfer, ignored)
       call h5dclose_f(dataset, ignored)
       call h5sclose_f(space, ignored)
       call h5tclose_f(type, ignored)

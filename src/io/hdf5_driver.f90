@@ -10,7 +10,8 @@ module rockdda_io_hdf5_driver
    use rockdda_io_output_lock, only : errno_text
    implicit none
    private
-   public :: use_driver, commit_pieces, sync_pieces, drop_pieces, begin_undo, roll_back, undo_path, digest_length
+   public :: use_driver, use_driver_for_trial, walk, commit_pieces, sync_pieces, drop_pieces, begin_undo, &
+      roll_back, undo_path, digest_length
 
    !> Bytes of a digest (SHA-256).
    integer, parameter :: digest_length = 32
@@ -20,6 +21,18 @@ module rockdda_io_hdf5_driver
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: access
       end function c_set
+
+      integer(c_int) function c_set_trial(access, undo, digest, again) bind(C, name='rockdda_pieces_set_trial')
+         import :: c_char, c_int, c_int64_t
+         integer(c_int64_t), value :: access
+         character(kind=c_char), intent(in) :: undo(*), digest(*)
+         integer(c_int), value :: again
+      end function c_set_trial
+
+      integer(c_int) function c_walk(file) bind(C, name='rockdda_pieces_walk')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: file
+      end function c_walk
 
       integer(c_int) function c_commit(file) bind(C, name='rockdda_pieces_commit')
          import :: c_int, c_int64_t
@@ -64,6 +77,25 @@ contains
       integer, intent(out) :: status        !! < 0: failed
       status = int(c_set(int(access, c_int64_t)))
    end subroutine use_driver
+
+   !> Files opened with these access properties look as they were at the checkpoint with this digest, and what is
+   !> written to them stays in memory; or as the trial before has left them.
+   subroutine use_driver_for_trial(access, results, digest, again, status)
+      integer(i8), intent(in) :: access     !! property list
+      character(len=*), intent(in) :: results
+      character(len=digest_length), intent(in) :: digest
+      logical, intent(in) :: again
+      integer, intent(out) :: status        !! < 0: failed
+      status = int(c_set_trial(int(access, c_int64_t), undo_path(results)//c_null_char, digest, &
+                               merge(1_c_int, 0_c_int, again)))
+   end subroutine use_driver_for_trial
+
+   !> Go through all objects and attributes of a file.
+   subroutine walk(file, status)
+      integer(i8), intent(in) :: file       !! of the library
+      integer, intent(out) :: status        !! < 0: not all of them can be reached
+      status = int(c_walk(int(file, c_int64_t)))
+   end subroutine walk
 
    !> Write all that waits, or nothing. The library was flushed before.
    subroutine commit_pieces(file, path, error)

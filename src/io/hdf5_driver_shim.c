@@ -44,7 +44,7 @@ typedef struct {
 typedef struct {
    H5FD_t base;
    int fd;
-   int writable, abandoned;
+   int writable, abandoned, trial; /* abandoned: nothing is committed */
    haddr_t eoa, eof;  /* end of what the library uses, logical end of the file */
    haddr_t committed; /* length on the disk */
    dev_t device;
@@ -54,7 +54,18 @@ typedef struct {
    rockdda_undo_t undo;
 } results_t;
 
+/* What the access properties tell the driver. */
+typedef struct {
+   int trial; /* 1: look at the file as it was at a checkpoint and change it in memory only; 2: go on with the trial that
+                 was closed last */
+   unsigned char digest[ROCKDDA_DIGEST]; /* of that checkpoint */
+   char undo[4096];                      /* path of the undo file */
+} wishes_t;
+
 static hid_t driver = -1;
+
+/* What the last trial has changed. */
+static results_t last_trial;
 
 /* Place of the first piece that ends behind addr. */
 static size_t first_behind(const results_t *file, haddr_t addr)
@@ -101,12 +112,22 @@ static void drop_pieces(results_t *file)
    file->n = 0;
 }
 
+static herr_t results_write(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr_t addr, size_t size,
+                            const void *buffer);
+
+/* A page of an undo file, before the file on the disk. 0 or -1. */
+static int lay_over(void *file, uint64_t addr, const unsigned char *bytes, size_t n)
+{
+   return results_write(file, H5FD_MEM_DEFAULT, H5P_DEFAULT, addr, n, bytes) < 0 ? -1 : 0;
+}
+
 static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_t maxaddr)
 {
    struct stat info;
    results_t *file;
-   int mode = flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY, fd;
-   (void)fapl;
+   const wishes_t *wishes = H5Pget_driver_info(fapl);
+   int trial = wishes ? wishes->trial : 0, mode = flags & H5F_ACC_RDWR && !trial ? O_RDWR : O_RDONLY, fd;
+   uint64_t length;
    (void)maxaddr;
    if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
    if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
@@ -125,6 +146,29 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
    file->device = info.st_dev;
    file->inode = info.st_ino;
    file->undo.fd = -1;
+   if (trial) {
+      int problem = 0;
+      file->trial = file->abandoned = 1;
+      if (trial == 2) {
+         file->pieces = last_trial.pieces;
+         file->n = last_trial.n;
+         file->room = last_trial.room;
+         length = last_trial.eof;
+         memset(&last_trial, 0, sizeof last_trial);
+      } else {
+         length = file->eof;
+         problem = rockdda_undo_show(wishes->undo, wishes->digest, &length, lay_over, file);
+         if (length > file->committed) problem = ENODATA; /* cut by somebody else */
+      }
+      if (problem) {
+         drop_pieces(file);
+         free(file->pieces);
+         free(file);
+         close(fd);
+         return NULL;
+      }
+      file->eof = length;
+   }
    return (H5FD_t *)file;
 }
 
@@ -244,8 +288,14 @@ static herr_t results_close(H5FD_t *base)
    /* All is committed but what the library changes while it closes, a smaller end of the file: the file is whole
     * without it, and the library does not survive a failure here. */
    if (commit(file) != 0) errno = 0;
-   drop_pieces(file);
-   free(file->pieces);
+   if (file->trial) {
+      drop_pieces(&last_trial);
+      free(last_trial.pieces);
+      last_trial = *file;
+   } else {
+      drop_pieces(file);
+      free(file->pieces);
+   }
    rockdda_undo_close(&file->undo);
    close(file->fd);
    free(file);
@@ -357,6 +407,7 @@ static const H5FD_class_t results_class = {
    .name = "rockdda",
    .maxaddr = (haddr_t)INT64_MAX,
    .fc_degree = H5F_CLOSE_STRONG,
+   .fapl_size = sizeof(wishes_t),
    .open = results_open,
    .close = results_close,
    .cmp = results_compare,
@@ -371,11 +422,30 @@ static const H5FD_class_t results_class = {
    .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
+static int set(int64_t access, const wishes_t *wishes)
+{
+   if (driver < 0 || H5Iis_valid(driver) <= 0) driver = H5FDregister(&results_class);
+   return driver < 0 || H5Pset_driver((hid_t)access, driver, wishes) < 0 ? -1 : 0;
+}
+
 /* Files opened with these access properties go through this driver. 0 or -1. */
 int rockdda_pieces_set(int64_t access)
 {
-   if (driver < 0 || H5Iis_valid(driver) <= 0) driver = H5FDregister(&results_class);
-   return driver < 0 || H5Pset_driver((hid_t)access, driver, NULL) < 0 ? -1 : 0;
+   static const wishes_t none;
+   return set(access, &none);
+}
+
+/* As rockdda_pieces_set, for a trial: the file looks as it was at the checkpoint with this digest, and whatever is
+ * done to it stays in memory. With `again` it looks as the trial before has left it. */
+int rockdda_pieces_set_trial(int64_t access, const char *undo, const unsigned char *digest, int again)
+{
+   wishes_t wishes;
+   memset(&wishes, 0, sizeof wishes);
+   wishes.trial = again ? 2 : 1;
+   memcpy(wishes.digest, digest, ROCKDDA_DIGEST);
+   if (strlen(undo) >= sizeof wishes.undo) return -1;
+   strcpy(wishes.undo, undo);
+   return set(access, &wishes);
 }
 
 static results_t *file_of(int64_t id)
@@ -398,6 +468,31 @@ int rockdda_pieces_sync(int64_t id)
    results_t *file = file_of(id);
    if (!file) return EBADF;
    return rockdda_sync(file->fd);
+}
+
+static herr_t see_attribute(hid_t owner, const char *name, const H5A_info_t *info, void *nothing)
+{
+   hid_t attribute = H5Aopen(owner, name, H5P_DEFAULT);
+   (void)info;
+   (void)nothing;
+   return attribute < 0 ? -1 : H5Aclose(attribute);
+}
+
+static herr_t see_object(hid_t group, const char *name, const H5L_info_t *info, void *nothing)
+{
+   hid_t object = H5Oopen(group, name, H5P_DEFAULT);
+   herr_t status;
+   (void)info;
+   if (object < 0) return -1;
+   status = H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, see_attribute, nothing);
+   return H5Oclose(object) < 0 ? -1 : status;
+}
+
+/* Go through all objects and attributes, as a reader does who does not know their names. 0 or -1. */
+int rockdda_pieces_walk(int64_t id)
+{
+   if (H5Aiterate2((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, NULL, see_attribute, NULL) < 0) return -1;
+   return H5Lvisit((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, see_object, NULL) < 0 ? -1 : 0;
 }
 
 /* Write nothing any more, not even when the file is closed. */

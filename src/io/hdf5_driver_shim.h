@@ -27,6 +27,11 @@ int rockdda_undo_flush(rockdda_undo_t *undo);
 
 void rockdda_undo_close(rockdda_undo_t *undo);
 
+/* Show `take` every page of the undo file of that checkpoint (the bytes of it that belong to the results as they were
+ * then), and give their length. Nothing happens when there is no such file. */
+int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *length,
+                      int (*take)(void *context, uint64_t addr, const unsigned char *bytes, size_t n), void *context);
+
 /* Read or write at a place of a file; what lies behind its end reads as zeros. */
 int rockdda_read_at(int fd, unsigned char *bytes, size_t n, uint64_t addr);
 int rockdda_write_at(int fd, const unsigned char *bytes, size_t n, uint64_t addr);

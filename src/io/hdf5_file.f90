@@ -10,16 +10,19 @@ module rockdda_io_hdf5_file
       h5aopen_f, h5aread_f, h5awrite_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, &
       h5gcreate_f, h5get_libversion_f, h5lexists_f, h5oclose_f, h5oopen_f, h5open_f, h5pclose_f, h5pcreate_f, &
       h5pset_fclose_degree_f, h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_ndims_f, &
-      h5tclose_f, h5tcopy_f, &
-      h5tis_variable_str_f, h5tset_cset_f
+      h5sget_simple_extent_dims_f, h5tclose_f, h5tcopy_f, h5tis_variable_str_f, h5tset_cset_f
    use rockdda_base_kinds, only : i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
-   use rockdda_io_hdf5_driver, only : use_driver, commit_pieces, sync_pieces, drop_pieces, begin_undo, digest_length
+   use rockdda_io_hdf5_driver, only : use_driver, use_driver_for_trial, walk, commit_pieces, sync_pieces, &
+      drop_pieces, begin_undo, digest_length
    use rockdda_io_hdf5_extras, only : get_reason, disable_file_locking
    implicit none
    private
    public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, take_text
+
+   !> Values of an attribute at most.
+   integer(hsize_t), parameter :: most_values = 1000000
 
    type :: hdf5_handle_type
       character(len=:), allocatable :: path
@@ -30,19 +33,21 @@ module rockdda_io_hdf5_file
    contains
       procedure :: create => create_file
       procedure :: open => open_file
+      procedure :: open_for_trial
       procedure :: close => close_file
       procedure :: abandon
       procedure :: flush => flush_file
       procedure :: sync => sync_file
       procedure :: keep_undo
+      procedure :: see_all
       procedure :: create_group
       procedure :: exists
       procedure :: fail
       generic :: set_attribute => set_text_attribute, set_integer_attribute, set_integers_attribute, &
          set_texts_attribute
-      generic :: get_attribute => get_text_attribute, get_integer_attribute
+      generic :: get_attribute => get_text_attribute, get_integer_attribute, get_integers_attribute
       procedure, private :: set_text_attribute, set_integer_attribute, set_integers_attribute, set_texts_attribute
-      procedure, private :: get_text_attribute, get_integer_attribute
+      procedure, private :: get_text_attribute, get_integer_attribute, get_integers_attribute
       procedure, private :: open_attribute
       procedure, private :: write_texts_attribute
    end type hdf5_handle_type
@@ -92,6 +97,30 @@ contains
       self%is_open = .true.
       call h5pclose_f(access, status)
    end subroutine open_file
+
+   !> Open an existing file as it was at the checkpoint with this digest, and change it in memory only: nothing that
+   !> is done to it reaches the disk. All failures are those of the file (code input).
+   subroutine open_for_trial(self, path, digest, again, error)
+      class(hdf5_handle_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      character(len=digest_length), intent(in) :: digest
+      logical, intent(in) :: again                  !! as the trial before, which was closed, has left it
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: access
+      integer :: status
+      self%path = path
+      self%failure = error_code%input
+      self%in_commits = .true.
+      call start_library(.true., access, status)
+      if (status == 0) call use_driver_for_trial(int(access, i8), path, digest, again, status)
+      if (status == 0) call h5fopen_f(path, H5F_ACC_RDWR_F, self%id, status, access_prp=access)
+      if (status /= 0) then
+         call self%fail('cannot open the file', error)
+         return
+      end if
+      self%is_open = .true.
+      call h5pclose_f(access, status)
+   end subroutine open_for_trial
 
    !> Write what is left and close. Nothing happens when no file is open.
    subroutine close_file(self, error)
@@ -148,6 +177,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call begin_undo(int(self%id, i8), undo_path, digest, error)
    end subroutine keep_undo
+
+   !> Go through all objects and attributes, also those that nobody here asks for.
+   subroutine see_all(self, error)
+      class(hdf5_handle_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer :: status
+      call walk(int(self%id, i8), status)
+      if (status < 0) call self%fail('cannot list what is in the file', error)
+   end subroutine see_all
 
    !> Create a group; its parents exist.
    subroutine create_group(self, name, error)
@@ -286,30 +324,38 @@ contains
       call h5oclose_f(owner, ignored)
    end subroutine open_attribute
 
-   !> Value of a text attribute.
+   !> Value of a text attribute; of a list of texts with a line end between them.
    subroutine get_text_attribute(self, object, name, text, error)
       class(hdf5_handle_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       character(len=:), allocatable, intent(out) :: text
       type(error_type), allocatable, intent(out) :: error
-      type(c_ptr), target :: pointer(1)
+      type(c_ptr), allocatable, target :: pointers(:)
       type(c_ptr) :: place
       integer(hid_t) :: owner, attribute, type, stored
+      integer(hsize_t) :: n
       logical :: variable
-      integer :: status
+      integer :: status, i
       text = ''
-      pointer = c_null_ptr
-      place = c_loc(pointer)
       variable = .false.
       attribute = -1
       call h5oopen_f(self%id, object, owner, status)
       if (status == 0) call h5aopen_f(owner, name, attribute, status)
       if (status == 0) call h5aget_type_f(attribute, stored, status)
       if (status == 0) call h5tis_variable_str_f(stored, variable, status)
+      if (status == 0 .and. variable) call count_values(attribute, n, status)
       if (status == 0 .and. variable) then
+         allocate (pointers(n))
+         pointers = c_null_ptr
+         place = c_loc(pointers)
          call new_text_type(type, status)
          call h5aread_f(attribute, type, place, status)
-         if (status == 0) text = take_text(pointer(1))
+         if (status == 0) then
+            do i = 1, int(n)
+               if (i > 1) text = text//new_line('a')
+               text = text//take_text(pointers(i))
+            end do
+         end if
          call h5tclose_f(type, status)
       else
          call self%fail('cannot read text attribute '//name, error)
@@ -339,6 +385,49 @@ contains
       call h5aclose_f(attribute, ignored)
       call h5oclose_f(owner, ignored)
    end subroutine get_integer_attribute
+
+   !> Values of an attribute that is a list of integers.
+   subroutine get_integers_attribute(self, object, name, values, error)
+      class(hdf5_handle_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer, allocatable, intent(out) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: owner, attribute
+      integer(hsize_t) :: n
+      integer :: status, ignored
+      attribute = -1
+      n = 0
+      call h5oopen_f(self%id, object, owner, status)
+      if (status == 0) call h5aopen_f(owner, name, attribute, status)
+      if (status == 0) call count_values(attribute, n, status)
+      allocate (values(n))
+      if (status == 0 .and. n > 0) call h5aread_f(attribute, H5T_NATIVE_INTEGER, values, [n], status)
+      if (status /= 0) call self%fail('cannot read integer attribute '//name, error)
+      call h5aclose_f(attribute, ignored)
+      call h5oclose_f(owner, ignored)
+   end subroutine get_integers_attribute
+
+   !> Number of values of an attribute; a list of a million is none of ours.
+   subroutine count_values(attribute, n, status)
+      integer(hid_t), intent(in) :: attribute
+      integer(hsize_t), intent(out) :: n
+      integer, intent(out) :: status
+      integer(hid_t) :: space
+      integer(hsize_t) :: dims(1), largest(1)
+      integer :: rank, ignored
+      n = 1
+      rank = 0
+      call h5aget_space_f(attribute, space, status)
+      if (status == 0) call h5sget_simple_extent_ndims_f(space, rank, status)
+      if (rank == 1) then
+         call h5sget_simple_extent_dims_f(space, dims, largest, status)
+         n = dims(1)
+      end if
+      ! this call returns the rank
+      status = merge(0, -1, status >= 0 .and. rank <= 1 .and. n >= 0 .and. n <= most_values)
+      if (status /= 0) n = 0
+      call h5sclose_f(space, ignored)
+   end subroutine count_values
 
    !> A data space; dims of size 0: scalar.
    subroutine new_space(dims, space, status)

@@ -12,13 +12,13 @@ module rockdda_io_results
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
-   use rockdda_io_guard, only : try_first, leave_child
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type
-   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
-      check_belongs, check_reaches
+   use rockdda_io_results_check, only : check_results, cut_tables, total_of_model
+   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
+      n_totals
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -33,7 +33,7 @@ module rockdda_io_results
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
                          s_frame_step = 14, s_frame_time = 15, s_vertices = 16, s_centroid = 17, s_rotation = 18, &
                          s_stress = 19, s_velocity = 20, s_offset = 21, s_point = 22, s_force = 23, s_state = 24, &
-                         s_blocks = 25, n_series = 25
+                         s_blocks = 25, n_series = n_tables
 
    type :: results_type
       type(hdf5_file_type), private :: file
@@ -56,11 +56,8 @@ module rockdda_io_results
       procedure :: keep_undo
       procedure :: has_failed
       procedure :: close => close_results
-      procedure, private :: add_tables, write_model, write_if_large, waiting_bytes, cut
+      procedure, private :: add_tables, write_model, write_if_large, waiting_bytes
    end type results_type
-
-   !> Looking whether a file belongs to a checkpoint takes milliseconds; who needs this many seconds is lost in it.
-   integer, parameter :: seconds_to_look = 4
 
 contains
 
@@ -87,6 +84,7 @@ contains
       call self%file%create(path, error, in_commits=.true.)
       if (.not. allocated(error)) call write_header(self%file, header, error)
       if (.not. allocated(error)) call self%write_model(blocks, state, error)
+      if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
       do i = 1, n_series
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
       end do
@@ -277,6 +275,7 @@ contains
    pure type(results_rows_type) function rows(self)
       class(results_type), intent(in) :: self
       rows = self%so_far
+      rows%totals(1:n_series) = self%series%total
    end function rows
 
    !> Has a write failed? Then nothing more is written.
@@ -381,8 +380,6 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(step_record_type), intent(in) :: record       !! of the checkpoint's step
       type(error_type), allocatable, intent(out) :: error
-      type(hdf5_file_type) :: file
-      type(error_type), allocatable :: unreadable
       logical :: put_back
       self%frames = header%frames
       self%contacts = header%contacts
@@ -396,58 +393,26 @@ contains
       call self%lock%reopen(path, error)
       if (allocated(error)) return
       call self%add_tables(blocks)
-      ! a kill may have left a file that cannot be read before it is put back
-      select case (try_first(seconds_to_look))
-      case (0)
-         call file%open(path, .false., unreadable)
-         if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
-         call leave_child()
-      case (2)
-         call make_error(unreadable, error_code%input, path//': error: the file is damaged: HDF5 does not get '// &
-                         'through it')
-      case default
-         call file%open(path, .false., unreadable)
-         if (.not. allocated(unreadable)) call check_belongs(file, header, self%series, error)
-      end select
-      if (.not. allocated(error)) then
-         call file%abandon()
-         call roll_back(path, digest, put_back, error)
-         if (.not. allocated(error) .and. allocated(unreadable) .and. .not. put_back) &
-            call move_alloc(unreadable, error)
-      end if
-      if (.not. allocated(error)) call file%open(path, .false., error)
-      if (.not. allocated(error)) call check_belongs(file, header, self%series, error)
-      if (.not. allocated(error)) call check_reaches(file, rows, record, error)
-      call file%abandon()
-      if (.not. allocated(error)) call self%cut(path, digest, error)
+      call check_results(path, digest, header, rows, lengths(rows), record, self%series, error)
+      if (.not. allocated(error)) call roll_back(path, digest, put_back, error)
+      if (.not. allocated(error)) call self%file%open(path, .true., error)
+      if (.not. allocated(error)) call self%keep_undo(digest, error)
+      if (.not. allocated(error)) call cut_tables(self%file, lengths(rows), rows, self%series, error)
+      if (.not. allocated(error)) call self%flush(error)
       if (.not. allocated(error)) return
       self%failed = .true.
       call self%file%abandon()
       call self%lock%release()
    end subroutine reopen
 
-   !> Cut the file back to the checkpoint, so that it can be undone.
-   subroutine cut(self, path, digest, error)
-      class(results_type), intent(inout) :: self
-      character(len=*), intent(in) :: path
-      character(len=digest_length), intent(in) :: digest
-      type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: n
-      integer :: i
-      call self%file%open(path, .true., error)
-      if (.not. allocated(error)) call self%keep_undo(digest, error)
-      do i = 1, n_series
-         select case (i)
-         case (:s_fixed_force); n = self%so_far%steps
-         case (s_offset); n = self%so_far%frames + 1
-         case (s_point:); n = self%so_far%contacts
-         case default; n = self%so_far%frames
-         end select
-         if (.not. allocated(error)) call self%series(i)%cut(self%file, n, error)
-      end do
-      if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', 0, error)
-      if (.not. allocated(error)) call self%file%set_attribute('/', 'exit_reason', 'running', error)
-      if (.not. allocated(error)) call self%flush(error)
-   end subroutine cut
+   !> Rows of all tables.
+   pure function lengths(rows)
+      type(results_rows_type), intent(in) :: rows
+      integer(i8) :: lengths(n_series)
+      lengths(:s_fixed_force) = rows%steps
+      lengths(s_fixed_force + 1:) = rows%frames
+      lengths(s_offset) = rows%frames + 1
+      lengths(s_point:) = rows%contacts
+   end function lengths
 
 end module rockdda_io_results

@@ -4,7 +4,7 @@ module rockdda_io_results_info
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
-   use rockdda_io_guard, only : try_first, leave_child
+   use rockdda_io_guard, only : try_first, leave_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_results, only : results_format_version
    implicit none
@@ -22,8 +22,8 @@ module rockdda_io_results_info
       real(wp) :: first_frame = 0, last_frame = 0   !! times
    end type results_info_type
 
-   !> Reading a summary takes milliseconds; who needs this many seconds is lost in a damaged file.
-   integer, parameter :: seconds_to_read = 2
+   !> Reading a summary takes milliseconds of processor time; who needs this many seconds is lost in a damaged file.
+   real(wp), parameter :: seconds_to_read = 0.5_wp
 
 contains
 
@@ -34,12 +34,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
-      select case (try_first(seconds_to_read))
-      case (0)
+      integer :: outcome
+      call try_first(seconds_to_read, outcome, ignored)
+      select case (outcome)
+      case (guard%in_child)
          call file%open(path, .false., error)
          if (.not. allocated(error)) call read_all(file, info, error)
-         call leave_child()
-      case (2)
+         call leave_child(error)
+      case (guard%crashed)
          call make_error(error, error_code%input, path//': error: the file is damaged: HDF5 does not get through it')
          return
       end select

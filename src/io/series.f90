@@ -10,6 +10,7 @@
 module rockdda_io_series
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
+   use rockdda_io_digest, only : fold
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    implicit none
    private
@@ -19,6 +20,8 @@ module rockdda_io_series
    integer, parameter :: usual_chunk = 4096, largest_chunk = 1048576
    !> Rows of a chunk at most.
    integer, parameter :: most_chunk_rows = 1024
+   !> Entries to read at a time.
+   integer(i8), parameter :: most_read = 1048576
 
    type :: series_type
       character(len=:), allocatable :: name         !! dataset
@@ -27,6 +30,7 @@ module rockdda_io_series
       integer :: row_size = 1                       !! entries in a row
       integer(i8) :: n_written = 0                  !! rows in the file
       integer :: n_waiting = 0                      !! rows in memory
+      integer(i8) :: total = 0                      !! check sum of all rows, those that wait too
       integer, private :: n_begun = 0               !! rows of the last chunk that are in the file
       real(wp), allocatable, private :: reals(:)    !! rows of the last chunk, then rows waiting
       integer, allocatable, private :: integers(:)
@@ -36,6 +40,8 @@ module rockdda_io_series
       procedure :: create
       procedure :: cut
       procedure :: write => write_waiting
+      procedure :: add_zeros
+      procedure :: total_in_file
       procedure :: waiting_bytes
       procedure, private :: add_reals, add_integers, chunk_shape, rows_of_chunk
       procedure, private :: write_complete, write_begun, keep_last
@@ -56,6 +62,7 @@ contains
       self%n_written = 0
       self%n_waiting = 0
       self%n_begun = 0
+      self%total = 0
       if (allocated(self%reals)) deallocate (self%reals)
       if (allocated(self%integers)) deallocate (self%integers)
       if (is_real) allocate (self%reals(max(1, self%row_size)))
@@ -71,15 +78,17 @@ contains
    end subroutine create
 
    !> Cut the table of a file back to its first rows, to go on behind them.
-   subroutine cut(self, file, n_rows, error)
+   subroutine cut(self, file, n_rows, total, error)
       class(series_type), intent(inout) :: self
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(in) :: n_rows
+      integer(i8), intent(in) :: total       !! check sum of these rows
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: first
       call file%resize(self%name, n_rows, error)
       if (allocated(error)) return
       self%n_written = n_rows
+      self%total = total
       self%n_waiting = 0
       self%n_begun = 0
       if (self%row_size == 0) return
@@ -122,6 +131,7 @@ contains
          call move_alloc(larger, self%reals)
       end if
       self%reals(n + 1:n + size(values)) = values
+      self%total = fold(self%total, values)
       self%n_waiting = self%n_waiting + n_rows
    end subroutine add_reals
 
@@ -139,8 +149,48 @@ contains
          call move_alloc(larger, self%integers)
       end if
       self%integers(n + 1:n + size(values)) = values
+      self%total = fold(self%total, values)
       self%n_waiting = self%n_waiting + n_rows
    end subroutine add_integers
+
+   !> Add as many rows of zeros as a chunk has.
+   subroutine add_zeros(self)
+      class(series_type), intent(inout) :: self
+      integer :: i, n
+      n = self%rows_of_chunk()
+      if (self%is_real) call self%add([(0.0_wp, i=1, n*self%row_size)], n)
+      if (.not. self%is_real) call self%add([(0, i=1, n*self%row_size)], n)
+   end subroutine add_zeros
+
+   !> The check sum of the first rows of the table, as they are read from a file.
+   subroutine total_in_file(self, file, n_rows, total, error)
+      class(series_type), intent(in) :: self
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: n_rows
+      integer(i8), intent(out) :: total
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: reals(:)
+      integer, allocatable :: integers(:)
+      integer(i8) :: skip, n, most
+      total = 0
+      if (self%row_size == 0) return
+      ! whole chunks, so that none is unpacked twice
+      n = self%rows_of_chunk()
+      most = n*max(1_i8, most_read/(n*self%row_size))
+      skip = 0
+      do while (skip < n_rows)
+         n = min(most, n_rows - skip)
+         if (self%is_real) then
+            call file%read(self%name, reals, error, skip, n)
+            if (.not. allocated(error)) total = fold(total, reals)
+         else
+            call file%read(self%name, integers, error, skip, n)
+            if (.not. allocated(error)) total = fold(total, integers)
+         end if
+         if (allocated(error)) return
+         skip = skip + n
+      end do
+   end subroutine total_in_file
 
    !> Append the waiting rows to the file. When that fails the table is to be left alone.
    subroutine write_waiting(self, file, error)

@@ -174,6 +174,24 @@ void rockdda_undo_close(rockdda_undo_t *undo)
    undo->fd = -1;
 }
 
+int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *length,
+                      int (*take)(void *context, uint64_t addr, const unsigned char *bytes, size_t n), void *context)
+{
+   unsigned char record[RECORD];
+   uint64_t k;
+   int undo = open(path, O_RDONLY | O_CLOEXEC), problem = 0;
+   if (undo < 0) return errno == ENOENT ? 0 : errno;
+   for (k = 0; is_of(undo, digest, length) && !problem && read_record(undo, k, record); k++) {
+      uint64_t page = get_number(record), left;
+      if (page >= pages_of(*length)) continue;
+      left = *length - page * ROCKDDA_PAGE;
+      if (take(context, page * ROCKDDA_PAGE, record + 16, left < ROCKDDA_PAGE ? (size_t)left : ROCKDDA_PAGE) != 0)
+         problem = ENOMEM;
+   }
+   close(undo);
+   return problem;
+}
+
 /* Put the results back to where they were at the checkpoint with this digest. `done` says whether there was an undo
  * file of that checkpoint. The undo file stays: doing it again does no harm. */
 int rockdda_undo_roll_back(const char *results, const char *path, const unsigned char *digest, int *done)

@@ -17,7 +17,9 @@ program fuzz
                            trap_nothing, read_text, write_text
    use fuzz_trial, only : trial_type, limits_type, make_trial, execute, minimise, command_lines, n_slots
    use fuzz_prepare, only : add_made_files
-   use rockdda_io_posix, only : file_name_type, list_directory, get_path_kind, path_kind
+   use rockdda_base_error, only : error_type
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_posix, only : file_name_type, list_directory, get_path_kind, path_kind, remove_file
    implicit none
    integer, parameter :: n_counters = 8         !! runs by exit code 0 … 5, inputs, failures
    type(corpus_type) :: corpus
@@ -34,6 +36,7 @@ program fuzz
    call make_folder(work//'/failures')
    call clear_folder(work//'/failures')
    call collect()
+   call wake_library()
    call share(jobs*(n_counters + n_slots), counters)
    allocate (children(jobs))
    do job = 1, jobs
@@ -153,6 +156,15 @@ contains
          ' that the program made of them'
    end subroutine collect
 
+   !> HDF5 makes its types when it is first used; here, so that not each child has to.
+   subroutine wake_library()
+      type(hdf5_file_type) :: file
+      type(error_type), allocatable :: error
+      call file%create(work//'/first.h5', error)
+      if (.not. allocated(error)) call file%close(error)
+      call remove_file(work//'/first.h5')
+   end subroutine wake_library
+
    !> What came out.
    subroutine tell(totals)
       integer, intent(in) :: totals(:)
@@ -190,7 +202,6 @@ contains
          case ('--first'); first = whole(name, value)
          case ('--seconds'); limits%seconds = whole(name, value)
          case ('--megabytes'); limits%megabytes = whole(name, value)
-         case ('--damaged-results'); limits%damaged_results = whole(name, value)
          case default
             write (error_unit, '(a)') 'fuzz: unknown option '//name
             call leave(2)

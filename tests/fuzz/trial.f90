@@ -37,7 +37,6 @@ module fuzz_trial
       integer :: seconds = 10          !! processor time of a trial
       integer :: megabytes = 512       !! memory beyond that of the fuzzer; 0: any
       integer :: steps = 3
-      integer :: damaged_results = 1   !! 0: no resume beside results that were spoiled
    end type limits_type
 
    !> A program that is in order never says these.
@@ -56,16 +55,12 @@ contains
       type(trial_type), intent(out) :: trial
       type(random_type) :: random
       character(len=:), allocatable :: other
-      logical, allocatable :: spoiled(:)
       integer :: k
       random = new_random(seed, index)
       trial%set = corpus%sets(corpus%pick(random))
-      allocate (spoiled(trial%set%n))
-      spoiled = .false.
       associate (set => trial%set)
          do
             k = 1 + random%below(set%n)
-            spoiled(k) = .true.
             other = corpus%any_text(random)
             if (set%kind == set_kind%results) then
                call mutate_bytes(random, set%files(k)%text, other)
@@ -78,7 +73,7 @@ contains
       select case (trial%set%kind)
       case (1); call plan_model(random, limits, trial)
       case (2); call plan_single(random, limits, trial)
-      case default; call plan_results(limits, spoiled, trial)
+      case default; call plan_results(trial)
       end select
    end subroutine make_trial
 
@@ -160,16 +155,13 @@ contains
    end subroutine plan_single
 
    !> Commands on the HDF5 files of a run.
-   subroutine plan_results(limits, spoiled, trial)
-      type(limits_type), intent(in) :: limits
-      logical, intent(in) :: spoiled(:)         !! (files) which were changed
+   subroutine plan_results(trial)
       type(trial_type), intent(inout) :: trial
-      integer :: i, k
+      integer :: i
       do i = 1, min(trial%set%n, 2)
          associate (name => trial%set%files(i)%name)
             call put(trial, 'info|'//name)
             call put(trial, 'check|'//name//'|--json')
-            if (limits%damaged_results == 0 .and. any(spoiled .and. [(k /= i, k=1, size(spoiled))])) cycle
             if (index(name, '.ckpt.h5') > 0 .and. any(command_names == 'resume')) &
                call put(trial, 'resume|'//name//'|--steps|2|--max-wall|3')
          end associate

@@ -1,0 +1,289 @@
+! SPDX-License-Identifier: MIT
+!> Are these the results of a checkpoint, are they whole, and can a run go on with them?
+!>
+!> HDF5 notices some damage of a file when it comes across it, in the midst of writing perhaps, and some never. So all
+!> that a run will do to its results is done beforehand, in memory, and what they hold is compared with check sums.
+module rockdda_io_results_check
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_state, only : step_record_type, energy_names, n_energies
+   use rockdda_io_digest, only : digest_length, fold
+   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_posix, only : get_file_size
+   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
+      n_tables, n_totals
+   use rockdda_io_series, only : series_type
+   implicit none
+   private
+   public :: check_results, cut_tables, total_of_model
+
+   !> Processor time that may be taken: this many seconds, and one for this many bytes. Some tens of milliseconds and
+   !> a hundredth of that for the bytes are usual.
+   real(wp), parameter :: least_seconds = 1
+   real(wp), parameter :: slowest_reading = 2.0e6_wp
+
+contains
+
+   !> Look at results beside a checkpoint; an error (code input) when a run cannot go on with them. Nothing is changed.
+   subroutine check_results(path, digest, header, rows, length, record, series, error)
+      character(len=*), intent(in) :: path
+      character(len=digest_length), intent(in) :: digest !! of the checkpoint
+      type(results_header_type), intent(in) :: header
+      type(results_rows_type), intent(in) :: rows        !! at the checkpoint
+      integer(i8), intent(in) :: length(:)               !! (n_tables) rows of the tables at the checkpoint
+      type(step_record_type), intent(in) :: record       !! of the checkpoint's step
+      type(series_type), intent(in) :: series(:)         !! (n_tables) the tables
+      type(error_type), allocatable, intent(out) :: error
+      integer :: outcome
+      call try_first(least_seconds + real(get_file_size(path), wp)/slowest_reading, outcome, error)
+      select case (outcome)
+      case (guard%in_child)
+         call try_all(path, digest, header, rows, length, record, series, error)
+         call leave_child(error)
+      case (guard%no_process)
+         call try_all(path, digest, header, rows, length, record, series, error)
+      case (guard%crashed)
+         call make_error(error, error_code%input, path//': the file is damaged: HDF5 does not get through it')
+      end select
+   end subroutine check_results
+
+   !> All that a run will do to the file, in memory.
+   subroutine try_all(path, digest, header, rows, length, record, series, error)
+      character(len=*), intent(in) :: path
+      character(len=digest_length), intent(in) :: digest
+      type(results_header_type), intent(in) :: header
+      type(results_rows_type), intent(in) :: rows
+      integer(i8), intent(in) :: length(:)
+      type(step_record_type), intent(in) :: record
+      type(series_type), intent(in) :: series(:)
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_file_type) :: file
+      type(series_type) :: table(n_tables)
+      integer :: i
+      call file%open_for_trial(path, digest, .false., error)
+      if (.not. allocated(error)) call check_belongs(file, header, series, error)
+      if (.not. allocated(error)) call check_reaches(file, rows, length, record, series, error)
+      if (.not. allocated(error)) then
+         table = series
+         call cut_tables(file, length, rows, table, error)
+         if (.not. allocated(error)) call file%flush(error)
+         do i = 1, n_tables
+            if (allocated(error)) exit
+            call table(i)%add_zeros()
+            call table(i)%write(file, error)
+         end do
+         if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'finished', error)
+         if (.not. allocated(error)) call file%flush(error)
+         if (allocated(error)) call say_damaged(path, error)
+      end if
+      call file%abandon()
+      ! what it would look like then: a wrong address or length may have let something overwrite something else
+      if (.not. allocated(error)) call file%open_for_trial(path, digest, .true., error)
+      if (.not. allocated(error)) call check_content(file, rows, length, series, error)
+      call file%abandon()
+   end subroutine try_all
+
+   !> Cut the tables of an open file back to a checkpoint.
+   subroutine cut_tables(file, length, rows, series, error)
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: length(:)
+      type(results_rows_type), intent(in) :: rows
+      type(series_type), intent(inout) :: series(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, n_tables
+         if (.not. allocated(error)) call series(i)%cut(file, length(i), rows%totals(i), error)
+      end do
+      if (.not. allocated(error)) call file%set_attribute('/', 'complete', 0, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
+   end subroutine cut_tables
+
+   !> Is this open file of the run with this header?
+   subroutine check_belongs(file, header, series, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_header_type), intent(in) :: header
+      type(series_type), intent(in) :: series(:)        !! its tables
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: created, found, wanted
+      integer(i8), allocatable :: shape(:)
+      integer :: i, version, complete
+      logical :: same
+      call file%get_attribute('/', 'created', created, error)
+      same = .not. allocated(error)
+      if (same) same = created == header%created
+      if (.not. same) then
+         call make_error(error, error_code%input, file%path//': these results are not those of the checkpoint; it '// &
+                         'was written by another run')
+         return
+      end if
+      call compare_text('/', 'format', 'rockdda')
+      if (.not. allocated(error)) call file%get_attribute('/', 'format_version', version, error)
+      if (.not. allocated(error) .and. version /= results_format_version) &
+         call not_as_written(file%path, 'format_version', error)
+      ! a run that goes on sets these two anew
+      if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
+      if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', found, error)
+      call compare_text('/', 'program_version', header%program_version)
+      call compare_text('/', 'title', header%title)
+      call compare_text('input/geometry', '', header%geometry)
+      call compare_text('input/analysis', '', header%analysis)
+      call compare_text('input/config', '', header%config)
+      wanted = trim(energy_names(1))
+      do i = 2, n_energies
+         wanted = wanted//new_line('a')//trim(energy_names(i))
+      end do
+      call compare_text('history/energy', 'columns', wanted)
+      do i = 1, size(series)
+         if (allocated(error)) exit
+         call file%get_shape(series(i)%name, shape, error)
+         if (allocated(error)) exit
+         same = size(shape) == size(series(i)%row_shape) + 1
+         if (same) same = all(shape(1:size(shape) - 1) == series(i)%row_shape)
+         if (.not. same) call not_as_written(file%path, series(i)%name, error)
+      end do
+      if (allocated(error)) call say_damaged(file%path, error)
+
+   contains
+
+      !> Is an attribute, or a dataset, this text?
+      subroutine compare_text(object, attribute, text)
+         character(len=*), intent(in) :: object, attribute, text
+         if (allocated(error)) return
+         if (len(attribute) > 0) then
+            call file%get_attribute(object, attribute, found, error)
+         else
+            call file%read(object, found, error)
+         end if
+         if (allocated(error)) return
+         ! with == blanks at the end do not count
+         if (found /= text .or. len(found) /= len(text)) &
+            call not_as_written(file%path, trim(object//' '//attribute), error)
+      end subroutine compare_text
+
+   end subroutine check_belongs
+
+   !> Does an open file hold all rows of the checkpoint, in all tables, and the same last one?
+   subroutine check_reaches(file, rows, length, record, series, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_rows_type), intent(in) :: rows
+      integer(i8), intent(in) :: length(:)
+      type(step_record_type), intent(in) :: record
+      type(series_type), intent(in) :: series(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8), allocatable :: shape(:)
+      integer(i8) :: beyond(n_tables)
+      real(wp), allocatable :: time(:), energy(:)
+      integer(i8) :: n
+      integer :: i
+      logical :: same
+      do i = 1, n_tables
+         call file%get_shape(series(i)%name, shape, error)
+         if (allocated(error)) return
+         beyond(i) = shape(size(shape)) - length(i)
+         if (beyond(i) < 0) then
+            call make_error(error, error_code%input, file%path//': these results end before the checkpoint (step '// &
+                            to_string(record%step)//'); was the file replaced by an older copy?')
+            return
+         end if
+      end do
+      do i = 2, n_tables
+         if (group_of(series(i)%name) == group_of(series(i - 1)%name) .and. beyond(i) /= beyond(i - 1)) then
+            call not_as_written(file%path, 'the numbers of rows', error)
+            call say_damaged(file%path, error)
+            return
+         end if
+      end do
+      n = rows%steps
+      if (n == 0) return
+      call file%read('history/time', time, error, n - 1, 1_i8)
+      if (.not. allocated(error)) call file%read('history/energy', energy, error, n - 1, 1_i8)
+      if (allocated(error)) then
+         call say_damaged(file%path, error)
+         return
+      end if
+      same = .not. abs(time(1) - record%time) > 0
+      if (same) same = .not. any(abs(energy - record%energy) > 0)
+      if (.not. same) call make_error(error, error_code%input, file%path//': these results are not those of the '// &
+                                      'checkpoint; they differ in step '//to_string(record%step))
+
+   end subroutine check_reaches
+
+   !> Tables that grow together.
+   pure integer function group_of(name)
+      character(len=*), intent(in) :: name
+      group_of = 2
+      if (index(name, 'history/') == 1) group_of = 1
+      if (index(name, 'frames/contact_') == 1 .and. name /= 'frames/contact_offset') group_of = 3
+   end function group_of
+
+   !> Is everything up to the checkpoint as it was written?
+   subroutine check_content(file, rows, length, series, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_rows_type), intent(in) :: rows
+      integer(i8), intent(in) :: length(:)
+      type(series_type), intent(in) :: series(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: total
+      integer :: i
+      call file%see_all(error)
+      if (.not. allocated(error)) call total_of_model(file, total, error)
+      if (.not. allocated(error) .and. total /= rows%totals(n_totals)) &
+         call not_as_written(file%path, 'the model', error)
+      do i = 1, n_tables
+         if (allocated(error)) exit
+         call series(i)%total_in_file(file, length(i), total, error)
+         if (.not. allocated(error) .and. total /= rows%totals(i)) &
+            call not_as_written(file%path, series(i)%name, error)
+      end do
+      if (allocated(error)) call say_damaged(file%path, error)
+   end subroutine check_content
+
+   !> The check sum of what a file says about the model at the start.
+   subroutine total_of_model(file, total, error)
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(out) :: total
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: whole(3) = [character(len=20) :: 'model/vertex_offset', 'model/edge_joint', &
+                                                 'model/block_material']
+      character(len=*), parameter :: real(6) = [character(len=22) :: 'model/vertices', 'model/block_area', &
+         'model/block_centroid', 'model/fixed_points', 'model/loading_points', 'model/measured_points']
+      integer, allocatable :: integers(:)
+      real(wp), allocatable :: reals(:)
+      integer :: i
+      total = 0
+      do i = 1, size(whole)
+         if (allocated(error)) return
+         call file%read(trim(whole(i)), integers, error)
+         if (.not. allocated(error)) total = fold(total, integers)
+      end do
+      do i = 1, size(real)
+         if (allocated(error)) return
+         call file%read(trim(real(i)), reals, error)
+         if (.not. allocated(error)) total = fold(total, reals)
+         if (.not. allocated(error) .and. index(real(i), '_points') > 0) then
+            call file%get_attribute(trim(real(i)), 'block', integers, error)
+            if (.not. allocated(error)) total = fold(total, integers)
+         end if
+      end do
+   end subroutine total_of_model
+
+   !> Something that can be read is wrong.
+   subroutine not_as_written(path, what, error)
+      character(len=*), intent(in) :: path, what
+      type(error_type), allocatable, intent(out) :: error
+      call make_error(error, error_code%input, path//': '//what//' differ from what the run has written')
+   end subroutine not_as_written
+
+   !> "FILE: what" becomes "FILE: these results are damaged: what".
+   subroutine say_damaged(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: what
+      what = error%message
+      if (index(what, path//': ') == 1) what = what(len(path) + 3:)
+      call make_error(error, error_code%input, path//': these results are damaged: '//what)
+   end subroutine say_damaged
+
+end module rockdda_io_results_check
