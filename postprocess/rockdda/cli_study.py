@@ -175,6 +175,7 @@ def loosening_command(
     limit: Annotated[
         float, typer.Option("--limit", help="Difference over distance up to which points move together.")
     ] = GRADIENT_LIMIT,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """How far up rock loosens above an opening, from measured points on a vertical line above its crown.
@@ -195,14 +196,15 @@ def loosening_command(
     for path in files:
         with open_results(path, frames=False) as results:
             profile = loosening_of(results, window=window, gradient_limit=limit)
+            note = "" if results.complete else " (the run has not come to its end)"
         height = profile.height
         found.append({"file": str(path), "height": height if math.isfinite(height) else None} | profile.table())
-        if as_json:
+        if as_json or quiet:
             continue
         if math.isfinite(height):
-            verdict = "stable" if height == 0 else f"loosened, at most {height:g} above the crown"
+            verdict = ("stable" if height == 0 else f"loosened, at most {height:g} above the crown") + note
         else:
-            verdict = "loosened, beyond the highest point"
+            verdict = "loosened, beyond the highest point" + note
         if len(files) > 1:
             tell(False, False, f"{path}: {verdict}")
             continue

@@ -7,6 +7,8 @@ import re
 import subprocess
 import textwrap
 
+import h5py
+import numpy as np
 import pytest
 import rockdda
 from places import INPUTS, ROOT
@@ -89,6 +91,13 @@ def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     assert capsys.readouterr().out.count("out.h5: loosened, beyond the highest point\n") == 2
     assert cli.main(["loosening", row["results_file"], "--window", "2"]) == 2
     assert "window: must be above 0 and at most 1, found 2.0" in capsys.readouterr().err
+    assert cli.main(["loosening", row["results_file"], "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    results.close()
+    with h5py.File(row["results_file"], "r+") as opened:
+        opened.attrs["complete"] = np.int32(0)
+    assert cli.main(["loosening", row["results_file"]]) == 0
+    assert capsys.readouterr().out.endswith("beyond the highest point (the run has not come to its end)\n")
 
 
 def test_the_models_of_the_tutorial_run(program, tmp_path):
