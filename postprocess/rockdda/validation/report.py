@@ -441,7 +441,7 @@ pre { background: #f2f4f6; padding: .6rem .8rem; overflow-x: auto; } pre code { 
 table { border-collapse: collapse; font-size: .84rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
 th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .7rem .25rem 0; vertical-align: bottom; }
 td { border-bottom: 1px solid #e0e4e8; padding: .25rem .7rem .25rem 0; vertical-align: top; }
-td strong { color: #b03a00; } img { max-width: 100%; height: auto; display: block; }
+td:first-child { min-width: 11em; } td strong { color: #b03a00; } img { max-width: 100%; height: auto; display: block; }
 @page { size: A4; margin: 16mm 14mm; }
 @media print {
   :root { font-size: 10px; } body { max-width: none; margin: 0; padding: 0; } .wide { overflow: visible; }
