@@ -266,8 +266,7 @@ def toppling(record: Record) -> None:
         truth_source="limit equilibrium, friction in full between all blocks",
         published=table["limit"]["friction_angle"],
         published_source=table["limit"]["source"],
-        scale=1.0,
-        allowed=1.0,
+        allowed=1.0 / truth,  # one degree
         explanation="see the next line: friction between blocks 4 and 3 is not mobilised in full",
     )
     record.compare(
