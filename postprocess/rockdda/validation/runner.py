@@ -130,7 +130,8 @@ def _run_all(
     import rockdda
 
     context = multiprocessing.get_context("spawn")
-    waiting, running = list(cases), dict[int, tuple[Case, "BaseProcess", float]]()
+    waiting = list(cases)
+    running: dict[int, tuple[Case, BaseProcess, float]] = {}
     share = max(1, workers // max(1, len(cases)))
     try:
         while waiting or running:
@@ -144,21 +145,21 @@ def _run_all(
                 process.start()
                 running[process.sentinel] = (case, process, clock.monotonic())
             for sentinel in wait(list(running)):
-                case, process, started = running.pop(sentinel)  # type: ignore[arg-type]
-                process.join()
+                case, ended, started = running.pop(sentinel)  # type: ignore[arg-type]
+                ended.join()
                 file = place / case.identifier / "record.json"
-                if process.exitcode == 0 and file.is_file():
+                if ended.exitcode == 0 and file.is_file():
                     found = _read(file)
                 else:
                     empty = Record(case, place, place, full).as_dict()
-                    error = f"the process of the case ended with exit code {process.exitcode}"
+                    error = f"the process of the case ended with exit code {ended.exitcode}"
                     told = {"error": error, "seconds": round(clock.monotonic() - started, 1), "version": _version()}
                     found = empty | told
                 yield case, found
     finally:
-        for _, process, _ in running.values():
-            process.terminate()
-            process.join()
+        for _, left, _ in running.values():
+            left.terminate()
+            left.join()
 
 
 def _child(
