@@ -47,6 +47,17 @@ def test_damping_of_a_row_in_motion_leaves_it_at_rest_in_equilibrium(row):
     assert row.points(damped_out) == pytest.approx(row.points(at_rest), rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.parametrize("steps", [2, 5])
+def test_a_row_with_closed_joints_swings_as_its_modes_do(row, steps):
+    before, swung = row.motion(row.push_for(3 * row.weight / row.friction), 200, steps, 1, 5e-4)
+    frequencies, shapes = modes(row.bonded(), row.mass)
+    rest = np.linalg.solve(row.bonded(), row.load(1.0, 0.0))
+    down = row.displacement(*row.measured()[5])[1]
+    parts = -(down @ shapes) * (shapes.T @ row.mass @ rest)
+    expected = down @ rest + damped(frequencies, parts, 1.0, steps, 5e-4)[-1]
+    assert (row.points(swung) - row.points(before))[5, 1] == pytest.approx(expected, rel=1e-6)
+
+
 def test_an_oscillator_is_damped_as_the_eigenvalues_say():
     omega, step, k01 = np.array([2.0]), 0.1, 0.97
     matrix = np.array([[2, 2 * k01], [-2 * 0.04, (2 - 0.04) * k01]]) / 2.04
