@@ -89,7 +89,7 @@ contains
          end if
          call find_model_files(line%files(i)%text, model, analysis, config, problem)
          if (allocated(problem)) then
-            call add_error(problem, messages)
+            call messages%add_error(problem)
          else
             call add(model)
             call add(analysis)
@@ -191,7 +191,7 @@ contains
          call messages%add(severity%error, 'this version cannot check this file, it is of the kind: '// &
                            kind_name(kind), origin)
       end select
-      if (allocated(error)) call add_error(error, messages)
+      if (allocated(error)) call messages%add_error(error)
    end subroutine check_alone
 
    !> A checkpoint: all that it holds, and whether its results are beside it.
@@ -213,21 +213,6 @@ contains
                            ' are not beside it', origin)
       end if
    end subroutine check_checkpoint
-
-   !> Turn an error into messages, one for each that it lists.
-   subroutine add_error(error, messages)
-      type(error_type), intent(in) :: error
-      type(diagnostics_type), intent(inout) :: messages
-      type(origin_type) :: origin
-      integer :: first
-      first = index(error%message, ': error: ')
-      if (first > 0 .and. index(error%message, new_line('a')) == 0) then
-         origin%file = error%message(1:first - 1)
-         call messages%add(severity%error, error%message(first + 9:), origin)
-      else
-         call messages%add(severity%error, error%message)
-      end if
-   end subroutine add_error
 
    !> Print what was found.
    subroutine summarise(line, files, kinds, messages, error, exit_code, ok)

@@ -50,6 +50,7 @@ module rockdda_base_diagnostics
       integer, private :: n_kept(3) = 0
    contains
       procedure :: add => add_diagnostic
+      procedure :: add_error
       procedure :: append => append_diagnostics
       procedure :: has_errors
       procedure :: format => format_diagnostics
@@ -81,6 +82,18 @@ contains
       self%items(self%n)%message = message
       if (present(origin)) self%items(self%n)%origin = origin
    end subroutine add_diagnostic
+
+   !> Add an error about a file, of the form "FILE: error: what".
+   subroutine add_error(self, error)
+      class(diagnostics_type), intent(inout) :: self
+      type(error_type), intent(in) :: error
+      type(origin_type) :: origin
+      character(len=*), parameter :: mark = ': error: '
+      integer :: first
+      first = index(error%message, mark)
+      origin%file = error%message(1:first - 1)
+      call self%add(severity%error, error%message(first + merge(len(mark), 1, first > 0):), origin)
+   end subroutine add_error
 
    !> Append all messages of another list.
    subroutine append_diagnostics(self, other, order)

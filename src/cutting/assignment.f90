@@ -115,8 +115,8 @@ contains
          end if
       end do
       call trim_set(blocks%fixed)
-      call assign_set(geometry%loading_points, geometry%loading_origin, 'loading', severity%error, blocks, locator, &
-                      blocks%loading, messages)
+      call assign_set(geometry%loading_points, geometry%loading_origin, 'loading', &
+                      severity%error, blocks, locator, blocks%loading, messages)
       call assign_set(geometry%measured_points, geometry%measured_origin, 'measured', severity%warning, blocks, &
                       locator, blocks%measured, messages)
    end subroutine assign_points

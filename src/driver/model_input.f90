@@ -269,18 +269,9 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: ok
       type(error_type), allocatable :: error
-      type(origin_type) :: origin
-      integer :: first
       call recognise(path, kind, error)
       ok = .not. allocated(error)
-      if (ok) return
-      first = index(error%message, ': error: ')
-      if (first > 0) then
-         origin%file = error%message(1:first - 1)
-         call messages%add(severity%error, error%message(first + 9:), origin)
-      else
-         call messages%add(severity%error, error%message)
-      end if
+      if (.not. ok) call messages%add_error(error)
    end subroutine recognise_file
 
    !> Can this kind of file be the model of a run?

@@ -140,7 +140,6 @@ contains
       wait = merge(1_c_int, 0_c_int, sync)
       part = part_path(self%path)
       if (allocated(self%archive%error)) call move_alloc(self%archive%error, error)
-      if (.not. allocated(error)) call self%archive%file%flush(error)
       if (.not. allocated(error)) call self%archive%file%close(error)
       if (.not. allocated(error)) call digest_of_file(part, -1_i8, self%digest, error)
       if (.not. allocated(error)) then

@@ -113,6 +113,20 @@ class ProgramTest(unittest.TestCase):
             process.stdout = b""
         return Outcome(process)
 
+    def as_nobody(self):
+        """Options of `run_program` with which permissions count: root may read and write everything."""
+        if os.geteuid() != 0:
+            return {}
+        options = {"user": 65534, "group": 65534, "extra_groups": []}
+        self.folder.chmod(0o777)
+        try:
+            code = subprocess.run([PROGRAM, "--version"], cwd=self.folder, capture_output=True, **options).returncode
+        except OSError:
+            code = 1
+        if code != 0:
+            self.skipTest("only root can start the program where it is")
+        return options
+
     def start_program(self, *arguments):
         process = subprocess.Popen(
             [PROGRAM, *map(os.fspath, arguments)],

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Cutting, checking, describing; and what the program says to bad input."""
 
-import os
+import signal
+import time
 import unittest
 from pathlib import Path
 
@@ -47,6 +48,36 @@ class Cut(ProgramTest):
         self.assertIn("block.dc:16:1: warning: ", outcome.err)
         self.assertIn("dropped 1", outcome.out)
         self.assertEqual(self.run_program("cut", "block.dc", "--force", "--quiet").err, "")
+
+    def test_file_of_somebody_else(self):
+        # in a folder like /tmp: others may add files, but not replace this one
+        nobody = self.as_nobody()
+        if not nobody:
+            self.skipTest("needs root to be two users")
+        self.write("block.blk", "mine")
+        self.folder.chmod(0o1777)
+        outcome = self.run_program("cut", "block.dc", "--force", **nobody)
+        self.assertFails(outcome, 5, "rockdda: error: block.blk: could not be written")
+        self.assertEqual(self.path("block.blk").read_text(), "mine")
+        self.assertEqual(self.files(), ["block.blk", "block.dc", "block.df"])
+
+    def test_signals_while_lines_are_cut(self):
+        # 400 lines, 40,000 blocks: seconds; nothing is there yet, so nothing is left
+        n = 200
+        lines = [f"{x} 0 {x} {n} 1" for x in range(n + 1)] + [f"0 {y} {n} {y} 1" for y in range(n + 1)]
+        counts = ["0.01", f"{len(lines)} 0", *["0"] * 6]
+        self.write("mesh.dc", "\n".join([*counts, *lines]) + "\n")
+        self.write("mesh.df", PEER_ANALYSIS)
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+            for command in (("cut", "mesh.dc"), ("run", "mesh.dc", "mesh.df")):
+                for delay in (0.0, 0.1):
+                    with self.subTest(signal=number.name, command=command, delay=delay):
+                        process = self.start_program(*command)
+                        time.sleep(delay)
+                        process.send_signal(number)
+                        _, err = process.communicate(timeout=60)
+                        self.assertEqual((process.returncode, err), (-number, b""))
+                        self.assertEqual(self.files(), ["block.dc", "block.df", "mesh.dc", "mesh.df"])
 
     def test_unwritable_output(self):
         outcome = self.run_program("cut", "block.dc", "-o", "none/x.blk")
@@ -147,11 +178,20 @@ class BadInput(ProgramTest):
         self.assertFails(outcome, 2, "folder.df: error: is a directory, not a file")
 
     def test_no_permission(self):
-        if os.geteuid() == 0:
-            self.skipTest("root may read everything")
+        nobody = self.as_nobody()
         self.path("block.df").chmod(0)
-        outcome = self.run_program("run", "block.dc", "block.df")
+        outcome = self.run_program("run", "block.dc", "block.df", **nobody)
         self.assertFails(outcome, 2, "block.df: error: permission denied")
+        self.path("model").mkdir(mode=0)
+        outcome = self.run_program("run", "model", **nobody)
+        self.assertFails(outcome, 2, "model: error: the folder cannot be read")
+        self.path("model").chmod(0o755)
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
+
+    def test_block_file_without_blocks(self):
+        self.write("empty.blk", "# nothing\n")
+        outcome = self.run_program("check", "empty.blk")
+        self.assertFails(outcome, 2, "empty.blk:1:1: error: the file holds no blocks", "    # nothing", "    ^")
 
     def test_swapped_files(self):
         outcome = self.run_program("run", "block.df", "block.dc")

@@ -217,12 +217,28 @@ class Output(InterruptionTest):
         self.assertFalse(self.path("out").exists())
 
     def test_folder_without_permission(self):
-        if os.geteuid() == 0:
-            self.skipTest("root may write everywhere")
-        self.path("out").mkdir(mode=0o500)
-        outcome = self.run_program(*BLOCK, "-o", "out/a.h5")
+        nobody = self.as_nobody()
+        self.path("out").mkdir(mode=0o555)
+        outcome = self.run_program(*BLOCK, "-o", "out/a.h5", **nobody)
         self.assertEqual(outcome.code, 5)
         self.assertIn("out/a.h5: Permission denied", outcome.err)
+        self.assertEqual(list(self.path("out").iterdir()), [])
+
+    def test_folder_that_becomes_read_only(self):
+        # nothing is changed when no undo file can be kept
+        nobody = self.as_nobody()
+        self.path("out").mkdir()
+        self.path("out").chmod(0o777)
+        command = (*BLOCK, "-o", "out/a.h5", "--steps", "5", "--quiet")
+        self.assertEqual(self.run_program(*command, **nobody).code, 0)
+        before = {path.name: path.read_bytes() for path in self.path("out").iterdir()}
+        self.path("out").chmod(0o555)
+        outcome = self.run_program("resume", "out/a.ckpt.h5", "--steps", "5", "--quiet", **nobody)
+        self.assertEqual(outcome.code, 5)
+        self.assertIn("out/a.h5.undo: Permission denied", outcome.err)
+        self.assertEqual({path.name: path.read_bytes() for path in self.path("out").iterdir()}, before)
+        self.path("out").chmod(0o777)
+        self.assertEqual(self.run_program("resume", "out/a.ckpt.h5", "--steps", "5", "--quiet", **nobody).code, 0)
 
     def test_read_only_disk(self):
         if not os.access("/proc/self", os.R_OK):

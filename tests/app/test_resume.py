@@ -241,6 +241,17 @@ class Refused(ResumeTest):
         self.refused("block.ckpt.h5: error: this is no checkpoint of RockDDA", "block.ckpt.h5")
         self.seal(lambda file: file.__delitem__("state/velocity"))
         self.assertEqual(self.run_program("resume", "block.ckpt.h5", "--steps", "2").code, 2)
+        for name, value in (
+            ("state/velocity", np.zeros((1, 6))),  # of one block only
+            ("model/vertex_offset", np.int32(1)),  # no list
+            ("results/history_rows", np.zeros(2, np.int32)),
+            ("input/geometry", np.zeros(3)),  # no text
+        ):
+            with self.subTest(name=name):
+                self.seal(lambda file, name=name, value=value: (file.__delitem__(name), file.__setitem__(name, value)))
+                outcome = self.run_program("resume", "block.ckpt.h5", "--steps", "2", "--quiet")
+                self.assertEqual(outcome.code, 2, outcome.err)
+                self.assertRegex(outcome.err, r"\Ablock\.ckpt\.h5: error: [^\n]+\n\Z")
         self.seal(lambda file: file.attrs.modify("build", "another"))
         outcome = self.good("resume", "block.ckpt.h5", "--steps", "2")
         self.assertIn("warning: block.ckpt.h5 was written by another build of this version", outcome.err)

@@ -41,6 +41,21 @@ class Surroundings(ProgramTest):
         self.assertEqual(process.wait(60), 4)
         self.assertRegex(shown.decode(), r"\r\[\.{30}\]   0 %  step \d+, time [\d.]+, .* left")
 
+    def test_lines_without_a_terminal(self):
+        # one every ten seconds, which the run sleeps through
+        process = self.start_program(*LONG_RUN)
+        deadline = time.monotonic() + 30
+        while not self.path("block.log").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(10.5)
+        process.send_signal(signal.SIGCONT)
+        time.sleep(0.2)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=60)
+        self.assertRegex(err.decode(), r"(?m)^ +0 %  step \d+, time [\d.]+, .* left\n")
+
 
 @unittest.skipIf(h5py is None, "needs h5py")
 class Reading(ProgramTest):
@@ -63,6 +78,13 @@ class Reading(ProgramTest):
         outcome = self.run_program("info", "cut.h5")
         self.assertEqual(outcome.code, 2)
         self.assertTrue(outcome.err.startswith("cut.h5: error: "), outcome.err)
+
+    def test_results_without_a_title(self):
+        with h5py.File(self.path("block.h5"), "r+") as file:
+            del file.attrs["title"]
+        for command in ("info", "check"):
+            err = self.run_program(command, "block.h5").err
+            self.assertRegex(err, r"\Ablock\.h5: error: cannot read text attribute title.*\n\Z")
 
     def test_model_without_points(self):
         lines = GEOMETRY.splitlines()
