@@ -65,7 +65,9 @@ def sag(results: Results, point: int = 0) -> tuple[FloatArray, FloatArray]:
 def judged(record: Record, roof: Roof, dt: float, stiffness: float) -> Verdict:
     """Verdict on mid-span of the lowest layer after two seconds."""
     model = replace(roof, dt=dt, stiffness=stiffness).model([(MIDDLE, 0.0)], save_every=10**6)
-    results = follow(record, model, "judged", UNTIL, sunk=roof.thickness)
+    numbers = f"{roof.friction_angle:g}-{-roof.stress / 1e3:g}-{1e3 * dt:g}-{stiffness / 1e9:g}"
+    name = f"judged-{roof.blocks}x{roof.layers}-{numbers}{'-' * bool(roof.preset)}{roof.preset}"
+    results = follow(record, model, name, UNTIL, sunk=roof.thickness)
     return judge(*sag(results), roof.thickness, UNTIL)
 
 

@@ -20,7 +20,17 @@ from ..running import Simulation
 if TYPE_CHECKING:
     from .case import Record
 
-__all__ = ["Roof", "Verdict", "bisect", "deepest_fall", "follow", "joint_positions", "judge", "mean_fall"]
+__all__ = [
+    "Roof",
+    "Verdict",
+    "bisect",
+    "compare_falls",
+    "deepest_fall",
+    "follow",
+    "joint_positions",
+    "judge",
+    "mean_fall",
+]
 
 FloatArray = npt.NDArray[np.float64]
 #: lengths of the abutment blocks beyond the opening: outwards, and above and below the layers
@@ -210,3 +220,16 @@ def mean_fall(results: Results) -> float:
     layers = results.block_material == 1
     weight = results.block_area[layers]
     return float(-(results.frames[-1].displacement[layers, 1] * weight).sum() / weight.sum())
+
+
+def compare_falls(record: Record, falls: Sequence[float], label: str, promised: bool = True) -> None:
+    """Compare falls of centres of mass, over g t²/2, with the bound."""
+    record.compare(
+        f"excess of the fall of the centre of mass over free fall, largest of {len(falls)} runs ({label})",
+        max(0.0, max(falls) - 1),
+        truth=0.0,
+        truth_source="bound: g t²/2",
+        scale=1.0,
+        allowed=1e-6 if promised else None,  # constant acceleration is integrated exactly: only sums round
+        explanation=f"the largest fall is {max(falls):.6f} of g t²/2: pistons reach the bound",
+    )

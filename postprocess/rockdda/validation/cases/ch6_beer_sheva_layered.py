@@ -14,7 +14,7 @@ from ...plot_style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..beer_sheva import EARLY, FREE_FALL, MIDDLE, NUMBERS, VARIANTS, draw, judged, sag, slug
 from ..case import Case, Record, published
-from ..roofs import GRAVITY, Roof, bisect, follow, mean_fall
+from ..roofs import GRAVITY, Roof, bisect, compare_falls, follow, mean_fall
 
 FloatArray = npt.NDArray[np.float64]
 PUBLISHED = published("chapter6")
@@ -44,8 +44,8 @@ def layered(record: Record) -> None:
         "the tenth, m4 and m5 are the ends of the sixth layer. The start is *as described*, without initial stress, by "
         "RockDDA's and by Shi's rules, or under 10 kPa of horizontal stress."
     )
-    angles = (30, 50, 60, 70, 80) if record.full else ()
-    counts = (32, 16, 11, 8, 4) if record.full else (8,)
+    angles = (20, 30, 40, 50, 60, 70, 80) if record.full else ()
+    counts = (32, 16, 11, 8, 4, 2) if record.full else (8,)
     runs: Runs = {
         (name, blocks, float(angle)): _early(record, replace(roof, blocks=blocks, friction_angle=angle), name)
         for name, roof in ROOFS.items()
@@ -97,17 +97,10 @@ def _compare(record: Record, runs: Runs) -> None:
 
 def _bounds(record: Record, runs: Runs) -> None:
     """Nothing falls faster than freely."""
-    for shi, label, allowed in ((False, "RockDDA's rules", 0.003), (True, "Shi's rules", None)):
+    for shi, label in ((False, "RockDDA's rules"), (True, "Shi's rules")):
         found = {key: results for key, results in runs.items() if (key[0] == SHI) == shi}
         falls = [mean_fall(r) / (0.5 * GRAVITY * r["history/time"][-1] ** 2) for r in found.values()]
-        record.compare(
-            f"largest fall of the centre of mass after 0.25 s over g t²/2 ({label})",
-            max(falls),
-            truth=1.0 if shi or max(falls) > 0.997 else None,
-            truth_source="bound: free fall",
-            allowed=allowed if max(falls) > 0.997 else None,
-            explanation="at most 1 when the abutments only hold up",
-        )
+        compare_falls(record, falls, label, promised=not shi)
     published_fall = LAYERED["deflection"][0]["value"][0]
     record.compare(
         "time of free fall through the published deflection of m1",
@@ -157,7 +150,7 @@ def _figure(record: Record, runs: Runs) -> None:
         right.set(xlabel="joint spacing S_j [m], φ = 47°", xscale="log")
         right.set_xticks([0.25, 0.5, 1, 2, 4], labels=["0.25", "0.5", "1", "2", "4"])
         right.minorticks_off()
-        right.legend(fontsize=7)
+        figure.legend(*right.get_legend_handles_labels(), fontsize=7, loc="outside upper center", ncols=4)
         for axes, name in zip(below, (SHI, TIGHT), strict=True):
             counts = sorted({b for n, b, a in runs if n == name and a == ANGLE}, reverse=True)
             for colour, blocks in zip(PALETTE[1:], counts, strict=False):
@@ -197,9 +190,9 @@ def _pictures(record: Record, runs: Runs) -> None:
             axes.set_ylabel(label)
         panels[0, 0].legend(fontsize=7)
         record.figure(figure, "profiles", "Lowest fibre of the stack after 0.25 s, S_j = 0.25 m.")
-        figure, panels = plt.subplots(len(chosen), 2, figsize=(PAPER_WIDTH, 5.4), layout="constrained")
+        figure, panels = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 3.7), layout="constrained")
         for column, (name, scale) in enumerate(((SHI, 1.0), (TIGHT, 10.0))):
-            for axes, angle in zip(panels[:, column], chosen, strict=True):
+            for axes, angle in zip(panels[:, column], chosen[1:], strict=True):
                 draw(axes, runs[name, 32, angle], scale)
                 axes.set_title(f"φ = {angle:g}°, {name}" + (f", × {scale:g}" if scale > 1 else ""), fontsize=7)
         record.figure(
@@ -214,7 +207,7 @@ def _thresholds(record: Record) -> None:
     rows = []
     stable: dict[tuple[str, int], bool] = {}
     for name in ROOFS:
-        for blocks in (16, 11, 8):
+        for blocks in (32, 16, 11):
             verdict = judged(record, replace(ROOFS[name], blocks=blocks), *NUMBERS[0])
             stable[name, blocks] = verdict.stable
             rows.append(
@@ -234,7 +227,7 @@ def _thresholds(record: Record) -> None:
             "m",
             published=LAYERED["spacing_stable"],
             published_source=SOURCE,
-            explanation="of 0.5, 0.73 and 1 m; base numbers of Table 6.5",
+            explanation="of 0.25, 0.5 and 0.73 m; Table 6.5, one time step and one stiffness; no number: none of them",
         )
     roof = replace(ROOFS[TIGHT], blocks=8)
 
