@@ -62,6 +62,8 @@ module rockdda_contact_open_close
    contains
       procedure :: begin
       procedure :: judge
+      procedure :: foresee
+      procedure :: deepest_force
       procedure :: count_unsettled
       procedure :: begin_friction
       procedure :: improve_friction
@@ -106,22 +108,62 @@ contains
       type(judge_settings_type), intent(in) :: settings
       integer, intent(out) :: n_changes               !! contacts whose state changed
       real(wp), intent(out) :: worst_friction         !! largest miss of a friction force used [force]
+      call judge_all(self, table, laws, settings, .false., n_changes, worst_friction)
+   end subroutine judge
+
+   !> First states and friction forces of a step from a motion that was predicted, not solved for; nothing counts as
+   !> changed, and bonds are left to the rounds.
+   subroutine foresee(self, table, laws, settings)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      integer :: n_changes
+      real(wp) :: worst_friction
+      call judge_all(self, table, laws, settings, .true., n_changes, worst_friction)
+      self%changes(1:table%n) = 0
+      self%miss(1:table%n) = 0
+   end subroutine foresee
+
+   !> Judge all contacts, or all that are not bonded.
+   subroutine judge_all(self, table, laws, settings, spare_bonds, n_changes, worst_friction)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      logical, intent(in) :: spare_bonds
+      integer, intent(out) :: n_changes
+      real(wp), intent(out) :: worst_friction
       real(wp) :: miss
       integer :: c, n
       n = 0
       miss = 0
-      !$omp parallel do default(none) shared(self, table, laws, settings) private(c) schedule(static) &
+      !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(c) schedule(static) &
       !$omp reduction(+:n) reduction(max:miss) if (table%n > parallel_contacts)
       do c = 1, table%n
+         if (spare_bonds .and. self%bonded(c)) cycle
          if (table%partner(c) == 0) call judge_contact(self, table, laws, settings, c, n, miss)
       end do
       !$omp end parallel do
       do c = 1, table%n
+         if (spare_bonds .and. self%bonded(c)) cycle
          if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n, miss)
       end do
       n_changes = n
       worst_friction = miss
-   end subroutine judge
+   end subroutine judge_all
+
+   !> Largest normal force at the motion of the last solve, with the states that it had.
+   pure real(wp) function deepest_force(self, n, settings)
+      class(open_close_type), intent(in) :: self
+      integer, intent(in) :: n                        !! contacts
+      type(judge_settings_type), intent(in) :: settings
+      integer :: c
+      deepest_force = 0
+      do c = 1, n
+         if (self%state(c) /= contact_state%open) deepest_force = max(deepest_force, abs(settings%k_n*self%gap(c)))
+      end do
+   end function deepest_force
 
    !> Judge one contact.
    pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
@@ -224,7 +266,7 @@ contains
          self%n_sliding = self%n_sliding + 1
          self%sliding(self%n_sliding) = c
       end do
-      call self%mixing%restart(self%n_sliding)
+      call self%mixing%restart(size(self%sliding))
    end subroutine begin_friction
 
    !> Compare the friction forces of the last solve with the limits at its motion, before any state is judged, and

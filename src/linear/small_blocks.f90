@@ -1,16 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Dense kernels for one 6x6 block, with sizes known to the compiler.
 module rockdda_linear_small_blocks
-   use, intrinsic :: iso_fortran_env, only : int32
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use rockdda_base_kinds, only : wp
    implicit none
    private
    public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block, &
       invert_lower
-
-   !> Which half of a number's bits holds its exponent depends on the processor's order of bytes.
-   integer(int32), parameter :: one_in_words(2) = transfer(1.0_wp, [0_int32, 0_int32])
-   integer, parameter :: high = merge(2, 1, one_in_words(2) /= 0)
 
 contains
 
@@ -73,13 +69,16 @@ contains
       l(5:6, 6) = [0.0_wp, c6(6)]
    end subroutine factorize_block
 
-   !> Are all entries finite? Asked of their bits, so that no arithmetic is done with what is not a number.
+   !> Are all entries finite? What is not shows in sums of magnitudes, which cannot overflow.
    pure logical function is_finite(a)
       real(wp), intent(in) :: a(6, 6)
-      integer(int32) :: words(72)
-      integer(int32), parameter :: exponent = int(z'7FF00000', int32)
-      words = transfer(a, words)
-      is_finite = maxval(iand(words(high::2), exponent)) < exponent
+      real(wp) :: lane(6)
+      integer :: j
+      lane = 0
+      do j = 1, 6
+         lane = lane + 0.125_wp*abs(a(:, j))
+      end do
+      is_finite = all(ieee_is_finite(lane))
    end function is_finite
 
    !> b := L^-1 b with a factor made by `factorize_block`.

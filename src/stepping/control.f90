@@ -7,11 +7,13 @@
 !> shorten one step to land on them without changing the dt that follows.
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: step_control_type, new_step_control, cut_for_displacement, growth
+   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
 
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
@@ -136,5 +138,24 @@ contains
       end function has_ended
 
    end subroutine end_stages
+
+   !> Stages may release only fixed points that exist.
+   subroutine check_stages(parameters, n_fixed, error)
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: n_fixed
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, p
+      do i = 1, size(parameters%stages)
+         if (.not. allocated(parameters%stages(i)%release)) cycle
+         do p = 1, size(parameters%stages(i)%release)
+            if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > n_fixed) then
+               call make_error(error, error_code%input, 'stage '//to_string(i)//' releases fixed point '// &
+                               to_string(parameters%stages(i)%release(p))//', but the model has '// &
+                               to_string(n_fixed))
+               return
+            end if
+         end do
+      end do
+   end subroutine check_stages
 
 end module rockdda_stepping_control

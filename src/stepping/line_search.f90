@@ -46,6 +46,8 @@ module rockdda_stepping_line_search
    contains
       procedure :: keep
       procedure :: search
+      procedure :: compare
+      procedure :: go_back
       procedure, private :: measure
    end type line_search_type
 
@@ -127,6 +129,45 @@ contains
       trial%slip(1:table%n) = self%slip(1:table%n) + fraction*(trial%slip(1:table%n) - self%slip(1:table%n))
       bolts%stretch = self%stretch + fraction*(bolts%stretch - self%stretch)
    end subroutine search
+
+   !> |R| at the present motion, over that at the motion that was kept. There need not be a matrix yet: blocks are
+   !> weighed with their own terms.
+   subroutine compare(self, blocks, laws, settings, table, trial, bolts, equations, ratio)
+      class(line_search_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(contact_law_type), intent(in) :: laws(:)        !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      type(bolt_round_type), intent(in) :: bolts
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(out) :: ratio                       !! huge where there is none
+      real(wp) :: kept, present
+      integer :: i, n_bad
+      logical :: ok
+      call make_room(self, equations)
+      self%values_id = 0
+      ratio = huge(1.0_wp)
+      n_bad = 0
+      !$omp parallel do default(none) shared(self, equations) private(i, ok) reduction(+:n_bad) schedule(static) &
+      !$omp if (equations%n_blocks > parallel_blocks)
+      do i = 1, equations%n_blocks
+         call factorize_block(equations%block_matrix(:, :, i), self%factor(:, :, i), ok)
+         if (.not. ok) n_bad = n_bad + 1
+      end do
+      !$omp end parallel do
+      if (n_bad > 0) return
+      kept = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      present = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      if (kept > 0) ratio = present/kept
+   end subroutine compare
+
+   !> Back to the motion that was kept.
+   pure subroutine go_back(self, equations)
+      class(line_search_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      equations%x = self%x
+   end subroutine go_back
 
    !> |R| at the fraction a of the way.
    real(wp) function measure(self, a, blocks, laws, settings, table, trial, bolts, equations)

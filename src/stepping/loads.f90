@@ -7,6 +7,9 @@
 module rockdda_stepping_loads
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
@@ -17,7 +20,8 @@ module rockdda_stepping_loads
    use rockdda_assembly_points, only : add_point_spring
    implicit none
    private
-   public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, fixed_target
+   public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, fixed_target, &
+      attach_line_loads
 
    !> Elasticity of the block materials.
    type :: material_matrices_type
@@ -138,5 +142,37 @@ contains
          magnitude(:, b) = magnitude(:, b) + abs(f(:, b) - before)
       end do
    end subroutine set_block_terms
+
+   !> Find the block that carries each line load: both ends within e0 of its outline.
+   subroutine attach_line_loads(blocks, parameters, line_blocks, line_ends, error)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer, allocatable, intent(out) :: line_blocks(:)   !! (line loads)
+      real(wp), allocatable, intent(out) :: line_ends(:, :) !! (4, line loads) where they are now
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: tolerance
+      integer :: l, i, first, last, n
+      n = size(parameters%line_loads)
+      allocate (line_ends(4, n), line_blocks(n))
+      tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
+      do l = 1, n
+         line_ends(:, l) = parameters%line_loads(l)%ends
+         line_blocks(l) = 0
+         do i = 1, blocks%n_blocks
+            first = blocks%vertex_offset(i) + 1
+            last = blocks%vertex_offset(i + 1)
+            if (distance_to_outline(line_ends(1:2, l), blocks%vertices(:, first:last)) > tolerance) cycle
+            if (distance_to_outline(line_ends(3:4, l), blocks%vertices(:, first:last)) > tolerance) cycle
+            line_blocks(l) = i
+            exit
+         end do
+         if (line_blocks(l) == 0) then
+            call make_error(error, error_code%input, 'line load '//to_string(l)//': no block has both ends ('// &
+                            to_string(line_ends(1, l))//', '//to_string(line_ends(2, l))//') and ('// &
+                            to_string(line_ends(3, l))//', '//to_string(line_ends(4, l))//') on its outline')
+            return
+         end if
+      end do
+   end subroutine attach_line_loads
 
 end module rockdda_stepping_loads

@@ -7,7 +7,7 @@ module rockdda_stepping_motion
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : block_state_type
+   use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_assembly_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
    use rockdda_assembly_elastic, only : stress_of
@@ -15,7 +15,7 @@ module rockdda_stepping_motion
    use rockdda_stepping_loads, only : material_matrices_type
    implicit none
    private
-   public :: start_state, move_blocks, largest_displacement
+   public :: start_state, move_blocks, measure_points, largest_displacement
 
 contains
 
@@ -145,5 +145,20 @@ contains
       end do
       !$omp end parallel do
    end subroutine move_blocks
+
+   !> Displacement, stress and rotation at the measured points.
+   pure subroutine measure_points(blocks, state, record)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      type(step_record_type), intent(inout) :: record
+      integer :: p, b
+      do p = 1, blocks%measured%n
+         b = blocks%measured%block(p)
+         if (b < 1) cycle
+         record%measured_displacement(:, p) = state%measured_position(:, p) - blocks%measured%position(:, p)
+         record%measured_stress(:, p) = state%stress(:, b)
+         record%measured_rotation(p) = state%rotation(b)
+      end do
+   end subroutine measure_points
 
 end module rockdda_stepping_motion

@@ -8,9 +8,7 @@ module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
    use rockdda_base_strings, only : to_string
-   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_base_phase_times, only : phase_times_type, phase
-   use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, step_record_type, energy
@@ -23,14 +21,16 @@ module rockdda_stepping_simulation
    use rockdda_assembly_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver, default_solver
-   use rockdda_stepping_control, only : step_control_type, new_step_control, cut_for_displacement
+   use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
       set_friction_forces, predict_contacts, predict_sliding, judge_bolts
    use rockdda_stepping_line_search, only : line_search_type
-   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms
-   use rockdda_stepping_motion, only : start_state, move_blocks, largest_displacement
+   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
+      attach_line_loads
+   use rockdda_stepping_reach, only : predicted_reach, quantised
+   use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement
    implicit none
    private
    public :: simulation_type
@@ -44,6 +44,15 @@ module rockdda_stepping_simulation
    !> Within a round the misfit of friction and normal forces is brought down by this factor, in at most so many solves.
    real(wp), parameter :: friction_reduction = 0.03_wp
    integer, parameter :: friction_solves = 12
+   !> Where one correction leaves no more than this share of the misfit, the last one is left to the next round, when
+   !> there must be one. Models of so few blocks, for which a solve costs nothing, are spared that.
+   real(wp), parameter :: weak_answer = 0.3_wp
+   integer, parameter :: few_blocks = 30
+   !> A predicted motion is taken when its residual is below this share of that of the last motion.
+   real(wp), parameter :: good_prediction = 0.1_wp
+   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row.
+   real(wp), parameter :: patience = 0.4_wp
+   integer, parameter :: least_patience = 6
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -74,16 +83,17 @@ module rockdda_stepping_simulation
       type(bolt_round_type), private :: bolts
       type(step_loads_type), private :: loads
       type(line_search_type), private :: line
+      real(wp), private :: friction_answer = 1  !! share of the misfit of friction that a correction left, this attempt
+      real(wp), private :: friction_start = 0   !! misfit that the last round began with [force]
       real(wp), allocatable, private :: largest(:)   !! (nb)
    contains
       procedure :: init
       procedure :: advance
       procedure :: is_finished
       procedure :: contact_forces
-      procedure, private :: attach_line_loads
-      procedure, private :: predicted_reach
       procedure, private :: prepare_contacts
       procedure, private :: try_step
+      procedure, private :: predict_motion
       procedure, private :: solve_round
       procedure, private :: settle_friction
       procedure, private :: accept
@@ -97,7 +107,6 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
-      integer :: i, p
       self%blocks = blocks
       self%parameters = parameters
       if (blocks%n_blocks < 1) then
@@ -106,23 +115,14 @@ contains
       end if
       call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%laws, error)
       if (allocated(error)) return
-      do i = 1, size(parameters%stages)
-         if (.not. allocated(parameters%stages(i)%release)) cycle
-         do p = 1, size(parameters%stages(i)%release)
-            if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > blocks%fixed%n) then
-               call make_error(error, error_code%input, 'stage '//to_string(i)//' releases fixed point '// &
-                               to_string(parameters%stages(i)%release(p))//', but the model has '// &
-                               to_string(blocks%fixed%n))
-               return
-            end if
-         end do
-      end do
+      call check_stages(parameters, blocks%fixed%n, error)
+      if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) self%parameters%solver_method = default_solver()
       call new_solver(self%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, self%solver, error)
       if (allocated(error)) return
       call start_state(blocks, parameters, self%state)
-      call self%attach_line_loads(error)
+      call attach_line_loads(blocks, parameters, self%line_blocks, self%line_ends, error)
       if (allocated(error)) return
       call new_contact_topology(blocks, self%topology)
       call new_material_matrices(parameters, self%matrices)
@@ -157,7 +157,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: dt, wanted, reach, displacement, limit
       integer :: outcome, attempts, rounds, iterations
-      logical :: at_floor
+      logical :: at_floor, is_first
       character(len=:), allocatable :: detail
 
       call self%times%start()
@@ -165,18 +165,20 @@ contains
       wanted = self%control%dt
       dt = self%control%step_size(self%parameters, self%state%time)
       limit = self%parameters%displacement_ratio*self%parameters%w0
-      reach = self%predicted_reach(dt)
+      reach = predicted_reach(self%blocks, self%parameters, self%state, self%control, dt)
       call self%prepare_contacts(reach)
       attempts = 0
       iterations = 0
+      is_first = .true.
       do
          attempts = attempts + 1
-         call self%try_step(dt, reach, outcome, rounds, iterations, displacement, detail, error)
+         at_floor = dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)
+         call self%try_step(dt, reach, is_first, at_floor, outcome, rounds, iterations, displacement, detail, error)
+         is_first = .false.
          if (allocated(error)) then
             call add_context(error, 'step '//to_string(self%state%step + 1))
             return
          end if
-         at_floor = dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)
          if (outcome == attempt%converged .or. outcome == attempt%search_again) then
             if (displacement > limit .and. .not. at_floor) then
                dt = cut_for_displacement(self%parameters, dt, displacement)
@@ -209,43 +211,6 @@ contains
       self%times%solver_iterations = self%times%solver_iterations + iterations
       call self%times%lap(phase%update)
    end subroutine advance
-
-   !> How far the search has to look: four times the displacement expected in the step, at least a little,
-   !> rounded up to a power of two (times w0) so that the graph of candidates changes seldom.
-   real(wp) function predicted_reach(self, dt) result(reach)
-      class(simulation_type), intent(in) :: self
-      real(wp), intent(in) :: dt
-      real(wp) :: fastest, acceleration, expected, arm
-      integer :: i
-      acceleration = 0
-      do i = 1, size(self%parameters%block_materials)
-         associate (m => self%parameters%block_materials(i))
-            acceleration = max(acceleration, abs(m%weight)/m%density)
-         end associate
-      end do
-      if (self%parameters%gravity >= 0) acceleration = self%parameters%gravity
-      fastest = 0
-      !$omp parallel do default(none) shared(self) private(i, arm) reduction(max:fastest) schedule(static) &
-      !$omp if (self%blocks%n_blocks > parallel_blocks)
-      do i = 1, self%blocks%n_blocks
-         arm = sqrt((self%state%moments(1, i) + self%state%moments(2, i))/self%state%area(i))
-         fastest = max(fastest, norm2(self%state%velocity(1:2, i)) + &
-                       2*arm*(abs(self%state%velocity(3, i)) + norm2(self%state%velocity(4:6, i))))
-      end do
-      !$omp end parallel do
-      expected = fastest*dt + 0.5_wp*acceleration*abs(self%control%gravity(self%parameters))*dt**2
-      if (self%control%last_dt > 0) expected = max(expected, self%control%last_displacement*dt/self%control%last_dt)
-      ! what moves further than the search distance allows will be cut; looking that far could make every pair of
-      ! blocks a candidate
-      reach = self%parameters%search_distance
-      if (4*expected < reach) reach = min(quantised(4*expected, self%parameters%w0), reach)
-   end function predicted_reach
-
-   !> The next power of two times w0, at least 1e-7 w0.
-   pure real(wp) function quantised(length, w0)
-      real(wp), intent(in) :: length, w0
-      quantised = w0*2.0_wp**ceiling(log(max(length/w0, 1.0e-7_wp))/log(2.0_wp))
-   end function quantised
 
    !> Search the contacts of the step from the state at its start, and set up their links.
    subroutine prepare_contacts(self, reach)
@@ -284,16 +249,18 @@ contains
    end subroutine prepare_contacts
 
    !> One attempt: open-close rounds with a fixed dt.
-   subroutine try_step(self, dt, reach, outcome, rounds, iterations, displacement, detail, error)
+   subroutine try_step(self, dt, reach, is_first, at_floor, outcome, rounds, iterations, displacement, detail, error)
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: dt, reach
+      logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
+      logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
       integer, intent(out) :: outcome, rounds
       integer, intent(inout) :: iterations
       real(wp), intent(out) :: displacement
       character(len=:), allocatable, intent(out) :: detail
       type(error_type), allocatable, intent(out) :: error
       type(judge_settings_type) :: settings
-      integer :: n_changes, n_bolts, n_unsettled, ruined
+      integer :: n_changes, n_bolts, n_unsettled, n_shortened, ruined
       real(wp) :: worst_friction, fraction, factor
       logical :: solved
 
@@ -317,8 +284,13 @@ contains
       call set_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
       self%bolts%yields = .false.
       self%bolts%stretch = 0
+      if (is_first .and. .not. settings%peer .and. abs(dt - self%control%last_dt) <= 0 .and. &
+          abs(self%control%k01(self%parameters) - 1) <= 0) call self%predict_motion(dt, settings)
+      self%friction_answer = 1
+      self%friction_start = huge(1.0_wp)
       n_changes = 1
       n_bolts = 0
+      n_shortened = 0
       do rounds = 1, self%parameters%max_open_close
          outcome = attempt%no_solution
          call self%solve_round(dt, .false., n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, &
@@ -333,6 +305,9 @@ contains
          call judge_bolts(self%blocks, self%bolts, n_bolts)
          call self%times%lap(phase%judge)
          outcome = attempt%not_converged
+         n_shortened = merge(n_shortened + 1, 0, fraction < 1)
+         if (n_shortened >= max(least_patience, nint(patience*self%parameters%max_open_close)) .and. .not. at_floor) &
+            exit
          if (n_bolts > 0 .or. fraction < 1) cycle
          call self%trial%count_unsettled(self%table, merge(force_tolerance, coarse_tolerance, rounds <= fine_rounds), &
                                          friction_tolerance*largest_normal(self%trial, self%table%n), &
@@ -352,6 +327,30 @@ contains
          outcome = attempt%search_again
       end if
    end subroutine try_step
+
+   !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
+   !> with a dt^2/2 = v dt - (last motion). If it comes much closer to equilibrium than the last motion, it
+   !> is where the first solve starts, and the first states are judged by it. Where contacts vibrate from step to step
+   !> (stiff springs, long steps) it does not.
+   subroutine predict_motion(self, dt, settings)
+      class(simulation_type), intent(inout) :: self
+      real(wp), intent(in) :: dt
+      type(judge_settings_type), intent(in) :: settings
+      real(wp) :: ratio
+      call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+      call self%line%keep(self%table, self%trial, self%bolts, self%equations)
+      self%equations%x = 2*dt*self%state%velocity - self%equations%x
+      call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
+      call self%line%compare(self%blocks, self%laws, settings, self%table, self%trial, self%bolts, self%equations, &
+                             ratio)
+      if (ratio < good_prediction) then
+         call self%trial%foresee(self%table, self%laws, settings)
+      else
+         call self%line%go_back(self%equations)
+      end if
+      self%bolts%stretch = 0
+      call self%times%lap(phase%judge)
+   end subroutine predict_motion
 
    !> Solve the equations with the present states and friction forces, and predict the motion of all contacts, or, with
    !> the states of the last solve, of those that slide.
@@ -414,15 +413,25 @@ contains
       logical, intent(out) :: solved
       character(len=:), allocatable, intent(inout) :: detail
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: worst, goal
+      real(wp) :: worst, goal, first, small
       integer :: k
+      logical :: is_weak
       solved = .true.
       call self%trial%begin_friction(self%table)
-      goal = 0
       do k = 1, friction_solves
          call self%trial%improve_friction(self%table, self%laws, settings, worst)
-         if (k == 1) goal = max(friction_reduction*worst, 0.5_wp*friction_tolerance*deepest_force(self))
-         if (worst <= goal) then
+         if (k == 1) then
+            small = friction_tolerance*self%trial%deepest_force(self%table%n, settings)
+            goal = max(friction_reduction*worst, 0.5_wp*small)
+            is_weak = self%friction_answer <= weak_answer .and. worst < self%friction_start
+            self%friction_start = worst
+            first = worst
+         else if (k == 2) then
+            self%friction_answer = worst/first
+            is_weak = self%friction_answer <= weak_answer
+         end if
+         is_weak = is_weak .and. self%blocks%n_blocks > few_blocks
+         if (worst <= goal .or. (is_weak .and. worst > small .and. self%friction_answer*worst <= goal)) then
             call self%trial%take_used_friction()
             exit
          end if
@@ -430,20 +439,6 @@ contains
          if (.not. solved) return
       end do
       if (k > 1) call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
-
-   contains
-
-      !> Largest normal force at the motion of the last solve.
-      pure real(wp) function deepest_force(self)
-         class(simulation_type), intent(in) :: self
-         integer :: c
-         deepest_force = 0
-         do c = 1, self%table%n
-            if (self%trial%state(c) /= contact_state%open) &
-               deepest_force = max(deepest_force, abs(settings%k_n*self%trial%gap(c)))
-         end do
-      end function deepest_force
-
    end subroutine settle_friction
 
    !> Largest normal force of a trial.
@@ -498,14 +493,7 @@ contains
       self%record%contacts = [count(self%contacts%state(1:self%contacts%n) == contact_state%open), &
                               count(self%contacts%state(1:self%contacts%n) == contact_state%sliding), &
                               count(self%contacts%state(1:self%contacts%n) == contact_state%locked)]
-      do p = 1, self%blocks%measured%n
-         b = self%blocks%measured%block(p)
-         if (b < 1) cycle
-         self%record%measured_displacement(:, p) = self%state%measured_position(:, p) &
-                                                   - self%blocks%measured%position(:, p)
-         self%record%measured_stress(:, p) = self%state%stress(:, b)
-         self%record%measured_rotation(p) = self%state%rotation(b)
-      end do
+      call measure_points(self%blocks, self%state, self%record)
    end subroutine accept
 
    !> Force of every contact of the last accepted step on its block_a: compression along the edge's outward normal,
@@ -523,35 +511,5 @@ contains
          end associate
       end do
    end subroutine contact_forces
-
-   !> Find the block that carries each line load: both ends within e0 of its outline.
-   subroutine attach_line_loads(self, error)
-      class(simulation_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: tolerance
-      integer :: l, i, first, last, n
-      n = size(self%parameters%line_loads)
-      if (allocated(self%line_ends)) deallocate (self%line_ends, self%line_blocks)
-      allocate (self%line_ends(4, n), self%line_blocks(n))
-      tolerance = max(self%blocks%edge_node_distance, 1.0e-9_wp*self%parameters%w0)
-      do l = 1, n
-         self%line_ends(:, l) = self%parameters%line_loads(l)%ends
-         self%line_blocks(l) = 0
-         do i = 1, self%blocks%n_blocks
-            first = self%blocks%vertex_offset(i) + 1
-            last = self%blocks%vertex_offset(i + 1)
-            if (distance_to_outline(self%line_ends(1:2, l), self%blocks%vertices(:, first:last)) > tolerance) cycle
-            if (distance_to_outline(self%line_ends(3:4, l), self%blocks%vertices(:, first:last)) > tolerance) cycle
-            self%line_blocks(l) = i
-            exit
-         end do
-         if (self%line_blocks(l) == 0) then
-            call make_error(error, error_code%input, 'line load '//to_string(l)//': no block has both ends ('// &
-                            to_string(self%line_ends(1, l))//', '//to_string(self%line_ends(2, l))//') and ('// &
-                            to_string(self%line_ends(3, l))//', '//to_string(self%line_ends(4, l))//') on its outline')
-            return
-         end if
-      end do
-   end subroutine attach_line_loads
 
 end module rockdda_stepping_simulation
