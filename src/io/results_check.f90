@@ -19,10 +19,10 @@ module rockdda_io_results_check
    private
    public :: check_results, cut_tables, total_of_model
 
-   !> Processor time that may be taken: this many seconds, and one for this many bytes. Some tens of milliseconds and
-   !> a hundredth of that for the bytes are usual.
+   !> Processor time that may be taken: this many seconds, and one for this many bytes of the tables when they are
+   !> unpacked, or of the file. Some tens of milliseconds and a tenth or less of that for the bytes are usual.
    real(wp), parameter :: least_seconds = 1
-   real(wp), parameter :: slowest_reading = 2.0e6_wp
+   real(wp), parameter :: slowest_reading = 1.0e7_wp
 
 contains
 
@@ -36,8 +36,10 @@ contains
       type(step_record_type), intent(in) :: record       !! of the checkpoint's step
       type(series_type), intent(in) :: series(:)         !! (n_tables) the tables
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: bytes
       integer :: outcome
-      call try_first(least_seconds + real(get_file_size(path), wp)/slowest_reading, outcome, error)
+      bytes = max(real(get_file_size(path), wp), sum(8*real(length, wp)*series%row_size))
+      call try_first(least_seconds + bytes/slowest_reading, outcome, error)
       select case (outcome)
       case (guard%in_child)
          call try_all(path, digest, header, rows, length, record, series, error)
