@@ -101,6 +101,15 @@ def _bounds(record: Record, runs: Runs) -> None:
         found = {key: results for key, results in runs.items() if (key[0] == SHI) == shi}
         falls = [mean_fall(r) / (0.5 * GRAVITY * r["history/time"][-1] ** 2) for r in found.values()]
         compare_falls(record, falls, label, promised=not shi)
+        deepest = max(found, key=lambda key: float(sag(runs[key])[1][-1]))
+        record.compare(
+            f"largest deflection of m1 after 0.25 s ({label})",
+            sag(runs[deepest])[1][-1],
+            "m",
+            published=max(LAYERED["deflection_low"][0], LAYERED["deflection"][0]["value"][0]),
+            published_source=SOURCE,
+            explanation=f"at S_j = {SPAN / deepest[1]:g} m, φ = {deepest[2]:g}°; free fall is {FREE_FALL:.4f} m",
+        )
     published_fall = LAYERED["deflection"][0]["value"][0]
     record.compare(
         "time of free fall through the published deflection of m1",
@@ -118,7 +127,7 @@ def _figure(record: Record, runs: Runs) -> None:
 
     markers = dict(zip(ROOFS, ("v-", "s-", "^-"), strict=True))
     with record.style():
-        figure, panels = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 5.0), layout="constrained")
+        figure, panels = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 4.6), layout="constrained")
         (left, right), below = panels
         for colour, name in zip(PALETTE[1:], ROOFS, strict=False):
             for axes, points in (
@@ -190,7 +199,7 @@ def _pictures(record: Record, runs: Runs) -> None:
             axes.set_ylabel(label)
         panels[0, 0].legend(fontsize=7)
         record.figure(figure, "profiles", "Lowest fibre of the stack after 0.25 s, S_j = 0.25 m.")
-        figure, panels = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 3.7), layout="constrained")
+        figure, panels = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 3.5), layout="constrained")
         for column, (name, scale) in enumerate(((SHI, 1.0), (TIGHT, 10.0))):
             for axes, angle in zip(panels[:, column], chosen[1:], strict=True):
                 draw(axes, runs[name, 32, angle], scale)
