@@ -93,11 +93,17 @@ def _tables(record: Record, found: Sequence[Cell]) -> None:
         for span in (10, 15)
     }
     record.compare(
-        "stable tunnels of fifty", stable, truth=50.0,
-        truth_source=f"classic Voussoir: one bed of 1 m holds from {beams[10]:.1f}° (10 m), {beams[15]:.1f}° (15 m) on",
+        "stable tunnels", stable, "of 50",
         published=float(sum(h == 0 for span in (10, 15) for row in PUBLISHED[f"span{span}"]["height"] for h in row)),
-        published_source="Tables 7.4, 7.5", explanation="see the play of contacts below",
+        published_source="Tables 7.4, 7.5",
+        explanation="see the play of contacts below",
     )  # fmt: skip
+    record.text(
+        f"{stable} of the fifty tunnels arch from the crown up, also where joints are close: cells agree where the "
+        "thesis calls the tunnel stable and differ where it does not, so the agreement says little. The classic "
+        f"Voussoir beam, one bed of 1 m alone, holds from {beams[10]:.1f}° (span 10 m) and {beams[15]:.1f}° (15 m) "
+        "on: by it, too, all fifty are stable."
+    )
     for span in (10, 15):
         table = PUBLISHED[f"span{span}"]
         groups = by_spacing(found, span)
@@ -121,9 +127,7 @@ def _tables(record: Record, found: Sequence[Cell]) -> None:
             record.compare(
                 f"{table['source']}, cells that agree, {name}", count, "of 25", published=25.0,
                 published_source=table["source"],
-                explanation="all that are published as stable are; see the play of contacts below"
-                if count == sum(h == 0 for row in table["height"] for h in row) and stable == 50
-                else "see the play of contacts below",
+                explanation="see the play of contacts below",
             )  # fmt: skip
 
 
