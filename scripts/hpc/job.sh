@@ -36,12 +36,15 @@ export OMP_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1} OMP_PLACES=cores OMP_PROC_BIND=
 say() { printf '%s %s: %s\n' "$(date -u +%FT%TZ)" "${SLURM_JOB_ID:-no job}" "$*"; }
 
 # copy FROM_STEM TO_STEM: results before the checkpoint, each in one step, so that the pair always fits: results may go
-# beyond their checkpoint, never the other way round.
+# beyond their checkpoint, never the other way round. An undo file, which a crash leaves, leads back from these results
+# only: the older one goes before them.
 copy() {
   local ending
-  for ending in h5 log ckpt.h5; do
+  for ending in h5 log ckpt.h5 h5.undo; do
     [ -f "$1.$ending" ] || continue
-    cp -- "$1.$ending" "$2.$ending.copy" && mv -- "$2.$ending.copy" "$2.$ending" || return 5
+    cp -- "$1.$ending" "$2.$ending.copy" || return 5
+    [ "$ending" != h5 ] || rm -f -- "$2.h5.undo" || return 5
+    mv -- "$2.$ending.copy" "$2.$ending" || return 5
   done
 }
 
@@ -50,9 +53,7 @@ if [ -n "${SCRATCH_DIR:-}" ]; then
   folder=$(mktemp -d -- "$SCRATCH_DIR/rockdda-XXXXXX") || exit 5
   trap 'rm -rf -- "$folder"' EXIT
   work=$folder/$(basename -- "$stem")
-  # what a crash has left half-way cannot be undone without its undo file: take it along
   copy "$stem" "$work" || exit 5
-  [ ! -f "$out.undo" ] || cp -- "$out.undo" "$work.h5.undo" || exit 5
 fi
 
 if [ -f "$work.ckpt.h5" ]; then
@@ -71,7 +72,6 @@ code=$?
 mv -- "$stem.json.part" "$stem.json"
 if [ "$work" != "$stem" ]; then
   copy "$work" "$stem" || { say "cannot copy the results back; they are left in $folder"; trap - EXIT; exit 5; }
-  rm -f -- "$out.undo"
 fi
 fact() { sed -n 's/.*"'"$1"'": \([0-9]*\)[,}].*/\1/p' "$stem.json"; }
 

@@ -129,13 +129,21 @@ def test_job_survives_its_time_limit(cluster, scratch):
     assert (results / "one.h5").read_bytes() == before
 
 
-def test_job_goes_on_after_a_crash(cluster):
+@pytest.mark.parametrize("scratch", [False, True])
+def test_job_goes_on_after_a_crash(cluster, scratch):
+    more = {"SCRATCH_DIR": os.fspath(cluster.folder)} if scratch else {}
+    limits = {"LIMIT": "0.1", "SIGNAL": "KILL"}
     for _ in range(3):
-        limits = {"LIMIT": "0.1", "SIGNAL": "KILL"}
-        outcome = cluster.submit("job.sh", "models/one", "one.h5", *OPTIONS, "--checkpoint-every", "0.05", **limits)
+        every = ("--checkpoint-every", "0.05")
+        outcome = cluster.submit("job.sh", "models/one", "results/one.h5", *OPTIONS, *every, **limits, **more)
         assert outcome.returncode in (0, 137)
-    assert cluster.run_to_the_end("job.sh", "models/one", "one.h5", *OPTIONS) == 0
-    assert differences(cluster.whole("one"), cluster.folder / "one.h5") == []
+        # what leads back to the checkpoint comes along
+        if outcome.returncode == 137:
+            assert (cluster.folder / "results/one.h5.undo").exists()
+    assert cluster.run_to_the_end("job.sh", "models/one", "results/one.h5", *OPTIONS, **more) == 0
+    assert differences(cluster.whole("one"), cluster.folder / "results/one.h5") == []
+    names = sorted(path.name for path in (cluster.folder / "results").iterdir())
+    assert names == ["one.ckpt.h5", "one.h5", "one.json", "one.log"]
 
 
 def test_job_begins_again_when_nothing_is_lost_by_it(cluster):
