@@ -6,12 +6,15 @@ from __future__ import annotations
 import math
 import signal
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .errors import InputError, OutputError
 from .loosening import GRADIENT_LIMIT, WINDOW
+
+if TYPE_CHECKING:
+    from .study_run import Outcome
 
 __all__ = ["register"]
 
@@ -68,7 +71,7 @@ def study_command(
     mpl.use("Agg")
     from .cli import NO_CONVERGENCE, STOPPED, progress_bar, tell
     from .study import read_study
-    from .study_run import Outcome, collect, prepare_case, run_study, write_job_array
+    from .study_run import collect, prepare_case, run_study, write_job_array
 
     study = read_study(file)
     if sum((slurm, table, case is not None, dask is not None)) > 1:
@@ -80,8 +83,11 @@ def study_command(
     if case is not None:
         if case > len(study.cases):
             raise InputError(f"there is no case {case}; the study has cases 1 to {len(study.cases)}", file)
-        code = _one_case(study, case, prepare_case)
-        tell(quiet, as_json, f"case {case}: exit code {code}", case=case, run_exit_code=code)
+        outcome = _one_case(study, case, prepare_case)
+        code = outcome.exit_code
+        if outcome.message:
+            typer.echo(outcome.message, err=True)
+        tell(quiet, as_json, f"case {case}: {outcome.status}, {outcome.seconds:.1f} s", case=case, run_exit_code=code)
         raise typer.Exit(code if code in (0, STOPPED) else NO_CONVERGENCE)
 
     outcomes: list[Outcome] = []
@@ -96,14 +102,19 @@ def study_command(
                     typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
             _stop_on_sigterm()
-            run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
+            try:
+                run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
+            except KeyboardInterrupt:
+                if not quiet:
+                    typer.echo("stopped; the same command goes on", err=True)
+                raise
     rows = collect(study)
     written = _write_table(study, rows)
     count = {status: int((rows["status"] == status).sum()) for status in ("done", "failed", "stopped", "waiting")}
     failed = rows[rows["status"] == "failed"]
     if not quiet:
         for _, row in failed.iterrows():
-            typer.echo(f"case {row['case']} failed: {str(row['message']).splitlines()[0:1]}", err=True)
+            typer.echo(f"case {row['case']} failed: {(str(row['message']).splitlines() or [''])[0]}", err=True)
     summary = ", ".join(f"{number} {status}" for status, number in count.items() if number)
     tell(
         quiet,
@@ -118,7 +129,7 @@ def study_command(
         raise typer.Exit(NO_CONVERGENCE)
 
 
-def _one_case(study: Any, number: int, prepare: Any) -> int:
+def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
     """Run one case, as a task of a job array does; SIGTERM lets it write its checkpoint."""
     from .study_run import run_case
 
@@ -131,7 +142,7 @@ def _one_case(study: Any, number: int, prepare: Any) -> int:
             child.terminate()
 
     signal.signal(signal.SIGTERM, stop)
-    return run_case(str(folder), children.append).exit_code
+    return run_case(str(folder), children.append)
 
 
 def _stop_on_sigterm() -> None:
@@ -192,10 +203,17 @@ def loosening_command(
     from .cli import open_results, tell
     from .loosening import loosening_of
 
+    if not 0 < window <= 1:
+        raise InputError(f"--window: must be above 0 and at most 1, found {window:g}")
+    if not limit > 0:
+        raise InputError(f"--limit: must be above 0, found {limit:g}")
     found = []
     for path in files:
         with open_results(path, frames=False) as results:
-            profile = loosening_of(results, window=window, gradient_limit=limit)
+            try:
+                profile = loosening_of(results, window=window, gradient_limit=limit)
+            except InputError as error:
+                raise InputError(str(error).removeprefix("error: "), error.file or path) from None
             note = "" if results.complete else " (the run has not come to its end)"
         height = profile.height
         found.append({"file": str(path), "height": height if math.isfinite(height) else None} | profile.table())

@@ -191,7 +191,8 @@ class _Reader:
         for number, values in enumerate(choices, 1):
             missing = [name for name in names if name not in values and name not in constants]
             if missing:
-                raise self.fail(f"case {number} gives no value for '{missing[0]}'", "cases")
+                giver = next(k for k, other in enumerate(choices, 1) if missing[0] in other)
+                raise self.fail(f"case {number} gives no value for '{missing[0]}', which case {giver} gives", "cases")
             for name, value in values.items():
                 if not _is_value(value):
                     raise self.fail(f"case {number}, '{name}': expected a number or a text, found {value!r}", name)

@@ -107,6 +107,8 @@ def pending(study: Study, *, retry: bool = False) -> list[Case]:
         current = status.get("digest") == study.digest(case)
         if not current or status.get("status") not in ("done", "failed") or (status["status"] == "failed" and retry):
             wanted.append(case)
+        elif status.get("complete") and status.get("quantities") != _told(study):
+            wanted.append(case)  # it ran, but a result was not found; the study names others now
     return wanted
 
 
@@ -131,7 +133,8 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "values": dict(case.values),
                 "digest": digest,
                 "status": "waiting",
-                "quantities": [asdict(quantity) for quantity in study.quantities],
+                "quantities": _told(study),
+                "complete": before.get("digest") == digest and before.get("complete", False),
                 "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
             },
         )
@@ -169,15 +172,18 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
 
     code, message = 0, ""
     threads = ["--threads", str(command["threads"])]
-    if (here / "out.ckpt.h5").is_file() and status.get("status") in ("stopped", "running", "waiting"):
+    complete = bool(status.pop("complete", False)) and (here / "out.h5").is_file()
+    if complete:
+        pass  # only the results are to be taken
+    elif (here / "out.ckpt.h5").is_file() and status.get("status") in ("stopped", "running", "waiting"):
         code, message = call("resume", "out.ckpt.h5", "--quiet", *threads)
         if code == 2:  # another version of the program, or a damaged file: from the start, then
             (here / "out.ckpt.h5").unlink(missing_ok=True)
-    if not (here / "out.ckpt.h5").is_file() or code == 2:
+    if not complete and (not (here / "out.ckpt.h5").is_file() or code == 2):
         try:
             model, analysis, config = _model_files(here, call)
         except InputError as problem:
-            code, message = 2, str(problem)
+            code, message = 2, str(problem).removeprefix("error: ")
         else:
             extra = ["--config", config] if config else []
             _write_status(here, {**status, "status": "running"})
@@ -195,7 +201,8 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
             numbers = {entry["name"]: quantity(here / "out.h5", Quantity(**entry)) for entry in _quantities(status)}
             status["results"] = numbers
         except (InputError, KeyError, IndexError) as problem:
-            ending, code, message = "failed", 2, str(problem).strip("'\"")
+            ending, code, message = "failed", 2, str(problem).strip("'\"").removeprefix("error: ")
+            status["complete"] = True
     status |= {"status": ending, "seconds": seconds, "exit_code": code, "message": message[-2000:]}
     _write_status(here, status)
     return Outcome(status["number"], status["name"], ending, seconds, code, message)
@@ -205,6 +212,11 @@ def _end_with_parent() -> None:
     """Let a program be told to stop when the process that started it dies (Linux); it then writes its checkpoint."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+def _told(study: Study) -> list[dict[str, Any]]:
+    """The results that a study asks for, as `status.json` has them."""
+    return [{**asdict(wanted), "at": list(wanted.at)} for wanted in study.quantities]
 
 
 def _quantities(status: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -372,7 +384,10 @@ def collect(study: Study) -> pandas.DataFrame:
     for case in study.cases:
         status = _read_status(_folder(study, case))
         current = status.get("digest") == study.digest(case)
-        found = status.get("results", {}) if current and status.get("status") == "done" else {}
+        found: dict[str, float] = {}
+        message = status.get("message", "") if current else ""
+        if current and status.get("status") == "done":
+            found, message = _results_of(study, status, _folder(study, case) / "out.h5")
         rows.append(
             {"case": case.number}
             | {name: case.values[name] for name in study.parameters}
@@ -380,11 +395,26 @@ def collect(study: Study) -> pandas.DataFrame:
             | {
                 "status": status.get("status", "waiting") if current else "waiting",
                 "seconds": status.get("seconds", float("nan")) if current else float("nan"),
-                "message": status.get("message", "") if current else "",
+                "message": message,
                 "results_file": str(_folder(study, case) / "out.h5") if found or not study.quantities else "",
             }
         )
     return pd.DataFrame(rows)
+
+
+def _results_of(study: Study, status: dict[str, Any], path: Path) -> tuple[dict[str, float], str]:
+    """The numbers of a case that is done; those that the study has asked for since come from its results file."""
+    known = {entry["name"]: entry for entry in status.get("quantities", [])}
+    numbers, message = {}, status.get("message", "")
+    for wanted, entry in zip(study.quantities, _told(study), strict=True):
+        if known.get(wanted.name) == entry and wanted.name in status.get("results", {}):
+            numbers[wanted.name] = status["results"][wanted.name]
+            continue
+        try:
+            numbers[wanted.name] = quantity(path, wanted)
+        except (InputError, KeyError, IndexError) as problem:
+            message = str(problem).strip("'\"").removeprefix("error: ")
+    return numbers, message
 
 
 def _folder(study: Study, case: Case) -> Path:

@@ -119,7 +119,7 @@ def test_failed_cases_are_told_and_tried_again_on_request(folder, capfd):
     (folder / "slide.toml").write_text(text)
     assert cli.main(["study", str(folder / "slide.toml")]) == 3
     captured = capfd.readouterr()
-    assert "case 1 failed" in captured.err
+    assert "case 1 failed: slide.df:" in captured.err
     assert "2 cases, 1 done, 1 failed" in captured.out
     study = read_study(folder / "slide.toml")
     assert run_study(study) == []
@@ -271,3 +271,39 @@ def test_unknown_result(folder):
     outcomes = run_study(read_study(folder / "slide.toml"))
     assert {outcome.status for outcome in outcomes} == {"failed"}
     assert "history/measured_displacement has the shape" in outcomes[0].message
+
+
+def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypatch):
+    """A study that asks for a further result, or mends a wrong one, runs nothing again."""
+    once = STUDY.replace("[20, 30, 40]", "[20]").replace("[2.0, 3.0]", "[2.0]")
+    (folder / "slide.toml").write_text(once + '[results.top]\ndataset = "history/nothing"\n')
+    (outcome,) = run_study(read_study(folder / "slide.toml"))
+    assert outcome.status == "failed"
+    assert "history/nothing" in outcome.message
+    assert pending(read_study(folder / "slide.toml")) == []
+    monkeypatch.setattr("rockdda.study_run._model_files", lambda *_: pytest.fail("it runs again"))
+    (folder / "slide.toml").write_text(once)
+    study = read_study(folder / "slide.toml")
+    (outcome,) = run_study(study)
+    assert outcome.status == "done"
+    check_distances(collect(study))
+    (folder / "slide.toml").write_text(once + '[results.steps]\ndataset = "history/time"\n')
+    study = read_study(folder / "slide.toml")
+    assert run_study(study) == []
+    # 300 steps of 0.005 s, or fewer where steps were cut
+    assert 1.0 < collect(study)["steps"][0] <= 1.5 + 1e-9
+
+
+def test_one_case_says_why_it_failed(folder, capfd):
+    (folder / "slide.toml").write_text(STUDY.replace("1e8", '"soft"'))
+    assert cli.main(["study", str(folder / "slide.toml"), "--case", "2"]) == 3
+    captured = capfd.readouterr()
+    assert "found 'soft'" in captured.err
+    assert captured.out.startswith("case 2: failed")
+
+
+def test_a_misspelt_value_of_a_case_is_named(folder):
+    cases = "cases = [{phi = 20, v = 2}, {phi = 20, vv = 2}]"
+    (folder / "slide.toml").write_text(STUDY.replace("[parameters]\nphi = [20, 30, 40]\nv = [2.0, 3.0]", cases))
+    with pytest.raises(InputError, match="case 1 gives no value for 'vv', which case 2 gives"):
+        read_study(folder / "slide.toml")
