@@ -102,12 +102,14 @@ def validate_command(
             if outcome.status != "agrees":
                 typer.echo(f"{outcome.identifier} {outcome.status}: {outcome.message}", err=True)
     seconds = sum(o.seconds for o in outcomes)
-    summary = ", ".join(f"{number} {name}" for name, number in status.items() if number)
+    several = {"agrees": "agree", "differs": "differ", "failed": "failed"}
+    summary = f"{len(outcomes)} case{'' if len(outcomes) == 1 else 's'}: " + ", ".join(
+        f"{number} {name if number == 1 else several[name]}" for name, number in status.items() if number
+    )
     tell(
         quiet,
         as_json,
-        f"{len(outcomes)} cases: {summary}; {sum(o.runs for o in outcomes)} runs, {seconds:.0f} s of work\n"
-        + "\n".join(map(str, written)),
+        f"{summary}; {sum(o.runs for o in outcomes)} runs, {seconds:.0f} s of work\n" + "\n".join(map(str, written)),
         status="done" if code == DONE else "differs" if code == DIFFERENT else "failed",
         exit_code=code,
         files=list(map(str, written)),

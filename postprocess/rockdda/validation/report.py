@@ -110,6 +110,8 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
     promised = [c for c in numbers if c.agrees is not None]
     kept = sum(c.agrees is True for c in promised)
     failed = [entry for entry in entries if entry.error]
+    published = [c for c in numbers if c.published_error is not None]
+    apart = [c for c in published if _notable(c, c.published_error, c.published)]
     text = (
         f"{_count(len(entries), 'case')}, {_count(len(numbers), 'compared number')}: "
         f"{sum(c.truth is not None for c in numbers)} against a closed form or an independent numerical solution that "
@@ -120,10 +122,20 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
     text += (
         f", and **{_count(len(failed), 'case')} could not be computed**." if failed else "; every case was computed."
     )
+    if published:
+        text += (
+            f" Of the published values, {len(published) - len(apart)} of {len(published)} are met within "
+            f"{_percent(NOTABLE)}"
+        )
+        text += (
+            f"; of the other {len(apart)}, {sum(_unexplained(c) for c in apart)} are not explained." if apart else "."
+        )
     return [
         text,
         "",
-        "Errors are (ours - truth)/truth, differences (ours - published)/published, unless a scale is given. No "
+        "Errors are (ours - truth)/truth, differences (ours - published)/published, unless a scale is given. A promise "
+        "is a bound on the error against the truth, or, where there is none, on the difference to the published value; "
+        "the case says where it comes from. No "
         "parameter was tuned to meet a published value: what does not match is listed below with its explanation, or "
         "is said to be unexplained. Curves of the thesis that are not in its text or tables are not compared.",
         "",
@@ -176,7 +188,10 @@ def _mismatches(entries: Sequence[_Entry]) -> list[str]:
         found = sorted(_mismatches_of(entry), key=lambda row: row[:2])
         rows += [[entry.link, *row[2:]] for row in found[:MOST_MISMATCHES]]
         if len(found) > MOST_MISMATCHES:
-            rows.append([entry.link, f"and {len(found) - MOST_MISMATCHES} more", "–", "–", "–", "see the case"])
+            rest = found[MOST_MISMATCHES:]
+            open_ = sum("not explained" in row[-1] for row in rest)
+            why = "see the case" + (f"; {open_} of them not explained" if open_ else "")
+            rows.append([entry.link, f"and {len(rest)} more", "–", "–", "–", why])
     lines = ["## What does not match", ""]
     if not rows:
         return [*lines, f"Nothing: no promise is broken, and no difference is larger than {_percent(NOTABLE)}.", ""]
@@ -189,7 +204,7 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
     """Rows that begin with what they are sorted by: kept promises after broken ones, small after large differences."""
     rows = []
     for c in entry.comparisons:
-        ours, why = _value(c.ours, c.unit), c.explanation or "**not explained**"
+        ours = _value(c.ours, c.unit)
         for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
             # the promise is about the truth where there is one
             broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
@@ -198,6 +213,9 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
                 limit = {"upper": "≤ ", "lower": "≥ "}.get(c.bound, "") if name == "published" else ""
                 against = f"{name} {limit}{_value(value, c.unit)}"
                 size = -abs(_finite(error))
+                why = c.explanation or "**not explained**"
+                if name == "published" and not c.explanation and c.truth is not None and c.agrees:
+                    why += f"; the truth ({c.truth_source}) is met, {_error(c, c.error)}"
                 rows.append((not broken, size, c.quantity, ours, against, mark + _error(c, error), why))
     return rows
 
@@ -209,7 +227,7 @@ def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
     versions = sorted({str(entry.record.get("version") or "unknown") for entry in entries})
     processors = sorted({str(entry.record.get("processor") or "") for entry in entries} - {""})
     lines = ["## How this was made", ""]
-    lines.append(f"- Program version {', '.join(versions)}; every run goes through `rockdda.run`, with one thread. ")
+    lines.append(f"- Program version {', '.join(versions)}; every run goes through `rockdda.run`, with one thread.")
     lines.append("- The same input gives the same bits with any number of threads, and from `rockdda run`.")
     for some, name in ((full, "full"), (quick, "quick")):
         if some:
@@ -337,6 +355,10 @@ def _notable(c: Comparison, error: float | None, reference: float | None) -> boo
     if error is None:
         return False
     return abs(_finite(error)) > NOTABLE * (abs(reference or 0.0) if c.scale == 1 else 1.0)
+
+
+def _unexplained(c: Comparison) -> bool:
+    return not c.explanation or c.explanation.startswith("not explained")
 
 
 def _broken(c: Comparison) -> str:
