@@ -16,10 +16,11 @@ module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type, judge_settings_type
    use rockdda_assembly_equations, only : equations_type
+   use rockdda_linear_products, only : add_product
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    use rockdda_stepping_links, only : bolt_round_type
    implicit none
@@ -186,6 +187,10 @@ contains
       !$omp shared(self, a, laws, settings, table, trial) if (table%n > parallel_contacts)
       do c = 1, table%n
          gap = self%gap(c) + a*(trial%gap(c) - self%gap(c))
+         if (trial%state(c) == contact_state%open .and. gap >= -settings%close_tolerance) then
+            self%force(:, c) = 0
+            cycle
+         end if
          p = max(1, table%partner(c))
          partner_gap = self%gap(p) + a*(trial%gap(p) - self%gap(p))
          slip = self%slip(c) + a*(trial%slip(c) - self%slip(c))
@@ -216,21 +221,29 @@ contains
       real(wp), intent(in) :: x(6)                     !! motion that was kept
       real(wp), intent(in), contiguous :: force(:, :)  !! (2, >= links)
       real(wp), intent(out) :: r(6)
-      integer :: l, c, j
-      r = -equations%block_load(:, i)
-      do j = 1, 6
-         r = r + equations%block_matrix(:, j, i)*(x(j) + a*(equations%x(j, i) - x(j)))
-      end do
+      real(wp) :: sums(6), y(6)
+      integer :: l, c
+      sums = -equations%block_load(:, i)
+      y = x + a*(equations%x(:, i) - x)
+      call add_product(equations%block_matrix(:, :, i), y, sums)
       do l = equations%start(i) + 1, equations%start(i + 1)
          c = equations%incident(l)
          if (.not. any(abs(force(:, abs(c))) > 0)) cycle
          if (c > 0) then
-            r = r + (force(1, c)*equations%vector_a(:, 1, c) + force(2, c)*equations%vector_a(:, 2, c))
+            call add_forces(equations%vector_a(:, :, c), force(:, c), sums)
          else
-            r = r + (force(1, -c)*equations%vector_b(:, 1, -c) + force(2, -c)*equations%vector_b(:, 2, -c))
+            call add_forces(equations%vector_b(:, :, -c), force(:, -c), sums)
          end if
       end do
+      r = sums
    end subroutine residual_of_block
+
+   !> Forces along both lines of a link.
+   pure subroutine add_forces(v, force, r)
+      real(wp), intent(in) :: v(6, 2), force(2)
+      real(wp), intent(inout) :: r(6)
+      r = r + (force(1)*v(:, 1) + force(2)*v(:, 2))
+   end subroutine add_forces
 
    !> |r| in the measure of the module's head.
    real(wp) function weighted_norm(self)
