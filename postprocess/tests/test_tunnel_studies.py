@@ -90,7 +90,7 @@ def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     assert cli.main(["loosening", row["results_file"], row["results_file"]]) == 0
     assert capsys.readouterr().out.count("out.h5: loosened, beyond the highest point\n") == 2
     assert cli.main(["loosening", row["results_file"], "--window", "2"]) == 2
-    assert "window: must be above 0 and at most 1, found 2.0" in capsys.readouterr().err
+    assert "--window: must be above 0 and at most 1, found 2" in capsys.readouterr().err
     assert cli.main(["loosening", row["results_file"], "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     results.close()
