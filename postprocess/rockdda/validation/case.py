@@ -122,6 +122,12 @@ class Record:
         self.comparisons.append(comparison)
         return comparison
 
+    def energy_closes(self, allowed: float = 1e-9) -> Comparison:
+        """Promise what the energy ledgers of the runs so far leave over; the solver's tolerance is 1e-10."""
+        name = "energy that the ledger leaves over, of the largest energy"
+        source = "conservation of energy"
+        return self.compare(name, self.energy_residual, truth=0.0, truth_source=source, scale=1, allowed=allowed)
+
     def table(self, frame: pandas.DataFrame, name: str, caption: str) -> None:
         """A table beside the comparisons (its index is not shown); also written as NAME.csv beside the figures."""
         self.figures.mkdir(parents=True, exist_ok=True)

@@ -273,14 +273,7 @@ def waves_and_collision(record: Record) -> None:
     """Both."""
     waves(record)
     collision(record)
-    record.compare(
-        "energy that the ledger leaves over, of the largest energy",
-        record.energy_residual,
-        truth=0.0,
-        truth_source="conservation of energy",
-        scale=1,
-        allowed=1e-8,
-    )
+    record.energy_closes(1e-8)
 
 
 CASES = [

@@ -164,14 +164,7 @@ stage of {START:g} s.
     record.table(pandas.DataFrame(rows, columns=names), "steps", "Slip at the end, and its error, for time steps.")
     draw(record, curves)
     soft_springs(record)
-    record.compare(
-        "energy that the ledger leaves over, of the largest energy",
-        record.energy_residual,
-        truth=0.0,
-        truth_source="conservation of energy",
-        scale=1,
-        allowed=1e-9,  # the solver's tolerance is 1e-10
-    )
+    record.energy_closes()
 
 
 def draw(record: Record, curves: dict[str, tuple[FloatArray, FloatArray]]) -> None:
