@@ -217,7 +217,8 @@ def _crown(record: Record, found: Sequence[Cell], half_circle: Cell) -> None:
     for name, ours, printed, note in rows:
         record.compare(
             f"downward displacement of the crown after 2500 steps, {name}", ours, "m", published=printed,
-            published_source=text["source"], explanation=note,
+            published_source=text["source"], explanation="" if note is less else note,
+            bound="upper" if note is less else "",
         )  # fmt: skip
     record.text(
         "With a half circle as the arch of the wider tunnel (wall 2.5 m, arch 7.5 m; S_j = 2 m, 20°) the crown is "

@@ -169,12 +169,13 @@ def random_joints(record: Record) -> None:
             published=gradient, published_source="§7.2.2 (less than)", bound="upper",
         )  # fmt: skip
     record.compare(
-        "irregular joints: stable tunnels", sum(c.profile.height == 0 for c in irregular), "of 5", published=5.0,
+        "irregular joints: stable tunnels", sum(c.profile.height == 0 for c in irregular), f"of {len(irregular)}",
+        published=float(len(irregular)),
         published_source="§7.2.2", explanation="",
     )  # fmt: skip
     record.text(
-        f"The same five tunnels with traces of 5 m, bridges of 0.5 m and D_r = 0.25: {irregular[0].blocks} blocks "
-        f"instead of {regular[0].blocks}."
+        "The five tunnels of 10 m with S_j = 1.5 m again, with traces of 5 m, bridges of 0.5 m and D_r = 0.25: "
+        f"{irregular[0].blocks} blocks instead of {regular[0].blocks}."
     )
 
 
