@@ -146,7 +146,10 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
     rows = []
     for entry in entries:
         worst = _largest(entry.comparisons, "error")
-        apart = _largest(entry.comparisons, "published_error")
+        compared = [c for c in entry.comparisons if c.published_error is not None]
+        defined = [c for c in compared if math.isfinite(c.published_error or 0.0)]
+        apart = _largest(defined or compared, "published_error")
+        lost = f", {len(compared) - len(defined)} undefined" if defined and len(defined) < len(compared) else ""
         kept = f"{sum(c.agrees is True for c in entry.promised)} of {len(entry.promised)}" if entry.promised else "–"
         rows.append(
             [
@@ -155,7 +158,7 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
                 _error(worst, worst.error) if worst else "–",
                 _allowed(worst) if worst and worst.allowed is not None else "–",
                 kept,
-                _difference(apart) if apart else "–",
+                _difference(apart) + lost if apart else "–",
                 _near(entry.comparisons),
                 entry.verdict,
             ]
