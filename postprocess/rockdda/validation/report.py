@@ -128,7 +128,10 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
             f"{_percent(NOTABLE)}"
         )
         text += (
-            f"; of the other {len(apart)}, {sum(_unexplained(c) for c in apart)} are not explained." if apart else "."
+            f"; the other {len(apart)} differ: {sum(_unexplained(c) for c in apart)} are not explained, the rest have "
+            "a note of what is known."
+            if apart
+            else "."
         )
     return [
         text,
@@ -217,6 +220,8 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
                 against = f"{name} {limit}{_value(value, c.unit)}"
                 size = -abs(_finite(error))
                 why = c.explanation or "**not explained**"
+                if name == "published" and why.startswith("published"):
+                    why = f"**not explained**; {why}"
                 if name == "published" and not c.explanation and c.truth is not None and c.agrees:
                     why += f"; the truth ({c.truth_source}) is met, {_error(c, c.error)}"
                 rows.append((not broken, size, c.quantity, ours, against, mark + _error(c, error), why))
@@ -361,7 +366,8 @@ def _notable(c: Comparison, error: float | None, reference: float | None) -> boo
 
 
 def _unexplained(c: Comparison) -> bool:
-    return not c.explanation or c.explanation.startswith("not explained")
+    """Without words, or with words that only quote what was published."""
+    return not c.explanation or c.explanation.startswith(("not explained", "published"))
 
 
 def _broken(c: Comparison) -> str:
