@@ -13,6 +13,9 @@
 
 enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4 };
 
+/* How the child ends when its work is done; no library that gives up ends so. */
+enum { DONE = 117, NOT_DONE = 118 };
+
 /* In the child: where its message goes. */
 static int report = -1;
 
@@ -53,8 +56,8 @@ int rockdda_guard_begin(double seconds, char *message, int room)
       close(ends[0]);
       while (waitpid(child, &status, 0) < 0)
          if (errno != EINTR) return NO_PROCESS;
-      if (WIFEXITED(status) && WEXITSTATUS(status) == CAME_THROUGH) return CAME_THROUGH;
-      if (WIFEXITED(status) && WEXITSTATUS(status) == REFUSED) return REFUSED;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == DONE) return CAME_THROUGH;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_DONE) return REFUSED;
       return CRASHED;
    }
    close(ends[0]);
@@ -88,5 +91,5 @@ void rockdda_guard_end(const char *message, int n)
       done += (int)written;
    }
    if (__gcov_dump) __gcov_dump();
-   _exit(n > 0 ? REFUSED : CAME_THROUGH);
+   _exit(n > 0 ? NOT_DONE : DONE);
 }

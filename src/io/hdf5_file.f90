@@ -10,7 +10,7 @@ module rockdda_io_hdf5_file
       h5aopen_f, h5aread_f, h5awrite_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, &
       h5gcreate_f, h5get_libversion_f, h5lexists_f, h5oclose_f, h5oopen_f, h5open_f, h5pclose_f, h5pcreate_f, &
       h5pset_fclose_degree_f, h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_ndims_f, &
-      h5sget_simple_extent_dims_f, h5tclose_f, h5tcopy_f, h5tis_variable_str_f, h5tset_cset_f
+      h5sget_simple_extent_dims_f, h5tclose_f, h5tcopy_f, h5tequal_f, h5tis_variable_str_f, h5tset_cset_f
    use rockdda_base_kinds, only : i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
@@ -307,7 +307,7 @@ contains
       integer(hsize_t), intent(in) :: dims(:)
       integer(hid_t), intent(out) :: attribute
       integer, intent(out) :: status
-      integer(hid_t) :: owner, space
+      integer(hid_t) :: owner, space, stored
       logical :: there
       integer :: ignored
       attribute = -1
@@ -316,6 +316,11 @@ contains
       call h5aexists_f(owner, name, there, status)
       if (status == 0 .and. there) then
          call h5aopen_f(owner, name, attribute, status)
+         ! HDF5 writes beyond its memory when it turns a value into a type that damage has made
+         if (status == 0) call h5aget_type_f(attribute, stored, status)
+         if (status == 0) call h5tequal_f(stored, type, there, status)
+         if (status == 0 .and. .not. there) status = -1
+         call h5tclose_f(stored, ignored)
       else if (status == 0) then
          call new_space(dims, space, status)
          if (status == 0) call h5acreate_f(owner, name, type, space, attribute, status)
