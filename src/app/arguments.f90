@@ -172,9 +172,7 @@ contains
                call problem("option --dialect: '"//value//"' is neither peer nor g0")
             end if
          case ('--seed')
-            call take_whole(name, value, 0, line%seed)
-            if (line%seed > largest_seed) call problem('option --seed: must be '//to_string(largest_seed)// &
-                                                       ' or less, found '//value)
+            call take_whole(name, value, 0, line%seed, largest_seed)
          case ('--threads'); call take_whole(name, value, 1, line%threads)
          case ('--steps'); call take_whole(name, value, 0, line%steps)
          case ('--save-every'); call take_whole(name, value, 1, line%save_every)
@@ -193,14 +191,19 @@ contains
       end subroutine take_path
 
       !> A whole number that is not below `least`.
-      subroutine take_whole(name, value, least, number)
+      subroutine take_whole(name, value, least, number, most)
          character(len=*), intent(in) :: name, value
          integer, intent(in) :: least
          integer, intent(inout) :: number
+         integer, intent(in), optional :: most
          real(wp) :: x
-         integer :: status
+         integer :: status, highest
+         highest = huge(highest)
+         if (present(most)) highest = most
          call parse_number(value, x, status)
-         if (status /= number_status%ok .or. .not. is_whole(x)) then
+         if (status == number_status%ok .and. x > highest) then
+            call problem('option '//name//': must be '//to_string(highest)//' or less, found '//value)
+         else if (status /= number_status%ok .or. .not. is_whole(x)) then
             call problem('option '//name//": expected a whole number, found '"//value//"'")
          else if (nint(x) < least) then
             call problem('option '//name//': must be '//to_string(least)//' or more, found '//value)

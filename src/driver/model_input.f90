@@ -259,7 +259,7 @@ contains
          if (len_trim(options%method) > 0) return
       end if
       options%method = default_solver()
-      call messages%add(severity%note, 'solver chosen automatically: '//options%method)
+      call messages%add(severity%note, 'solver: '//options%method//' (the default)')
    end subroutine choose_solver
 
    !> Kind of a file; a problem becomes a message and ok is false.

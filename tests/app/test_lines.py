@@ -92,6 +92,11 @@ class Lines(ProgramTest):
             "rockdda: error: option --seed: must be 0 or more, found -1",
         )
         self.assertFails(
+            self.run_program("lines", "tunnel.dl", "--seed", "99999999999"),
+            2,
+            "rockdda: error: option --seed: must be 2147483646 or less, found 99999999999",
+        )
+        self.assertFails(
             self.run_program("cut", "block.dc", "--seed", "1"),
             2,
             "rockdda: error: option --seed does not belong to 'rockdda cut'",
