@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import hashlib
 import importlib
 import json
 import math
@@ -25,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, RockddaError
+from ..native import VERSION, Session, load
 from .case import Case, Comparison, Record, all_cases
 
 if TYPE_CHECKING:
@@ -86,6 +88,7 @@ def run_here(case: Case, folder: Path, figures: Path, full: bool = False, worker
         error = _told(problem, folder)
     found = record.as_dict()
     found |= {"error": error, "seconds": _work() - started, "version": _version(), "processor": _processor()}
+    found["build"] = _build()
     for name in ("seconds", "run_seconds"):
         found[name] = round(found[name], 1)
     return found
@@ -229,12 +232,17 @@ def _work() -> float:
 
 def _version() -> str:
     """Of the program."""
-    from ..native import VERSION, Session
-
     try:
         return Session().text(VERSION)
     except ImportError:
         return ""
+
+
+def _build() -> str:
+    """Which build of the program: the first digits of the SHA-256 of its compiled part."""
+    with contextlib.suppress(ImportError, OSError):
+        return hashlib.sha256(Path(str(load().__file__)).read_bytes()).hexdigest()[:12]
+    return ""
 
 
 def _processor() -> str:
