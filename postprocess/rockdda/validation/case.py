@@ -51,6 +51,8 @@ class Comparison:
     #: what errors are relative to; None: the truth (published value) itself; 1: absolute errors
     scale: float | None = None
     explanation: str = ""  #: why it differs, or that it is not explained
+    #: what is told in place of a number when there is none (`ours` is not a number): "no stable value up to 80°"
+    found: str = ""
 
     @property
     def error(self) -> float | None:

@@ -152,7 +152,7 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
         compared = [c for c in entry.comparisons if c.published_error is not None]
         defined = [c for c in compared if math.isfinite(c.published_error or 0.0)]
         apart = _largest(defined or compared, "published_error")
-        lost = f", {len(compared) - len(defined)} undefined" if defined and len(defined) < len(compared) else ""
+        lost = f", {len(compared) - len(defined)} without a number" if defined and len(defined) < len(compared) else ""
         kept = f"{sum(c.agrees is True for c in entry.promised)} of {len(entry.promised)}" if entry.promised else "–"
         rows.append(
             [
@@ -176,7 +176,7 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
     found = [(entry, c) for entry in entries for c in entry.comparisons if c.error is not None and c.scale != 1]
     found.sort(key=lambda pair: -abs(_finite(pair[1].error)))
     rows = [
-        [entry.link, c.quantity, _value(c.ours, c.unit), _value(c.truth, c.unit), _error(c, c.error), _allowed(c)]
+        [entry.link, c.quantity, _ours(c), _value(c.truth, c.unit), _error(c, c.error), _allowed(c)]
         for entry, c in found[:MOST_WORST]
     ]
     if not rows:
@@ -210,7 +210,7 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
     """Rows that begin with what they are sorted by: kept promises after broken ones, small after large differences."""
     rows = []
     for c in entry.comparisons:
-        ours = _value(c.ours, c.unit)
+        ours = _ours(c)
         for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
             # the promise is about the truth where there is one
             broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
@@ -320,7 +320,7 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
         rows.append(
             [
                 c.quantity,
-                _value(c.ours, c.unit),
+                _ours(c),
                 truth if c.truth is not None else "–",
                 _error(c, c.error),
                 _broken(c) + _allowed(c),
@@ -381,11 +381,16 @@ def _broken(c: Comparison) -> str:
     return "**broken:** " if c.agrees is False else ""
 
 
+def _ours(c: Comparison) -> str:
+    """Our number, or what is told in its place."""
+    return c.found if c.found and math.isnan(c.ours) else _value(c.ours, c.unit)
+
+
 def _value(value: float | None, unit: str) -> str:
     if value is None:
         return "–"
     if math.isnan(value):
-        return "undefined"
+        return "no number"
     return _with_unit(f"{value:.5g}", unit)
 
 
@@ -394,7 +399,9 @@ def _error(c: Comparison, error: float | None) -> str:
     if error is None:
         return "–"
     if not math.isfinite(error):
-        return "undefined" if math.isnan(error) else "unbounded"
+        if not math.isnan(error):
+            return "unbounded"
+        return "–" if c.found else "no number"  # or its place in the table has the words
     if error == 0:
         return "0"
     if c.scale == 1:  # of shares in percent a difference has percentage points

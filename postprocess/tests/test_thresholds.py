@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""Where a model begins to stand: by a grid and bisection, and what is told when there is no such value."""
+
+import math
+
+import pytest
+from rockdda.errors import InputError
+from rockdda.validation.case import Comparison
+from rockdda.validation.report import _comparisons
+from rockdda.validation.thresholds import find_threshold
+
+
+def halves(low, high):
+    return None if high - low <= 1.0 else 0.5 * (low + high)
+
+
+def whole(many, few):
+    return None if many - few <= 1 else (many + few) // 2
+
+
+def test_a_single_change_is_bisected():
+    tried = []
+
+    def stands(angle):
+        tried.append(angle)
+        return angle >= 37.3
+
+    found = find_threshold(stands, (20.0, 40.0, 60.0, 80.0), halves)
+    assert found.bracket[0] < 37.3 <= found.bracket[1]
+    assert found.bracket[1] - found.bracket[0] <= 1.0
+    assert tried[:4] == [20.0, 40.0, 60.0, 80.0]  # the whole grid: a second change would be seen
+    assert found.words("°") == f"between {found.bracket[0]:g} and {found.bracket[1]:g}°"
+
+
+def test_numbers_of_blocks_fall():
+    found = find_threshold(lambda blocks: blocks <= 13, (32, 16, 8, 2), whole)
+    assert found.bracket == (14, 13)
+    assert found.words("m", lambda blocks: f"{8 / blocks:.3f}") == "between 0.571 and 0.615 m"
+
+
+@pytest.mark.parametrize(
+    ("stands", "words"),
+    [
+        (lambda x: False, "no stable value from 20 to 80°"),
+        (lambda x: True, "stable at all values from 20 to 80°"),
+        (lambda x: x == 40, "not monotonic: unstable at 20°; stable at 40°; unstable at 60, 80°"),
+        (lambda x: x < 50, "not monotonic: stable at 20, 40°; unstable at 60, 80°"),
+    ],
+)
+def test_no_number_where_there_is_no_single_change(stands, words):
+    found = find_threshold(stands, (20, 40, 60, 80), halves)
+    assert found.bracket is None
+    assert found.words("°") == words
+
+
+def test_a_cheaper_condition_spares_runs():
+    tried = []
+
+    def stands(angle):
+        tried.append(angle)
+        return angle >= 50.0
+
+    found = find_threshold(stands, (20.0, 40.0, 60.0, 80.0), halves, necessary=lambda angle: angle >= 30.0)
+    assert found.bracket[0] < 50.0 <= found.bracket[1]
+    assert 20.0 not in tried and 80.0 not in tried and tried[:2] == [40.0, 60.0]
+    found = find_threshold(lambda angle: False, (20.0, 40.0), halves, necessary=lambda angle: angle > 30.0)
+    assert found.words("°") == "no stable value from 20 to 40°"
+    with pytest.raises(InputError, match="two values"):
+        find_threshold(stands, (20.0,), halves)
+
+
+def test_the_report_says_what_is_found_instead_of_a_number():
+    table = "\n".join(_comparisons([Comparison("limit", math.nan, "°", published=78.0, found="no stable value")]))
+    assert "| limit | no stable value |" in table and "nan" not in table and "undefined" not in table
+    assert "no number" in "\n".join(_comparisons([Comparison("limit", math.nan, "°", published=78.0)]))
