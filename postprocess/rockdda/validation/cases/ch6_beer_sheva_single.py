@@ -12,7 +12,7 @@ import pandas as pd
 
 from ...plot_style import PALETTE, PAPER_WIDTH
 from ...results import Results
-from ..beer_sheva import EARLY, FREE_FALL, MIDDLE, VARIANTS, draw, sag, slug
+from ..beer_sheva import EARLY, FREE_FALL, MIDDLE, VARIANTS, draw, draw_histories, draw_profiles, sag, slug
 from ..case import Case, Record, published
 from ..roofs import GRAVITY, Roof, compare_falls, follow, mean_fall
 
@@ -22,6 +22,9 @@ SINGLE = PUBLISHED["single"]
 SOURCE = SINGLE["source"]
 SPAN, THICKNESS = SINGLE["span"], SINGLE["thickness"]
 ANGLE = PUBLISHED["rock"]["friction_angle"]
+#: of the lower fibre: mid-span, quarters, beside the abutments
+POINTS = {"middle": MIDDLE, "left quarter": -1.98, "right quarter": 2.02, "left end": -3.98, "right end": 3.98}
+SHI, BOUNCING = "as described, Shi's rules", "10 kPa"
 SHIFTS = ((0.0, 0.0), (0.1, 0.3), (1 / 3, 0.7))
 
 
@@ -37,6 +40,19 @@ def single_layer(record: Record) -> None:
     }
     _compare_early(record, early)
     _figure_early(record, early)
+    if record.full:
+        chosen = {
+            name: {
+                f"S_j = {SPAN / blocks:.3g} m": early[name, blocks, ANGLE]
+                for blocks in sorted({b for n, b, a in early if n == name and a == ANGLE}, reverse=True)
+                if blocks in (32, 16, 8, 6, 4, 2)
+            }
+            for name in (SHI, BOUNCING)
+        }
+        words = (
+            "Fig. 6.15c redrawn, with four more points of the lower fibre: deflections at φ = 47°. Dashed: free fall."
+        )
+        draw_histories(record, chosen, list(POINTS), words)
     _figure_profiles(record, early, angles)
     _round_off(record)
 
@@ -62,10 +78,10 @@ def _introduction(record: Record) -> None:
 
 
 def _early(record: Record, roof: Roof, name: str) -> Results:
-    """A run to 0.25 s; measured: mid-span, and the lower fibre of each block."""
+    """A run to 0.25 s; measured: `POINTS`, and the lower fibre of each block."""
     width = SPAN / roof.blocks
     fibre = [(-SPAN / 2 + (i + 0.5) * width, 0.0) for i in range(roof.blocks)]
-    model = roof.model([(MIDDLE, 0.0), *fibre], save_every=10**6)
+    model = roof.model([*((x, 0.0) for x in POINTS.values()), *fibre], save_every=10**6)
     folder = f"{slug(name)}-{roof.blocks}-{roof.friction_angle:g}"
     return follow(record, model, f"early-{folder}", EARLY)
 
@@ -77,8 +93,8 @@ def _compare_early(record: Record, early: dict[tuple[str, int, float], Results])
     explanations = {
         "no thrust": "the blocks fall freely until a thrust has grown out of round-off",
         "as described": "the weight of the abutments presses them against the layer by micrometres, and that is enough",
-        "as described, Shi's rules": "a penetration must form before a contact closes, so that no thrust grows",
-        "10 kPa": "blocks that touch wedge at once: the layer bounces on its arch",
+        SHI: "a penetration must form before a contact closes, so that no thrust grows",
+        BOUNCING: "blocks that touch wedge at once: the layer bounces on its arch",
     }
     for name in VARIANTS:
         for row in SINGLE["deflection"]:
@@ -101,7 +117,8 @@ def _compare_early(record: Record, early: dict[tuple[str, int, float], Results])
                 "m",
                 published=SINGLE["deflection_stable"],
                 published_source=SOURCE,
-                explanation="published as an upper bound for S_j ≥ 1.25 m",
+                bound="upper",
+                explanation=f"free fall is {FREE_FALL:.3f} m; {explanations[name]}",
             )
         angles = sorted((a, sag(r)[1].max()) for (n, b, a), r in early.items() if n == name and b == 32)
         spacings = sorted((SPAN / b, sag(r)[1].max()) for (n, b, a), r in early.items() if n == name and a == ANGLE)
@@ -110,20 +127,30 @@ def _compare_early(record: Record, early: dict[tuple[str, int, float], Results])
             ("joint spacing above which it hangs", "m", spacings, SINGLE["spacing_stable"]),
         ):
             # hangs: has not sunk by half of free fall
-            low = max((x for x, deepest in trials if deepest > FREE_FALL / 2), default=None)
-            high = min((x for x, _ in trials if low is None or x > low), default=None)
-            if low is None or high is None:
-                words = "all that were tried" if low is None else "none that was tried"
+            fall = [x for x, deepest in trials if deepest > FREE_FALL / 2]
+            above = [x for x, _ in trials if not fall or x > max(fall)]
+            ends = f"from {trials[0][0]:.3g} to {trials[-1][0]:.3g} {unit}"
+            if not fall:
+                words = f"hangs at all values {ends}"
+            elif not above:
+                words = (
+                    f"hangs at no value {ends}"
+                    if len(fall) == len(trials)
+                    else f"falls at {trials[-1][0]:.3g} {unit} still"
+                )
             else:
-                words = f"between {low:.3g} and {high:.3g} {unit}".replace(" °", "°")
+                words = f"between {max(fall):.3g} and {min(above):.3g} {unit}"
+            words = words.replace(" °", "°")
             condition = "S_j = 0.25 m" if unit == "°" else "φ = 47°"
             record.compare(
                 f"{what} within 0.25 s, {condition} ({name})",
-                math.nan if low is None or high is None else 0.5 * (low + high),
+                0.5 * (max(fall) + min(above)) if fall and above else math.nan,
                 unit,
                 published=value,
                 published_source=SOURCE,
-                explanation=f"{words}; has sunk by less than half of free fall. Published: stable from there on",
+                explanation=f"{words}; has sunk by less than half of free fall; {explanations[name]}. Published: "
+                "stable from there on",
+                found=words,
             )
     falls = {key: mean_fall(r) / (0.5 * GRAVITY * r["history/time"][-1] ** 2) for key, r in early.items()}
     for shi, label in ((False, "RockDDA's rules"), (True, "Shi's rules")):
@@ -134,7 +161,6 @@ def _compare_early(record: Record, early: dict[tuple[str, int, float], Results])
 def _figure_early(record: Record, early: dict[tuple[str, int, float], Results]) -> None:
     import matplotlib.pyplot as plt
 
-    shi = "as described, Shi's rules"
     markers = dict(zip(VARIANTS, ("o-", "v-", "s-", "^-"), strict=True))
     with record.style():
         figure, ((left, right), (lower, last)) = plt.subplots(2, 2, figsize=(PAPER_WIDTH, 4.9), layout="constrained")
@@ -156,7 +182,7 @@ def _figure_early(record: Record, early: dict[tuple[str, int, float], Results]) 
         right.set(xlabel="joint spacing S_j [m], φ = 47°", xscale="log")
         right.set_xticks([0.25, 0.5, 1, 2, 4], labels=["0.25", "0.5", "1", "2", "4"])
         right.minorticks_off()
-        for axes, name in ((lower, shi), (last, "10 kPa")):
+        for axes, name in ((lower, SHI), (last, BOUNCING)):
             chosen = [(b, a) for (n, b, a) in early if n == name and b == 32 and a in (30, 47, 60, 75, 80)]
             for colour, (blocks, angle) in zip(PALETTE[1:], sorted(set(chosen)), strict=False):
                 axes.plot(*sag(early[name, blocks, angle]), color=colour, label=f"φ = {angle:g}°")
@@ -164,7 +190,7 @@ def _figure_early(record: Record, early: dict[tuple[str, int, float], Results]) 
             axes.plot(time, 0.5 * GRAVITY * time**2, "--", color="0.5", linewidth=0.8)
             axes.set(xlabel="time [s]", ylabel="deflection [m]", title=name)
             axes.legend(fontsize=7)
-            axes.set_ylim(-0.002, 0.32 if name == shi else 0.08)
+            axes.set_ylim(-0.002, 0.32 if name == SHI else 0.08)
         record.figure(
             figure,
             "deflection",
@@ -178,25 +204,10 @@ def _figure_profiles(record: Record, early: dict[tuple[str, int, float], Results
     import matplotlib.pyplot as plt
 
     chosen = [a for a in (30.0, 45.0, 75.0, 80.0) if a in angles]
-    names = {"as described, Shi's rules": 1.0, "10 kPa": 10.0}
-    rotations: dict[tuple[str, float], FloatArray] = {}
+    names = {SHI: 1.0, BOUNCING: 10.0}
+    columns = {name: {f"φ = {angle:g}°": early[name, 32, angle] for angle in chosen} for name in names}
+    draw_profiles(record, columns, len(POINTS), "Fig. 6.16 redrawn: lower fibre after 0.25 s, S_j = 0.25 m.")
     with record.style():
-        figure, panels = plt.subplots(3, 2, figsize=(PAPER_WIDTH, 5.2), layout="constrained", sharex=True)
-        for column, name in enumerate(names):
-            for colour, angle in zip(PALETTE[1:], chosen, strict=False):
-                results = early[name, 32, angle]
-                x = results.measured_points[1:, 0]
-                moved = results["history/measured_displacement"][-1, 1:]
-                turned = results["history/measured_rotation"][-1, 1:]
-                rotations[name, angle] = turned
-                for axes, values in zip(panels[:, column], (1e3 * moved[:, 0], moved[:, 1], turned), strict=True):
-                    axes.plot(x, values, color=colour, label=f"φ = {angle:g}°")
-            panels[0, column].set_title(name)
-            panels[2, column].set_xlabel("x [m]")
-        for axes, label in zip(panels[:, 0], ("u [mm]", "v [m]", "ω [rad]"), strict=True):
-            axes.set_ylabel(label)
-        panels[0, 0].legend(fontsize=7)
-        record.figure(figure, "profiles", "Fig. 6.16 redrawn: lower fibre after 0.25 s, S_j = 0.25 m.")
         figure, panels = plt.subplots(len(chosen), 2, figsize=(PAPER_WIDTH, 0.85 * len(chosen)), layout="constrained")
         for column, (name, scale) in enumerate(names.items()):
             for axes, angle in zip(panels[:, column], chosen, strict=True):
@@ -207,18 +218,25 @@ def _figure_profiles(record: Record, early: dict[tuple[str, int, float], Results
                     axes.set_title(f"{name}, displacements × {scale:g}", fontsize=7)
         record.figure(figure, "blocks", "Fig. 6.17 redrawn: blocks after 0.25 s, S_j = 0.25 m.")
     for angle in chosen:
-        low = angle < 60
         for name in names:
+            results = early[name, 32, angle]
+            share = mean_fall(results) / (0.5 * GRAVITY * results["history/time"][-1] ** 2)
+            if share > 0.99:
+                why = "the layer falls as a piston, which does not turn"
+            elif share < 0.25:
+                why = "the layer moves by centimetres only, and turns accordingly"
+            else:
+                why = (
+                    "0.25 m over the half span are 0.06 rad on average: the published turns belong to deflections that "
+                )
+                why += "are larger than the published ones"
             record.compare(
                 f"largest rotation after 0.25 s, φ = {angle:g}° ({name})",
-                np.abs(rotations[name, angle]).max(),
+                np.abs(results["history/measured_rotation"][-1, len(POINTS) :]).max(),
                 "rad",
-                published=SINGLE["rotation_low" if low else "rotation_high"],
+                published=SINGLE["rotation_low" if angle < 60 else "rotation_high"],
                 published_source=SOURCE,
-                explanation="a piston does not turn; 0.25 m over the half span are 0.06 rad on average, so that the "
-                "published turns belong to deflections that are larger than the published ones"
-                if "Shi" in name
-                else "the layer moves by centimetres only, and turns accordingly",
+                explanation=why,
             )
 
 
@@ -252,9 +270,9 @@ def _round_off(record: Record) -> None:
             truth=0.0,
             truth_source="a shift changes nothing",
             scale=1.0,
-            allowed=1e-4 if name == "10 kPa" else None,
+            allowed=1e-4 if name == BOUNCING else None,
             explanation="0.1 mm would be 0.3 % of the swing"
-            if name == "10 kPa"
+            if name == BOUNCING
             else "where it is not small, the result is round-off's, not the model's",
         )
 
