@@ -233,7 +233,7 @@ def draw_verdicts(record: Record, trials: Trials, roofs: dict[str, Roof], captio
     import matplotlib.pyplot as plt
 
     pairs = range(len(trials.pairs))
-    looks = {"stable": ("s", PALETTE[1]), "moves on": ("o", PALETTE[2]), "gone": ("x", PALETTE[3])}
+    looks = {"stable": ("s", PALETTE[1]), "moves on": ("o", PALETTE[4]), "gone": ("x", PALETTE[2])}
     with record.style():
         figure, panels = plt.subplots(
             len(roofs),
