@@ -117,6 +117,9 @@ def test_records_come_back_as_they_were(tmp_path):
     kept(tmp_path, CASES[1:2], full=True)
     records = load_records(target, CASES)
     assert [record["full"] for record in records] == [False, True, False]
+    (build,) = {record["build"] for record in records}
+    assert re.fullmatch(r"[0-9a-f]{12}", build)
+    assert f"`{build}`" in write_report(target, CASES)[0].read_text(encoding="utf-8")
     assert records[1]["items"][0]["text"] == "Here all."
     # a case that leaves less behind than before takes its files away
     store(records[0] | {"items": []}, tmp_path, target)

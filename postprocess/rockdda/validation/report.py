@@ -228,6 +228,19 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
     return rows
 
 
+def _builds(entries: Sequence[_Entry]) -> list[str]:
+    """Which builds of the program the numbers come from, as far as it was kept."""
+    builds: dict[str, list[str]] = {}
+    for entry in entries:
+        builds.setdefault(str(entry.record.get("build") or ""), []).append(entry.link)
+    old = builds.pop("", [])
+    if not builds:
+        return []
+    told = [f"`{build}` ({', '.join(links)})" for build, links in sorted(builds.items())]
+    rest = f"; {_count(len(old), 'case')} of which it was not kept" if old else ""
+    return [f"- Builds, by the first digits of the SHA-256 of the compiled part: {'; '.join(told)}{rest}."]
+
+
 def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
     """How the numbers came to be."""
     full = [entry for entry in entries if entry.record.get("full")]
@@ -237,6 +250,7 @@ def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
     lines = ["## How this was made", ""]
     lines.append(f"- Program version {', '.join(versions)}; every run goes through `rockdda.run`, with one thread.")
     lines.append("- The same input gives the same bits with any number of threads, and from `rockdda run`.")
+    lines += _builds(entries)
     for some, name in ((full, "full"), (quick, "quick")):
         if some:
             seconds = sum(entry.record.get("seconds", 0.0) for entry in some)
