@@ -48,7 +48,7 @@ def layered_stability(record: Record) -> None:
     )
     _rigid(record, trials)
     compare_thresholds(record, trials, ROOFS, spacing_axis(), LAYERED["spacing_stable"], REASONS, thrifty=True)
-    angles = angle_axis((20.0, 40.0, 60.0, 80.0), WIDTH)
+    angles = angle_axis((20.0, 30.0, ANGLE, 80.0), WIDTH)
     compare_thresholds(record, trials, ROOFS, angles, None, REASONS, thrifty=True)
     draw_verdicts(
         record,
