@@ -137,6 +137,7 @@ contains
       type(joint_set_type), intent(inout) :: set
       type(diagnostics_type), intent(inout) :: messages
       real(wp), parameter :: pi = acos(-1.0_wp)
+      real(wp), parameter :: nearly_parallel = sin(10*pi/180)
       real(wp) :: n(2), d(2), a(2), length
       logical :: by_dip
       by_dip = is_set(dip) .or. is_set(dip_direction)
@@ -166,6 +167,10 @@ contains
                               'in it', namelist%origin(group%place))
             return
          end if
+         if (length < nearly_parallel) call messages%add(severity%warning, '&joint_set: the set is nearly parallel '// &
+            'to the section ('//to_string(asin(length)*180/pi, 2)//' degrees): its traces are '// &
+            to_string(set%spacing/length, 3)//' apart, its planes '//to_string(set%spacing, 3), &
+            namelist%origin(group%place))
          set%inclination = atan2(-n(1), n(2))*180/pi
          set%spacing = set%spacing/length
       end if
