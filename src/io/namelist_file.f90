@@ -227,9 +227,24 @@ contains
          call get_real(namelist, entry, options%angle_tolerance, messages)
          if (is_set(options%angle_tolerance)) call demand(namelist, entry, options%angle_tolerance >= 0 .and. &
             options%angle_tolerance < 90, 'must be at least 0 and less than 90 degrees', messages)
+      case ('close_tolerance')
+         call get_real(namelist, entry, options%close_tolerance, messages)
+         call demand_tolerance(options%close_tolerance)
+      case ('open_tolerance')
+         call get_real(namelist, entry, options%open_tolerance, messages)
+         call demand_tolerance(options%open_tolerance)
       case ('fixed_stiffness_factor'); call get_positive(namelist, entry, options%fixed_stiffness_factor, messages)
       case ('preset'); call get_choice(namelist, entry, ['peer'], options%preset, messages)
       end select
+
+   contains
+
+      !> A share of half the model's height: zero or below one.
+      subroutine demand_tolerance(value)
+         real(wp), intent(in) :: value
+         if (is_set(value)) call demand(namelist, entry, value >= 0 .and. value < 1, &
+                                        'must be at least 0 and less than 1', messages)
+      end subroutine demand_tolerance
    end subroutine read_contact
 
    !> &solver

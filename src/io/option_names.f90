@@ -13,8 +13,8 @@ module rockdda_io_option_names
       'save_every', 'save_dt', 'threads', 'max_wall', 'checkpoint_every']
    character(len=*), parameter :: time_names(8) = [character(len=name_length) :: 'dt_max', 'dt_min', 'k01', &
       'displacement_ratio', 'length_scale', 'rotation', 'cut_factor', 'max_open_close']
-   character(len=*), parameter :: contact_names(6) = [character(len=name_length) :: 'stiffness', 'shear_ratio', &
-      'search_factor', 'angle_tolerance', 'fixed_stiffness_factor', 'preset']
+   character(len=*), parameter :: contact_names(8) = [character(len=name_length) :: 'stiffness', 'shear_ratio', &
+      'search_factor', 'angle_tolerance', 'close_tolerance', 'open_tolerance', 'fixed_stiffness_factor', 'preset']
    character(len=*), parameter :: solver_names(4) = [character(len=name_length) :: 'method', 'tolerance', 'omega', &
       'preconditioner']
    character(len=*), parameter :: material_names(2) = [character(len=name_length) :: 'plane', 'mass']

@@ -124,8 +124,10 @@ contains
       parameters%fixed_stiffness = parameters%normal_stiffness*real_or(options%fixed_stiffness_factor, 100.0_wp)
       parameters%search_distance = real_or(options%search_factor, 2.5_wp)*parameters%displacement_ratio*parameters%w0
       parameters%angle_tolerance = real_or(options%angle_tolerance, 3.0_wp)*acos(-1.0_wp)/180
-      parameters%close_tolerance = merge(2.0e-4_wp, 1.0e-12_wp, parameters%peer_contacts)*parameters%w0
-      parameters%open_tolerance = merge(2.0e-7_wp, 1.0e-12_wp, parameters%peer_contacts)*parameters%w0
+      parameters%close_tolerance = merge(2.0e-4_wp, 1.0e-12_wp, parameters%peer_contacts)
+      parameters%open_tolerance = merge(2.0e-7_wp, 1.0e-12_wp, parameters%peer_contacts)
+      parameters%close_tolerance = real_or(options%close_tolerance, parameters%close_tolerance)*parameters%w0
+      parameters%open_tolerance = real_or(options%open_tolerance, parameters%open_tolerance)*parameters%w0
 
       parameters%plane_strain = text_or(options%plane, 'stress') == 'strain'
       parameters%mass_from_area = text_or(options%mass, 'initial') == 'area'
