@@ -130,10 +130,13 @@ def study_command(
 
 
 def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
-    """Run one case, as a task of a job array does; SIGTERM lets it write its checkpoint."""
-    from .study_run import run_case
+    """Run one case that is not done, as a task of a job array does; SIGTERM lets it write its checkpoint."""
+    from .study_run import finished_case, run_case
 
     wanted = study.cases[number - 1]
+    done = finished_case(study, wanted)
+    if done is not None:
+        return done
     folder = prepare(study, wanted)
     children: list[Any] = []
 

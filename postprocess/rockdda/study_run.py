@@ -101,15 +101,16 @@ def run_study(
 
 def pending(study: Study, *, retry: bool = False) -> list[Case]:
     """Cases that are still to be run; failed ones only when they are to be tried again."""
-    wanted = []
-    for case in study.cases:
-        status = _read_status(_folder(study, case))
-        current = status.get("digest") == study.digest(case)
-        if not current or status.get("status") not in ("done", "failed") or (status["status"] == "failed" and retry):
-            wanted.append(case)
-        elif status.get("complete") and status.get("quantities") != _told(study):
-            wanted.append(case)  # it ran, but a result was not found; the study names others now
-    return wanted
+    return [case for case in study.cases if _is_pending(study, case, retry)]
+
+
+def _is_pending(study: Study, case: Case, retry: bool) -> bool:
+    status = _read_status(_folder(study, case))
+    current = status.get("digest") == study.digest(case)
+    if not current or status.get("status") not in ("done", "failed") or (status["status"] == "failed" and retry):
+        return True
+    # it ran, but a result was not found; the study names others now
+    return bool(status.get("complete")) and status.get("quantities") != _told(study)
 
 
 def prepare_case(study: Study, case: Case) -> Path:
@@ -135,12 +136,26 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "status": "waiting",
                 "quantities": _told(study),
                 "complete": before.get("digest") == digest and before.get("complete", False),
+                "seconds": before.get("seconds", 0.0) if _goes_on(before, digest) else 0.0,
                 "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
             },
         )
     except OSError as problem:
         raise OutputError(f"{folder}: cannot be written: {problem.strerror}") from None
     return folder
+
+
+def _goes_on(before: dict[str, Any], digest: str) -> bool:
+    """Does a case go on from where it was stopped? Its time is then added to."""
+    return before.get("digest") == digest and before.get("status") in ("stopped", "running", "waiting")
+
+
+def finished_case(study: Study, case: Case) -> Outcome | None:
+    """What a case that is done has left; None for all others."""
+    if _is_pending(study, case, retry=True):
+        return None
+    status = _read_status(_folder(study, case))
+    return Outcome(case.number, case.name, "done", status.get("seconds", 0.0), 0, status.get("message", ""))
 
 
 def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None = None) -> Outcome:

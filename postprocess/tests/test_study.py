@@ -14,7 +14,7 @@ import pytest
 from rockdda import cli
 from rockdda.errors import InputError
 from rockdda.study import evaluate, read_study
-from rockdda.study_run import collect, pending, run_study
+from rockdda.study_run import collect, pending, prepare_case, run_study
 
 GEOMETRY = """\
 0.001   # e0
@@ -300,6 +300,31 @@ def test_one_case_says_why_it_failed(folder, capfd):
     captured = capfd.readouterr()
     assert "found 'soft'" in captured.err
     assert captured.out.startswith("case 2: failed")
+
+
+def test_one_case_that_is_done_is_left_alone(folder, capfd):
+    (folder / "slide.toml").write_text(STUDY)
+    assert cli.main(["study", str(folder / "slide.toml"), "--case", "2"]) == 0
+    status = next((folder / "slide/cases").glob("0002*/status.json"))
+    before = (status.read_text(), status.stat().st_mtime_ns)
+    assert cli.main(["study", str(folder / "slide.toml"), "--case", "2"]) == 0
+    assert (status.read_text(), status.stat().st_mtime_ns) == before
+    first, second = capfd.readouterr().out.splitlines()
+    assert first == second  # with the seconds of the run
+
+
+def test_the_parts_of_a_stopped_case_add_up_in_its_seconds(folder):
+    study = read_study(folder / "slide.toml")
+    here = prepare_case(study, study.cases[0])
+    status = json.loads((here / "status.json").read_text())
+    for ending, kept in (("stopped", 1000.0), ("failed", 0.0)):
+        (here / "status.json").write_text(json.dumps({**status, "status": ending, "seconds": 1000.0, "exit_code": 3}))
+        prepare_case(study, study.cases[0])
+        assert json.loads((here / "status.json").read_text())["seconds"] == kept
+    (here / "status.json").write_text(json.dumps({**status, "status": "stopped", "seconds": 1000.0}))
+    (outcome,) = [o for o in run_study(study) if o.number == 1]
+    assert outcome.status == "done"
+    assert outcome.seconds > 1000
 
 
 def test_a_misspelt_value_of_a_case_is_named(folder):
