@@ -20,6 +20,7 @@ from rockdda.validation.case import published
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
+PEER = INPUTS / "fifty_tunnels/peer.toml"
 RANDOM = INPUTS / "random_tunnels/random.toml"
 
 
@@ -47,6 +48,13 @@ def test_the_fifty_are_those_of_the_analysis_matrix():
         assert low <= case.values["dt"] <= high
 
 
+def test_the_rules_of_the_peer_are_all_that_their_study_changes():
+    for one, other in zip(read_study(FIFTY).cases, read_study(PEER).cases, strict=True):
+        differing = {name: other.values[name] for name in one.values if other.values[name] != one.values[name]}
+        assert set(differing) == {"rules"}
+        assert "preset = 'peer'" in differing["rules"]
+
+
 def test_random_study_has_twenty_realisations_a_cell():
     cases = read_study(RANDOM).cases
     assert len(cases) == 300
@@ -57,7 +65,7 @@ def test_random_study_has_twenty_realisations_a_cell():
     assert len({tuple(sorted(c.values.items())) for c in cases}) == 300
 
 
-@pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (MORE, 14), (RANDOM, 11)])
+@pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (PEER, 50), (MORE, 14), (RANDOM, 11)])
 def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     monkeypatch.setenv("ROCKDDA_PROGRAM", program)
     study = few_steps(read_study(file), number, tmp_path / "out")
