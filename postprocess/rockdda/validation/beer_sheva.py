@@ -307,7 +307,7 @@ def draw_histories(
         figure, panels = plt.subplots(
             len(points),
             len(columns),
-            figsize=(PAPER_WIDTH, 1.05 * len(points) + 0.8),
+            figsize=(PAPER_WIDTH, 0.9 * len(points) + 0.8),
             layout="constrained",
             sharex=True,
             sharey="col",

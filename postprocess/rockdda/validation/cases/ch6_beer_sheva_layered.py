@@ -33,7 +33,7 @@ POINTS = {
     "m5": (SPAN / 2 - MIDDLE, 2.51),
 }
 REASONS = {
-    "as described": "the abutments' weight makes a thrust that comes late and grows slowly",
+    "as described": "the abutments' weight makes a thrust, and the stack falls freely until it is there",
     SHI: "contacts close by this rule only when the stack falls already, and no thrust is there",
     TIGHT: "blocks that touch wedge at once, and the stack bounces on its arches",
 }
