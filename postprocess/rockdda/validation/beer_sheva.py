@@ -228,8 +228,14 @@ def _stands(trials: Trials, start: str, roof: Roof, axis: Axis, first: bool, thr
     return trials.stands(start, changed)
 
 
-def draw_verdicts(record: Record, trials: Trials, roofs: dict[str, Roof], caption: str) -> None:
-    """All that was tried: a mark for each run."""
+def draw_verdicts(
+    record: Record,
+    trials: Trials,
+    roofs: dict[str, Roof],
+    caption: str,
+    columns: Sequence[str] = ("friction angle [°], S_j = 0.25 m", "joint spacing S_j [m], φ = 47°"),
+) -> None:
+    """All that was tried, a mark for each run: friction angles, joint spacings, or both."""
     import matplotlib.pyplot as plt
 
     pairs = range(len(trials.pairs))
@@ -237,14 +243,15 @@ def draw_verdicts(record: Record, trials: Trials, roofs: dict[str, Roof], captio
     with record.style():
         figure, panels = plt.subplots(
             len(roofs),
-            2,
-            figsize=(PAPER_WIDTH, 1.15 * len(roofs) + 0.6),
+            len(columns),
+            figsize=(PAPER_WIDTH * (1.0 if len(columns) > 1 else 0.65), 1.15 * len(roofs) + 0.6),
             layout="constrained",
             sharex="col",
             squeeze=False,
         )
         for row, (start, roof) in zip(panels, roofs.items(), strict=True):
-            for axes, along_angles in zip(row, (True, False), strict=True):
+            for axes, label in zip(row, columns, strict=True):
+                along_angles = label.startswith("friction")
                 for look, (marker, colour) in looks.items():
                     points = [
                         (angle if along_angles else BASE.span / blocks, pair)
@@ -257,15 +264,15 @@ def draw_verdicts(record: Record, trials: Trials, roofs: dict[str, Roof], captio
                         *zip(*points, strict=True) if points else ([], []), marker, color=colour, ms=4, label=look
                     )
                 axes.set_ylim(len(pairs) - 0.4, -0.6)
-                axes.set_yticks(pairs, [trials.words(pair) if along_angles else "" for pair in pairs], fontsize=6)
+                axes.set_yticks(pairs, [trials.words(pair) if axes is row[0] else "" for pair in pairs], fontsize=6)
                 axes.grid(False)
                 if not along_angles:
                     axes.set_xscale("log")
                     axes.set_xticks([0.25, 0.5, 1, 2, 4], labels=["0.25", "0.5", "1", "2", "4"])
                     axes.minorticks_off()
             row[0].set_title(start)
-        panels[-1, 0].set_xlabel("friction angle [°], S_j = 0.25 m")
-        panels[-1, 1].set_xlabel("joint spacing S_j [m], φ = 47°")
+        for axes, label in zip(panels[-1], columns, strict=True):
+            axes.set_xlabel(label)
         figure.legend(*panels[0, 0].get_legend_handles_labels(), fontsize=7, loc="outside upper center", ncols=3)
         record.figure(figure, "verdicts", caption)
 
