@@ -198,11 +198,11 @@ def test_view_serves_until_interrupted(folder):
     try:
         address = next(word for word in process.stdout.readline().split() if word.startswith("http"))
         assert address.startswith("http://127.0.0.1:")
-        with urllib.request.urlopen(address, timeout=20) as answer:
+        with urllib.request.urlopen(address, timeout=120) as answer:
             assert "<title>wall</title>" in answer.read().decode()
         time.sleep(0.1)
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 0
+        assert process.wait(timeout=120) == 0
         assert process.stderr.read() == ""
     finally:
         process.kill()

@@ -158,10 +158,15 @@ def test_an_exception_of_the_caller_stops_the_run_in_order(tmp_path):
 
 
 def test_max_wall_stops_in_order(tmp_path):
-    results = rockdda.run(INPUTS / "jointed_slope", output=tmp_path / "x.h5", t_end=1000.0, max_wall=0.5)
-    assert not results.complete
-    assert results.exit_reason == "max-wall"
-    assert results.frames[-1].step == results.n_steps > 0
+    for limit in (0.5, 5, 50):  # where a busy machine needs as long for the start, there are no steps
+        output = tmp_path / f"{limit}.h5"
+        results = rockdda.run(INPUTS / "jointed_slope", output=output, t_end=1000.0, max_wall=limit)
+        assert not results.complete
+        assert results.exit_reason == "max-wall"
+        assert results.frames[-1].step == results.n_steps
+        if results.n_steps > 0:
+            break
+    assert results.n_steps > 0
 
 
 def test_ctrl_c_stops_after_the_step_and_keeps_the_results(tmp_path):
@@ -203,11 +208,12 @@ def test_the_lock_is_free_while_steps_are_done(tmp_path):
 
     thread = threading.Thread(target=count)
     thread.start()
-    simulation._session.advance(20, 1e9)
+    simulation._session.advance(100, 1e9)
     stop.set()
     thread.join()
-    assert simulation._session.sizes()["step"] == 20
-    assert counted > 10  # 20 steps take some 100 ms
+    assert simulation._session.sizes()["step"] == 100
+    # 100 steps take half a second and more; with the lock held the thread counts before and after them only
+    assert counted > 10
 
 
 def test_runs_in_threads_do_not_disturb_each_other(tmp_path):

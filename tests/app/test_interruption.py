@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Runs that do not come to their end: signals, time limits, kills, lost or full disks, steps without a solution."""
 
+import contextlib
 import os
 import random
 import resource
@@ -19,6 +20,7 @@ if h5py is not None:
 
 LONG = ("--steps", "100000000")  # more than any of these tests waits for
 BLOCK = ("run", "block.dc", "block.df")
+PATIENCE = 120  # seconds after which a test gives up, many times what a busy machine needs
 
 
 @unittest.skipIf(h5py is None, "h5py is missing")
@@ -34,7 +36,7 @@ class InterruptionTest(ProgramTest):
         return process
 
     def wait_for_steps(self, process, number, name="block.h5"):
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             self.assertIsNone(process.poll(), "still running")
             if self.path(name).exists() and self.steps_in(name) >= number:
@@ -51,9 +53,17 @@ class InterruptionTest(ProgramTest):
             return 0
 
     def finish(self, process, code):
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, code, err)
         return out.decode(), err.decode()
+
+    @contextlib.contextmanager
+    def paused(self, process):
+        """While this lasts the process does nothing: what happens to its files happens at once for it."""
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
+        yield
+        process.send_signal(signal.SIGCONT)
 
     def check_ended(self, reason, name="block.h5"):
         """An orderly end before time: nothing is missing, and the last frame is the last step."""
@@ -127,28 +137,32 @@ class Stop(InterruptionTest):
         counts = [0.01, f"{len(lines)} 0", 0, 0, 1, 0, 0, 0]
         self.write("wall.dc", "\n".join(map(str, [*counts, *lines, "0.5 0.5 0.5 0.5"])) + "\n")
         self.write("wall.df", "1 100000 1 1 0.01 0.001\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n")
-        process = self.start_program("run", "wall.dc", "wall.df", "--solver", "sor")
-        deadline = time.monotonic() + 30
-        while not self.path("wall.h5").exists() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        time.sleep(0.3)
-        for _ in range(2000):
-            process.send_signal(signal.SIGINT)
-            time.sleep(0.002)
-            if process.poll() is not None:
+        # when the first one came at the end of a step, the run was over in order before the second: then once more
+        for _ in range(10):
+            process = self.start_program("run", "wall.dc", "wall.df", "--solver", "sor", "--force")
+            deadline = time.monotonic() + PATIENCE
+            while not self.path("wall.ckpt.h5").exists() and time.monotonic() < deadline:
+                time.sleep(0.01)
+            while process.poll() is None and time.monotonic() < deadline:
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.002)
+            _, err = self.finish(process, 4)
+            if "stopped at once" in err:
                 break
-        _, err = self.finish(process, 4)
+            self.path("wall.ckpt.h5").unlink()
         self.assertIn("stopped at once", err)
         with self.open("wall.h5") as file:
             self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, "running"))
             self.assertEqual(file["frames/step"][0], 0)
 
     def test_wall_clock_limit(self):
-        start = time.monotonic()
-        outcome = self.run_program(*BLOCK, *LONG, "--max-wall", "0.3", "--quiet")
-        self.assertEqual(outcome.code, 4)
-        self.assertLess(time.monotonic() - start, 10)
-        self.assertGreater(self.check_ended("max-wall"), 0)
+        for limit in ("0.3", "3", "30"):  # where a busy machine needs as long for the start, there are no steps
+            outcome = self.run_program(*BLOCK, *LONG, "--max-wall", limit, "--quiet", "--force")
+            self.assertEqual(outcome.code, 4)
+            steps = self.check_ended("max-wall")
+            if steps > 0:
+                break
+        self.assertGreater(steps, 0)
         self.write("run.nml", "&run max_wall = 0.2 /\n")
         outcome = self.run_program(*BLOCK, *LONG, "--config", "run.nml", "--force")
         self.assertEqual(outcome.code, 4)
@@ -172,14 +186,17 @@ class Kill(InterruptionTest):
 
     def test_reader_while_running(self):
         process = self.start("--quiet")
-        last = 0
-        for _ in range(10):
+        last, seen = 0, set()
+        deadline = time.monotonic() + PATIENCE
+        while len(seen) < 10 and time.monotonic() < deadline:
             # a reader that opens in the very moment in which the file grows may have to try again
-            steps = self.steps_in("block.h5") or self.steps_in("block.h5")
-            self.assertGreaterEqual(steps, last)
-            last = steps
+            steps = self.steps_in("block.h5")
+            if steps > 0:
+                self.assertGreaterEqual(steps, last)
+                last = steps
+                seen.add(steps)
             time.sleep(0.05)
-        self.assertGreater(last, 1)
+        self.assertEqual(len(seen), 10)
         self.assertIsNone(process.poll(), "readers do not disturb the run")
         process.send_signal(signal.SIGTERM)
         self.finish(process, 4)
@@ -211,7 +228,8 @@ class Output(InterruptionTest):
         self.path("out").mkdir()
         process = self.start_program(*BLOCK, *LONG, "--checkpoint-every", "0.02", "-o", "out/a.h5", "--quiet")
         self.wait_for_steps(process, 1, "out/a.h5")
-        shutil.rmtree(self.path("out"))
+        with self.paused(process):
+            shutil.rmtree(self.path("out"))
         _, err = self.finish(process, 5)
         self.assertIn("out/a.h5: ", err)
         self.assertFalse(self.path("out").exists())

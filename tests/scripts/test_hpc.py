@@ -22,12 +22,18 @@ STEPS = 8000
 OPTIONS = ["--steps", str(STEPS), "--save-every", "700"]
 
 # srun starts the program and sends USR1 when the time of the job is nearly over, or kills it as a crash would; the
-# clock starts when the program has got ready for signals
+# clock starts when the program has got ready for signals, for a crash when there is something to go on from
 SRUN = """\
 #!/usr/bin/env bash
 "$@" &
 program=$!
-is_ready() { (( 0x$(sed -n 's/^SigCgt:[[:blank:]]*//p' "/proc/$program/status") & 0x200 )); }
+is_ready() {
+  if [ "${SIGNAL:-USR1}" = KILL ]; then
+    ls -l "/proc/$program/fd" | grep -q '[.]undo$'
+  else
+    (( 0x$(sed -n 's/^SigCgt:[[:blank:]]*//p' "/proc/$program/status") & 0x200 ))
+  fi
+}
 (
   until is_ready; do sleep 0.02; done
   sleep "$LIMIT"
@@ -88,7 +94,9 @@ class Cluster:
             stops = len(self.requeued())
             outcome = self.submit(script, *arguments, **environment)
             if outcome.returncode == 4 and "a longer --time is needed" in outcome.stdout:
-                continue  # a very slow machine
+                # a busy machine, which needs as long for the start
+                environment["LIMIT"] = str(2 * float(environment["LIMIT"]))
+                continue
             assert outcome.returncode == 0, outcome.stderr + outcome.stdout
             if len(self.requeued()) == stops:
                 return stops
