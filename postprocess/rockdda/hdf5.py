@@ -3,31 +3,76 @@
 
 from __future__ import annotations
 
+import contextlib
 import time as clock
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from .errors import InputError
 
-__all__ = ["PATIENCE", "changed_lately", "check_format", "check_signature", "open_hdf5", "plain", "reason_of"]
+__all__ = [
+    "PATIENCE",
+    "GrowingFile",
+    "NoSuchPath",
+    "changed_lately",
+    "check_format",
+    "check_signature",
+    "plain",
+    "reason_of",
+]
 
 FORMAT_VERSION = 1
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
-PATIENCE = 2.0
+PATIENCE = 5.0
+# File systems note the time of a change in steps of 1 to 10 ms.
+CLOCK_STEP = 0.012
+
+# Bytes of a growing table that are read at a time: some hundredths of a second.
+PIECE = 1 << 23
+
+T = TypeVar("T")
+#: Device, number, length and time of change of a file.
+_State = tuple[int, int, int, int]
 
 
-def open_hdf5(path: Path) -> h5py.File:
-    """Open for reading without a lock, so that the run that writes the file is not disturbed."""
-    try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        # this process has the file open already, with locks
-        if "locking flag" not in str(error):
+class _Opened:
+    """A file that is open for reading, without a lock, so that the run that writes it is not disturbed.
+
+    HDF5 takes in the end of the file and the upper part of its indices once. When the file grows underneath, places
+    behind that end cannot be read ("addr overflow"), and rows whose index has been split in the meantime read as
+    zeros, without a word. So: nothing that was read while the file changed may be used. Files that are opened by name
+    share what was taken in with all others of the process that are open under that name, older ones of the user too;
+    opened as a stream a file is seen as it is now.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.state = _state_of(path)
+        while 0 <= clock.time() - self.state[3] / 1e9 < CLOCK_STEP:  # a second change would not show
+            clock.sleep(CLOCK_STEP / 4)
+            self.state = _state_of(path)
+        self._stream = path.open("rb", buffering=0)
+        try:
+            self.file = h5py.File(self._stream, "r")
+        except BaseException:
+            self._stream.close()
             raise
-        return h5py.File(path, "r")
+
+    def close(self) -> None:
+        # closing can fail when the file was changed underneath
+        with contextlib.suppress(Exception):
+            self.file.close()
+        self._stream.close()
+
+
+def _state_of(path: Path) -> _State:
+    """What is different when a file has been changed or replaced."""
+    info = path.stat()
+    return info.st_dev, info.st_ino, info.st_size, info.st_mtime_ns
 
 
 def plain(value: Any) -> Any:
@@ -85,3 +130,101 @@ def check_format(path: Path, attributes: dict[str, Any]) -> None:
     version = attributes.get("format_version")
     if version != FORMAT_VERSION:
         raise InputError(f"has format version {version}; this package reads version {FORMAT_VERSION}", path)
+
+
+class NoSuchPath(Exception):
+    """There is no array of that name."""
+
+
+class GrowingFile:
+    """A file that a run may be writing: each piece of work is done with the file as it was at one moment."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.complete = False  # does it say so itself?
+        self._opened: _Opened | None = None
+        self._state: _State | None = None  # when it was first used
+        self._closed = False
+
+    @property
+    def inode(self) -> int:
+        """Another one: another file has taken its place."""
+        return self._state[1] if self._state is not None else 0
+
+    def forget(self) -> None:
+        """Look at the file afresh."""
+        self._drop()
+        self._state = None
+
+    def close(self) -> None:
+        """Give the file free. Using it afterwards is an error."""
+        self._drop()
+        self._closed = True
+
+    def _drop(self) -> None:
+        if self._opened is not None:
+            self._opened.close()
+            self._opened = None
+
+    def use(self, work: Callable[[h5py.File], T]) -> T:
+        """Do something with the open file; again, when a writer has changed it in the meantime."""
+        if self._closed:
+            raise ValueError(f"{self.path}: the results were closed")
+        deadline = clock.monotonic() + PATIENCE
+        while True:
+            try:
+                if self._opened is not None and self._opened.state != _state_of(self.path):
+                    self._drop()
+                if self._opened is None:
+                    self._opened = _Opened(self.path)
+                state = self._opened.state
+                answer = work(self._opened.file)
+                changed = _state_of(self.path) != state
+            except FileNotFoundError as error:
+                raise InputError("no such file", self.path) from error
+            except PermissionError as error:
+                raise InputError("no permission to read the file", self.path) from error
+            except (OSError, RuntimeError, ValueError, KeyError) as error:
+                if isinstance(error, InputError):
+                    raise
+                self._drop()
+                # a file that nobody writes any more will not get better
+                settled = self.complete and self._state == _state_of(self.path)
+                if settled or clock.monotonic() > deadline or not changed_lately(self.path):
+                    raise InputError(f"the file is damaged: {reason_of(error)}", self.path) from error
+                clock.sleep(0.02)
+                continue
+            if changed:
+                self._drop()
+                if clock.monotonic() > deadline:
+                    raise InputError("a run writes to this file faster than it can be read; try again", self.path)
+                continue
+            if self._state is None:
+                self._state = state
+            if not self.complete or state != self._state:  # an open handle does not see what is written later
+                self._drop()
+            return answer
+
+    def rows(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+        """Rows [start, stop) of an array, of each `[*rest]`. A file that may grow is read in pieces that take less time
+        than it is left alone."""
+
+        def read(file: h5py.File) -> tuple[npt.NDArray[Any], int]:
+            item = file.get(path)
+            if not isinstance(item, h5py.Dataset):
+                raise NoSuchPath(path)
+            end = min(stop, item.shape[0])
+            n = max(end - begin, 0)
+            if not self.complete and item.chunks is not None:
+                row_bytes = max(item.dtype.itemsize * item.size // max(item.shape[0], 1), 1)
+                n = min(n, max(PIECE // (row_bytes * item.chunks[0]), 1) * item.chunks[0])
+            return np.asarray(item[(slice(begin, begin + n), *rest)]), end
+
+        pieces = []
+        begin = start
+        while True:
+            rows, end = self.use(read)
+            pieces.append(rows)
+            begin += len(rows)
+            if begin >= end or len(rows) == 0:
+                return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)

@@ -7,10 +7,7 @@ material numbers from 1.
 
 from __future__ import annotations
 
-import contextlib
 import os
-import time as clock
-from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,7 +18,7 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .frames import CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
-from .hdf5 import PATIENCE, changed_lately, check_format, check_signature, open_hdf5, plain, reason_of
+from .hdf5 import GrowingFile, NoSuchPath, check_format, check_signature, plain
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -73,10 +70,10 @@ class Results:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        self._file: h5py.File | None = None
+        self._source = GrowingFile(self.path)
         self._cache: dict[str, npt.NDArray[Any]] = {}
-        self._closed = False
         self._attributes: dict[str, Any] = {}
+        self._run: tuple[Any, int] | None = None
         self._n_steps = self._n_frames = 0
         check_signature(self.path)
         self._read_sizes()
@@ -86,15 +83,13 @@ class Results:
     def refresh(self) -> bool:
         """Take in what a running job has written since; True when there are more steps or frames, or it has ended."""
         before = (self._n_steps, self._n_frames, self.complete, self.exit_reason)
-        self._drop_handle()
         self._read_sizes()
         return before != (self._n_steps, self._n_frames, self.complete, self.exit_reason)
 
     def close(self) -> None:
         """Give the file free. Reading afterwards is an error."""
-        self._drop_handle()
+        self._source.close()
         self._cache.clear()
-        self._closed = True
 
     def __enter__(self) -> Results:
         return self
@@ -111,41 +106,9 @@ class Results:
             f"{self.n_steps} steps, {state}>"
         )
 
-    def _drop_handle(self) -> None:
-        if self._file is not None:
-            # closing can fail when the file was changed underneath
-            with contextlib.suppress(Exception):
-                self._file.close()
-            self._file = None
-
-    def _use(self, work: Callable[[h5py.File], T]) -> T:
-        """Do something with the open file; again, when a writer was just changing it."""
-        if self._closed:
-            raise ValueError(f"{self.path}: the results were closed")
-        deadline = clock.monotonic() + PATIENCE
-        while True:
-            try:
-                if self._file is None:
-                    self._file = open_hdf5(self.path)
-                answer = work(self._file)
-            except FileNotFoundError as error:
-                raise InputError("no such file", self.path) from error
-            except PermissionError as error:
-                raise InputError("no permission to read the file", self.path) from error
-            except (OSError, RuntimeError, ValueError, KeyError) as error:
-                if isinstance(error, InputError):
-                    raise
-                self._drop_handle()
-                # a file that nobody writes any more will not get better
-                if self.complete or clock.monotonic() > deadline or not changed_lately(self.path):
-                    raise InputError(f"the file is damaged: {reason_of(error)}", self.path) from error
-                clock.sleep(0.05)
-                continue
-            if not self.complete:  # an open handle does not see what is written later
-                self._drop_handle()
-            return answer
-
     def _read_sizes(self) -> None:
+        self._source.forget()
+
         def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int]:
             attributes = {name: plain(value) for name, value in file.attrs.items()}
             check_format(self.path, attributes)
@@ -165,7 +128,12 @@ class Results:
             frames = int(np.searchsorted(file["frames/step"][:frames], last, side="right"))
             return attributes, steps, frames, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
 
-        self._attributes, self._n_steps, self._n_frames, self._n_blocks, self._n_vertices = self._use(read)
+        attributes, self._n_steps, self._n_frames, self._n_blocks, self._n_vertices = self._source.use(read)
+        self._source.complete = bool(attributes.get("complete", 0))
+        run = (attributes.get("created"), self._source.inode)
+        if run != self._run:  # the file of another run has taken the place of the older one
+            self._cache.clear()
+        self._run, self._attributes = run, attributes
 
     # -- what it is ----------------------------------------------------------------------------------------------
 
@@ -223,21 +191,19 @@ class Results:
         Tables that grow are cut to the whole steps and frames of this view.
         """
         path = path.strip("/")
-        rows = self._rows(path)
 
         def read(file: h5py.File) -> Any:
             if path not in file:
-                raise _NoSuchPath(path)
+                raise NoSuchPath(path)
             item = file[path]
             if not isinstance(item, h5py.Dataset):
-                raise _NoSuchPath(path)
-            if h5py.check_string_dtype(item.dtype):
-                return plain(item[()])
-            return item[()] if rows is None else item[:rows]
+                raise NoSuchPath(path)
+            return plain(item[()]) if h5py.check_string_dtype(item.dtype) else item[()]
 
         try:
-            return self._use(read)
-        except _NoSuchPath:
+            rows = self._rows(path)
+            return self._source.use(read) if rows is None else self._table(path, 0, rows)
+        except NoSuchPath:
             raise self._no_such_array(path) from None
 
     def __contains__(self, path: object) -> bool:
@@ -251,33 +217,43 @@ class Results:
             file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
             return names
 
-        return self._use(read)
+        return self._source.use(read)
 
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]:
         """Rows [start, stop) of an array, without reading the others."""
         path = path.strip("/")
-
-        def read(file: h5py.File) -> npt.NDArray[Any]:
-            if path not in file:
-                raise _NoSuchPath(path)
-            return np.asarray(file[path][start:stop])
-
         try:
-            return self._use(read)
-        except _NoSuchPath:
+            return self._table(path, start, stop)
+        except NoSuchPath:
             raise self._no_such_array(path) from None
+
+    def block_rows(self, name: str, block: int) -> npt.NDArray[Any]:
+        """(nk, …) the rows of one block in a table of all frames and blocks, such as 'stress'."""
+        return self._table(f"frames/{name}", 0, self._n_frames, block)
+
+    def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+        rows = self._source.rows(path, start, stop, *rest)
+        length = self._view_length(path)
+        if length is not None and start + len(rows) < min(length, stop):
+            message = f"{path} has lost rows since the file was opened: refresh() takes in what is left"
+            raise InputError(message, self.path)
+        return rows
 
     def _no_such_array(self, path: str) -> KeyError:
         return KeyError(f"{self.path} has no array {path!r}; it has: {', '.join(self.keys())}")
 
-    def _rows(self, path: str) -> int | None:
+    def _view_length(self, path: str) -> int | None:
         group, _, name = path.partition("/")
         if group == "history":
             return self._n_steps
         if group == "frames" and name in FRAME_TABLES:
             return self._n_frames
-        if path == "frames/contact_offset":
-            return self._n_frames + 1
+        return self._n_frames + 1 if path == "frames/contact_offset" else None
+
+    def _rows(self, path: str) -> int | None:
+        group, _, name = path.partition("/")
+        if (length := self._view_length(path)) is not None:
+            return length
         if group == "frames" and name in CONTACT_TABLES:
             return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
         return None
@@ -336,7 +312,7 @@ class Results:
 
     def point_blocks(self, kind: str) -> IntArray:
         """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
-        return self._use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
+        return self._source.use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
 
     @property
     def times(self) -> FloatArray:
@@ -351,7 +327,7 @@ class Results:
     @property
     def energy_names(self) -> list[str]:
         """What the columns of `history/energy` are."""
-        return self._use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
+        return self._source.use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
 
     # -- frames --------------------------------------------------------------------------------------------------
 
@@ -388,10 +364,7 @@ class Results:
         """
         import pandas
 
-        def read(file: h5py.File) -> dict[str, npt.NDArray[Any]]:
-            return {name: file[f"history/{name}"][: self._n_steps] for name in HISTORY_TABLES}
-
-        tables = self._use(read)
+        tables = {name: self[f"history/{name}"] for name in HISTORY_TABLES}
         columns: dict[str, npt.NDArray[Any]] = {}
         for name in ("time", "dt", "open_close_iterations", "attempts", "solver_iterations"):
             columns[name] = tables[name]
@@ -489,7 +462,3 @@ def open(path: str | os.PathLike[str]) -> Results:
     Raises InputError, with the reason, for a file that is damaged or no results file.
     """
     return Results(path)
-
-
-class _NoSuchPath(Exception):
-    pass

@@ -65,8 +65,7 @@ class Viewer:
 
     def _state(self) -> dict[str, Any]:
         results = self.results
-        if not results.complete:
-            results.refresh()
+        results.refresh()  # also when it was complete: it may have been resumed
         running = not results.complete and results.exit_reason == "running"
         return {
             "times": results.times.tolist(),
@@ -113,8 +112,7 @@ class _BlockInTime(Frame):
 
     def _row(self, name: str) -> npt.NDArray[Any]:
         if name not in self._cache:
-            n, path = self._source.n_frames, f"frames/{name}"
-            self._cache[name] = self._source._use(lambda file: np.asarray(file[path][:n, self.block]))
+            self._cache[name] = self._source.block_rows(name, self.block)
         return self._cache[name]
 
 

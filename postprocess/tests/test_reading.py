@@ -131,6 +131,12 @@ def test_closed_results_say_so(flat_arch):
         results["frames/time"]
 
 
+def write_empty(path):
+    path.touch()
+    old = time.time() - 3600  # a new one is waited for
+    os.utime(path, (old, old))
+
+
 def write_foreign(path):
     with h5py.File(path, "w") as file:
         file["x"] = 1
@@ -152,7 +158,7 @@ def write_newer(path):
     [
         (lambda path: None, "no such file"),
         (lambda path: path.mkdir(), "is a folder"),
-        (lambda path: path.write_bytes(b""), "no HDF5 file but empty"),
+        (write_empty, "no HDF5 file but empty"),
         (lambda path: path.write_text("0.01\n4 0\n"), "no HDF5 file"),
         (write_foreign, "no attribute 'format'"),
         (write_other_format, "its format is 'climate'"),
@@ -210,14 +216,126 @@ def test_tables_of_unequal_length_are_cut_to_whole_rows(flat_arch, tmp_path):
     assert not results.complete
 
 
-def test_a_file_that_a_run_has_just_made_is_waited_for(flat_arch, tmp_path):
+def test_a_file_that_a_run_has_just_made_is_waited_for(flat_arch, tmp_path, monkeypatch):
     path = tmp_path / "new.h5"
     path.touch()
     shutil.copyfile(flat_arch, tmp_path / "whole.h5")
     filled = threading.Timer(0.2, lambda: (tmp_path / "whole.h5").replace(path))
+    monkeypatch.setattr("rockdda.hdf5.PATIENCE", 60.0)  # a busy machine may start the thread late
     filled.start()
     assert rockdda.open(path).n_steps == 60
     filled.join()
+
+
+def start_run(program, folder, model, *options):
+    """A run that does not end by itself, when its first rows are there."""
+    path = folder / "running.h5"
+    command = [
+        program,
+        "run",
+        INPUTS / model,
+        "-o",
+        path,
+        "--t-end",
+        "1e9",
+        "--steps",
+        "100000000",
+        "--quiet",
+        *options,
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not path.with_suffix(".ckpt.h5").exists() and time.monotonic() < deadline:
+        assert process.poll() is None
+        time.sleep(0.01)
+    return process, path
+
+
+def test_what_is_read_while_the_file_grows_is_what_stays(program, tmp_path):
+    """Everything of several looks, against the file in the end; beside a handle of h5py that is kept open, which
+    HDF5 serves with the end and the index of the file as they were."""
+    process, path = start_run(program, tmp_path, "free_fall", "--save-every", "1", "--checkpoint-every", "0.1")
+    looks = []
+    try:
+        results = rockdda.open(path)
+        kept = h5py.File(path, "r", locking=False)
+        assert len(kept["history/step"]) >= 0
+        deadline = time.monotonic() + 120
+        # until an index has been split, with 64 pieces of 32 rows, more than once
+        while results.n_frames < 4500 and time.monotonic() < deadline:
+            time.sleep(0.1)
+            if results.refresh():
+                tables = {
+                    name: results[name] for name in ("frames/velocity", "frames/contact_offset", "history/energy")
+                }
+                looks.append((results.n_steps, results.n_frames, tables, results.frames[-1].vertices))
+        process.send_signal(signal.SIGTERM)
+        process.wait(timeout=120)
+        kept.close()
+        assert results.refresh()
+        assert results.exit_reason == "signal SIGTERM"
+        assert len(looks) > 5
+        whole = {name: results[name] for name in looks[0][2]}
+        for n_steps, n_frames, tables, vertices in looks:
+            lengths = {"frames/velocity": n_frames, "frames/contact_offset": n_frames + 1, "history/energy": n_steps}
+            for name, length in lengths.items():
+                assert len(tables[name]) == length
+                np.testing.assert_array_equal(tables[name], whole[name][:length], err_msg=name)
+            np.testing.assert_array_equal(vertices, results.frames[n_frames - 1].vertices)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_results_that_were_complete_and_went_on(program, tmp_path):
+    path = tmp_path / "x.h5"
+    command = [program, "run", INPUTS / "free_fall", "-o", path, "--steps", "20", "--save-every", "1", "--quiet"]
+    subprocess.run(command, check=True, capture_output=True)
+    results = rockdda.open(path)
+    assert results.complete
+    energy = results["history/energy"]
+    resume = [program, "resume", tmp_path / "x.ckpt.h5", "--steps", "3000", "--quiet"]
+    subprocess.run(resume, check=True, capture_output=True)
+    np.testing.assert_array_equal(results["history/energy"], energy)  # what was there when it was opened
+    assert results.refresh()
+    assert (results.n_steps, len(results["history/energy"])) == (3020, 3020)
+    # another run in its place
+    subprocess.run([*command[:2], INPUTS / "stack", *command[3:], "--force"], check=True, capture_output=True)
+    blocks = results.n_blocks
+    assert results.refresh()
+    assert blocks != results.n_blocks == len(results.block_area)
+
+
+def test_tables_are_read_in_pieces_while_they_may_grow(flat_arch, tmp_path, monkeypatch):
+    path = tmp_path / "x.h5"
+    shutil.copy(flat_arch, path)
+    with h5py.File(path, "a") as file:
+        file.attrs.update(complete=0, exit_reason="running")
+        vertices, energy = file["frames/vertices"][()], file["history/energy"][()]
+    results = rockdda.open(path)
+    monkeypatch.setattr("rockdda.hdf5.PIECE", 1)
+    np.testing.assert_array_equal(results["frames/vertices"], vertices)
+    np.testing.assert_array_equal(results["history/energy"], energy)
+    np.testing.assert_array_equal(results.rows("history/energy", 3, 58), energy[3:58])
+    np.testing.assert_array_equal(results.block_rows("rotation", 2), results["frames/rotation"][:, 2])
+    # rows that go while somebody looks
+    with h5py.File(path, "a") as file:
+        file["history/energy"].resize(50, axis=0)
+    with pytest.raises(rockdda.InputError, match=r"history/energy has lost rows.*refresh"):
+        _ = results["history/energy"]
+
+
+def test_a_file_that_never_rests_is_said(flat_arch, tmp_path, monkeypatch):
+    path = tmp_path / "x.h5"
+    shutil.copy(flat_arch, path)
+    with h5py.File(path, "a") as file:
+        file.attrs.update(complete=0, exit_reason="running")
+    results = rockdda.open(path)
+    numbers = iter(range(10**9))
+    monkeypatch.setattr("rockdda.hdf5._state_of", lambda path: (0, 0, next(numbers), 0))
+    monkeypatch.setattr("rockdda.hdf5.PATIENCE", 0.1)
+    with pytest.raises(rockdda.InputError, match="faster than it can be read"):
+        _ = results["history/energy"]
 
 
 def test_reading_while_the_run_goes_on(program, tmp_path):
