@@ -15,13 +15,14 @@
 !> slides past the other the roles change, and the new row goes on with the history of the old one (its alias).
 module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_history, only : contact_history_type
    implicit none
    private
-   public :: candidate_list_type, search_limits_type, search_pair
+   public :: candidate_type, candidate_list_type, search_limits_type, search_pair
 
    !> Distances and angles of one search.
    type :: search_limits_type
@@ -32,18 +33,22 @@ module rockdda_contact_narrow_phase
       real(wp) :: cosine = 1       !! cosine of the angle tolerance
    end type search_limits_type
 
+   !> A row of the table to be.
+   type :: candidate_type
+      integer :: vertex = 0, edge = 0
+      integer :: partner_vertex = 0, partner_edge = 0   !! identity of the partner row, 0 none
+      integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
+   end type candidate_type
+
    !> Growing list of candidate rows and the scratch of the pair search.
    type :: candidate_list_type
       integer :: n = 0
-      integer, allocatable :: vertex(:), edge(:)
-      integer, allocatable :: partner_edge(:), partner_vertex(:) !! identity of the partner row, 0 none
-      integer, allocatable :: alias_edge(:), alias_vertex(:)     !! row of the last step to go on with, 0 its own
+      type(candidate_type), allocatable :: rows(:)
       integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
       integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
    contains
-      procedure :: add => add_candidate
       procedure :: collect
    end type candidate_list_type
 
@@ -64,11 +69,11 @@ contains
       real(wp) :: r(2), far
       integer :: i, j
 
-      call collect_near(range_a, box_b, vertices, topology, limits%reach, list%near_a, list%n_near_a, &
-                        list%edges_a, list%n_edges_a)
+      call collect_near(range_a, box_b, size(vertices, 2), vertices, topology, limits%reach, list%near_a, &
+                        list%n_near_a, list%edges_a, list%n_edges_a)
       if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
-      call collect_near(range_b, box_a, vertices, topology, limits%reach, list%near_b, list%n_near_b, &
-                        list%edges_b, list%n_edges_b)
+      call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, limits%reach, list%near_b, &
+                        list%n_near_b, list%edges_b, list%n_edges_b)
       list%n_corners = 0
       far = max(limits%reach, 2*limits%zone)**2
       do i = 1, list%n_near_a
@@ -79,45 +84,22 @@ contains
                             list)
          end do
       end do
-      do i = 1, list%n_near_a
-         do j = 1, list%n_edges_b
-            if (is_far(list%near_a(i), list%edges_b(j), vertices, outlines, limits)) cycle
-            call try_edge(list%near_a(i), list%edges_b(j), 1, vertices, topology, outlines, limits, list)
-         end do
-      end do
-      do i = 1, list%n_near_b
-         do j = 1, list%n_edges_a
-            if (is_far(list%near_b(i), list%edges_a(j), vertices, outlines, limits)) cycle
-            call try_edge(list%near_b(i), list%edges_a(j), 2, vertices, topology, outlines, limits, list)
-         end do
-      end do
+      call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
+                        outlines%tangent, outlines%length, topology, outlines, limits, list)
+      call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
+                        outlines%tangent, outlines%length, topology, outlines, limits, list)
    end subroutine search_pair
 
-   !> Is the vertex out of reach of the edge? Most pairs of a vertex and an edge are.
-   pure logical function is_far(v, e, vertices, outlines, limits)
-      integer, intent(in) :: v, e
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(outlines_type), intent(in) :: outlines
-      type(search_limits_type), intent(in) :: limits
-      real(wp) :: r(2), gap, s
-      r = vertices(:, v) - vertices(:, e)
-      gap = r(1)*outlines%tangent(2, e) - r(2)*outlines%tangent(1, e)
-      is_far = gap > limits%reach .or. gap < -limits%penetration
-      if (is_far) return
-      s = r(1)*outlines%tangent(1, e) + r(2)*outlines%tangent(2, e)
-      is_far = s < -limits%zone .or. s > outlines%length(e) + limits%zone
-   end function is_far
-
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
-   pure subroutine collect_near(range, box, vertices, topology, reach, near, n_near, edges, n_edges)
-      integer, intent(in) :: range(2)
-      real(wp), intent(in), contiguous :: vertices(:, :)
+   pure subroutine collect_near(range, box, nv, vertices, topology, reach, near, n_near, edges, n_edges)
+      integer, intent(in) :: range(2), nv
+      real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: box(4), reach
       type(contact_topology_type), intent(in) :: topology
       integer, allocatable, intent(inout) :: near(:), edges(:)
       integer, intent(out) :: n_near, n_edges
-      real(wp) :: low(2), high(2), p(2), q(2)
-      integer :: k, n
+      real(wp) :: low(2), high(2)
+      integer :: k, n, sides, next_sides
       n = range(2) - range(1) + 1
       if (.not. allocated(near)) allocate (near(n), edges(n))
       if (size(near) < n) then
@@ -128,23 +110,65 @@ contains
       high = box(3:4) + reach
       n_near = 0
       n_edges = 0
+      next_sides = sides_of(vertices(1, range(1)), vertices(2, range(1)))
       do k = range(1), range(2)
-         p = vertices(:, k)
-         if (topology%active(k)) then
-            if (all(p >= low) .and. all(p <= high)) then
-               n_near = n_near + 1
-               near(n_near) = k
-            end if
+         sides = next_sides
+         n = merge(range(1), k + 1, k == range(2))
+         next_sides = sides_of(vertices(1, n), vertices(2, n))
+         if (sides == 0 .and. topology%active(k)) then
+            n_near = n_near + 1
+            near(n_near) = k
          end if
-         if (topology%is_edge(k)) then
-            q = vertices(:, topology%next(k))
-            if (all(max(p, q) >= low) .and. all(min(p, q) <= high)) then
-               n_edges = n_edges + 1
-               edges(n_edges) = k
-            end if
+         ! an edge misses the box of the other block when both ends lie beyond one of its sides
+         if (iand(sides, next_sides) == 0 .and. topology%is_edge(k)) then
+            n_edges = n_edges + 1
+            edges(n_edges) = k
          end if
       end do
+
+   contains
+
+      !> The sides of the widened box beyond which a point lies: a bit for each.
+      pure integer function sides_of(x, y)
+         real(wp), intent(in) :: x, y
+         sides_of = merge(1, 0, x < low(1)) + merge(2, 0, x > high(1)) + merge(4, 0, y < low(2)) + &
+                    merge(8, 0, y > high(2))
+      end function sides_of
+
    end subroutine collect_near
+
+   !> Contacts of some vertices of one block with some edges of the other. Most pairs are out of reach. (Arrays of
+   !> constant shape, here and below, spare the compiler to work out where an element lies, each time.)
+   pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, topology, outlines, &
+                                limits, list)
+      integer, intent(in) :: n_near, n_edges, nv
+      integer, intent(in) :: near(n_near), edges(n_edges)
+      integer, intent(in) :: side   !! 1: the vertices are those of the first block of the pair; 2: of the second
+      real(wp), intent(in) :: vertices(2, nv)
+      real(wp), intent(in) :: tangent(2, nv), length(nv)   !! of `outlines`
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      real(wp) :: r(2), t(2), gap, s
+      integer :: i, j, v, e
+      do i = 1, n_near
+         v = near(i)
+         if (outlines%concave(v)) cycle
+         do j = 1, n_edges
+            e = edges(j)
+            r(1) = vertices(1, v) - vertices(1, e)
+            r(2) = vertices(2, v) - vertices(2, e)
+            t(1) = tangent(1, e)
+            t(2) = tangent(2, e)
+            gap = r(1)*t(2) - r(2)*t(1)
+            if (gap > limits%reach .or. gap < -limits%penetration) cycle
+            s = r(1)*t(1) + r(2)*t(2)
+            if (s < -limits%zone .or. s > length(e) + limits%zone) cycle
+            call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, limits, list)
+         end do
+      end do
+   end subroutine search_edges
 
    !> Vertex-vertex contact of vertex a (block a) and vertex b (block b), close to each other.
    pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
@@ -219,12 +243,12 @@ contains
       if (list%n_corners > size(list%corner_pairs, 2)) call grow_pairs(list%corner_pairs)
       list%corner_pairs(:, list%n_corners) = [a, b]
       if (n_groups == 1) then
-         call list%add(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1))
+         call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1)))
       else
-         call list%add(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), alias_vertex(1), &
-                       alias_edge(1))
-         call list%add(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), alias_vertex(2), &
-                       alias_edge(2))
+         call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), &
+                                          alias_vertex(1), alias_edge(1)))
+         call append(list, candidate_type(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), &
+                                          alias_vertex(2), alias_edge(2)))
       end if
    end subroutine try_corner
 
@@ -270,39 +294,44 @@ contains
       group(second) = 2
    end subroutine group_lines
 
-   !> Vertex-edge contact of a vertex with an edge of the other block within its reach.
-   pure subroutine try_edge(v, e, side, vertices, topology, outlines, limits, list)
-      integer, intent(in) :: v, e
+   !> Vertex-edge contact of a vertex with an edge of the other block within its reach. The corner may have been paired
+   !> with an end of the edge: that is asked first.
+   pure subroutine try_edge(v, e, gap, s, side, nv, vertices, tangent, lengths, topology, outlines, limits, list)
+      integer, intent(in) :: v, e, nv
+      real(wp), intent(in) :: gap   !! of the vertex [length]
+      real(wp), intent(in) :: s     !! how far its foot lies from the start of the edge [length]
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
-      real(wp), intent(in), contiguous :: vertices(:, :)
+      real(wp), intent(in) :: vertices(2, nv)
+      real(wp), intent(in) :: tangent(2, nv), lengths(nv)   !! of `outlines`
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: t(2), n(2), p(2), length, s, gap, in_v(2), out_v(2)
-      integer :: corner(2)
-      logical :: concave(2)
+      real(wp) :: t(2), n(2), length, zone, in_v(2), out_v(2)
+      integer :: first, last
+      logical :: concave_first, concave_last
 
-      if (outlines%concave(v)) return
-      t = outlines%tangent(:, e)
+      length = lengths(e)
+      first = topology%owner(e)
+      last = topology%next(e)
+      if (list%n_corners > 0) then
+         zone = min(limits%zone, 0.25_wp*length)
+         if (s <= zone) then
+            if (is_corner_pair(list, v, first, side)) return
+         end if
+         if (length - s <= zone) then
+            if (is_corner_pair(list, v, last, side)) return
+         end if
+      end if
+      concave_first = outlines%concave(first)
+      concave_last = outlines%concave(last)
+      if (s < 0 .and. .not. concave_first) return
+      if (s > length .and. .not. concave_last) return
+      t = tangent(:, e)
       n = outward(t)
-      p = vertices(:, v) - vertices(:, e)
-      gap = dot_product(p, n)
-      s = dot_product(p, t)
-      length = outlines%length(e)
-      corner = [topology%owner(e), topology%next(e)]
-      concave = outlines%concave(corner)
-      if (s < 0 .and. .not. concave(1)) return
-      if (s > length .and. .not. concave(2)) return
-      in_v = outlines%tangent(:, topology%edge_in(v))
-      out_v = outlines%tangent(:, topology%edge_out(v))
+      in_v = tangent(:, topology%edge_in(v))
+      out_v = tangent(:, topology%edge_out(v))
       if (.not. is_outside(in_v, out_v, n, limits)) return
-      if (s <= min(limits%zone, 0.25_wp*length)) then
-         if (is_corner_pair(list, v, corner(1), side)) return
-      end if
-      if (length - s <= min(limits%zone, 0.25_wp*length)) then
-         if (is_corner_pair(list, v, corner(2), side)) return
-      end if
       if (gap < -1.0e-4_wp*length) then
          ! behind the edge, and deep: beyond a thin block, or in it?
          if (.not. is_inside(vertices(:, v) + 1.0e-6_wp*((0.5_wp*length - s)*t - length*n), e, vertices, &
@@ -310,14 +339,14 @@ contains
       end if
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
-         if (.not. concave(1)) then
-            if (neighbour_decides(topology%edge_in(corner(1)))) return
+         if (.not. concave_first) then
+            if (neighbour_decides(topology%edge_in(first))) return
          end if
-         if (.not. concave(2)) then
-            if (neighbour_decides(topology%edge_out(corner(2)))) return
+         if (.not. concave_last) then
+            if (neighbour_decides(topology%edge_out(last))) return
          end if
       end if
-      call list%add(v, e, 0, 0, 0, 0)
+      call append(list, candidate_type(v, e))
 
    contains
 
@@ -326,14 +355,14 @@ contains
          integer, intent(in) :: other
          real(wp) :: t2(2), n2(2), r2(2), gap2, s2
          neighbour_decides = .false.
-         t2 = outlines%tangent(:, other)
+         t2 = tangent(:, other)
          n2 = outward(t2)
          r2 = vertices(:, v) - vertices(:, other)
          gap2 = dot_product(r2, n2)
          if (gap2 <= gap .or. gap2 > limits%reach) return
          s2 = dot_product(r2, t2)
          ! a corner that touches the end of that edge may lie beyond it by an overlap
-         if (s2 < -limits%zone .or. s2 > outlines%length(other) + limits%zone) return
+         if (s2 < -limits%zone .or. s2 > lengths(other) + limits%zone) return
          neighbour_decides = is_outside(in_v, out_v, n2, limits)
       end function neighbour_decides
 
@@ -391,67 +420,42 @@ contains
    end function is_outside
 
    !> Append a candidate row.
-   pure subroutine add_candidate(self, vertex, edge, partner_vertex, partner_edge, alias_vertex, alias_edge)
-      class(candidate_list_type), intent(inout) :: self
-      integer, intent(in) :: vertex, edge, partner_vertex, partner_edge, alias_vertex, alias_edge
-      if (.not. allocated(self%vertex)) then
-         allocate (self%vertex(64), self%edge(64), self%partner_vertex(64), self%partner_edge(64), &
-                   self%alias_vertex(64), self%alias_edge(64))
-      else if (self%n == size(self%vertex)) then
-         call grow(self%vertex)
-         call grow(self%edge)
-         call grow(self%partner_vertex)
-         call grow(self%partner_edge)
-         call grow(self%alias_vertex)
-         call grow(self%alias_edge)
+   pure subroutine append(list, row)
+      type(candidate_list_type), intent(inout) :: list
+      type(candidate_type), intent(in) :: row
+      type(candidate_type), allocatable :: larger(:)
+      if (.not. allocated(list%rows)) allocate (list%rows(64))
+      if (list%n == size(list%rows)) then
+         allocate (larger(2*list%n))
+         larger(1:list%n) = list%rows
+         call move_alloc(larger, list%rows)
       end if
-      self%n = self%n + 1
-      self%vertex(self%n) = vertex
-      self%edge(self%n) = edge
-      self%partner_vertex(self%n) = partner_vertex
-      self%partner_edge(self%n) = partner_edge
-      self%alias_vertex(self%n) = alias_vertex
-      self%alias_edge(self%n) = alias_edge
-   end subroutine add_candidate
+      list%n = list%n + 1
+      list%rows(list%n) = row
+   end subroutine append
 
    !> The rows of several lists, one after the other.
-   pure subroutine collect(self, lists)
+   subroutine collect(self, lists)
       class(candidate_list_type), intent(inout) :: self
       type(candidate_list_type), intent(in) :: lists(:)
-      integer :: k, first, last
-      last = sum(lists%n)
-      if (allocated(self%vertex)) then
-         if (size(self%vertex) < last) deallocate (self%vertex, self%edge, self%partner_vertex, self%partner_edge, &
-                                                   self%alias_vertex, self%alias_edge)
-      end if
-      if (.not. allocated(self%vertex)) then
-         first = last + last/4 + 16
-         allocate (self%vertex(first), self%edge(first), self%partner_vertex(first), self%partner_edge(first), &
-                   self%alias_vertex(first), self%alias_edge(first))
-      end if
-      last = 0
+      integer :: k, n, first(size(lists))
+      n = 0
       do k = 1, size(lists)
-         if (lists(k)%n == 0) cycle
-         first = last + 1
-         last = last + lists(k)%n
-         self%vertex(first:last) = lists(k)%vertex(1:lists(k)%n)
-         self%edge(first:last) = lists(k)%edge(1:lists(k)%n)
-         self%partner_vertex(first:last) = lists(k)%partner_vertex(1:lists(k)%n)
-         self%partner_edge(first:last) = lists(k)%partner_edge(1:lists(k)%n)
-         self%alias_vertex(first:last) = lists(k)%alias_vertex(1:lists(k)%n)
-         self%alias_edge(first:last) = lists(k)%alias_edge(1:lists(k)%n)
+         first(k) = n
+         n = n + lists(k)%n
       end do
-      self%n = last
+      if (allocated(self%rows)) then
+         if (size(self%rows) < n) deallocate (self%rows)
+      end if
+      if (.not. allocated(self%rows)) allocate (self%rows(n + n/4 + 16))
+      self%n = n
+      !$omp parallel do default(none) shared(self, lists, first) private(k) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do k = 1, size(lists)
+         if (lists(k)%n > 0) self%rows(first(k) + 1:first(k) + lists(k)%n) = lists(k)%rows(1:lists(k)%n)
+      end do
+      !$omp end parallel do
    end subroutine collect
-
-   !> Double the length of an array.
-   pure subroutine grow(array)
-      integer, allocatable, intent(inout) :: array(:)
-      integer, allocatable :: larger(:)
-      allocate (larger(2*size(array)))
-      larger(1:size(array)) = array
-      call move_alloc(larger, array)
-   end subroutine grow
 
    !> Double the length of a list of pairs.
    pure subroutine grow_pairs(array)

@@ -114,22 +114,22 @@ contains
       if (.not. allocated(order)) allocate (order(list%n + list%n/4 + 16))
       start = 0
       do c = 1, list%n
-         start(list%vertex(c) + 1) = start(list%vertex(c) + 1) + 1
+         start(list%rows(c)%vertex + 1) = start(list%rows(c)%vertex + 1) + 1
       end do
       do v = 2, nv + 1
          start(v) = start(v) + start(v - 1)
       end do
       order(1:list%n) = 0
       do c = 1, list%n
-         v = list%vertex(c)
+         v = list%rows(c)%vertex
          k = start(v) + 1
          start(v) = k
          ! insert among the rows of this vertex that are already placed; a place still empty belongs to another vertex
          l = k - 1
          do while (l >= 1)
             if (order(l) == 0) exit
-            if (list%vertex(order(l)) /= v) exit
-            if (list%edge(order(l)) <= list%edge(c)) exit
+            if (list%rows(order(l))%vertex /= v) exit
+            if (list%rows(order(l))%edge <= list%rows(c)%edge) exit
             order(l + 1) = order(l)
             l = l - 1
          end do
@@ -151,63 +151,63 @@ contains
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:), start(:)
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: t(2)
       integer :: c, k, v, e, row
       call table%resize(list%n)
-      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row, t) &
+      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row) &
       !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table) &
       !$omp if (list%n > parallel_contacts)
       do k = 1, list%n
          c = order(k)
-         v = list%vertex(c)
-         e = list%edge(c)
+         v = list%rows(c)%vertex
+         e = list%rows(c)%edge
          table%vertex(k) = v
          table%edge(k) = e
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
          table%partner(k) = 0
-         if (list%partner_vertex(c) > 0) then
-            do row = start(list%partner_vertex(c)) + 1, start(list%partner_vertex(c) + 1)
-               if (list%edge(order(row)) == list%partner_edge(c)) table%partner(k) = row
+         if (list%rows(c)%partner_vertex > 0) then
+            do row = start(list%rows(c)%partner_vertex) + 1, start(list%rows(c)%partner_vertex + 1)
+               if (list%rows(order(row))%edge == list%rows(c)%partner_edge) table%partner(k) = row
             end do
          end if
-         t = outlines%tangent(:, e)
-         table%normal(:, k) = [t(2), -t(1)]
-         table%point(:, k) = vertices(:, v)
-         table%gap(k) = dot_product(vertices(:, v) - vertices(:, e), table%normal(:, k))
-         table%length(k) = contact_length(vertices, topology, v, e, t, outlines%length(e), limits)
+         call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
+                           vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &
+                           table%point(:, k), table%gap(k), table%length(k))
       end do
       !$omp end parallel do
    end subroutine fill_table
 
-   !> Half the overlap of the edge with each edge at the vertex that lies face to face with it;
-   !> zero for a lone vertex.
-   pure real(wp) function contact_length(vertices, topology, v, e, t, length, limits)
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      real(wp), intent(in) :: t(2), length
-      type(contact_topology_type), intent(in) :: topology
-      integer, intent(in) :: v, e
-      type(search_limits_type), intent(in) :: limits
-      real(wp) :: q(2), u(2), s0, s1, overlap
+   !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
+   !> vertex that lies face to face with it; zero for a lone vertex.
+   pure subroutine set_geometry(v, e, before, after, nv, vertices, tangent, edge_length, sine, normal, point, gap, &
+                                length)
+      integer, intent(in) :: v, e              !! vertex and edge
+      integer, intent(in) :: before, after     !! the vertices before and after v on its block
+      integer, intent(in) :: nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(in) :: edge_length
+      real(wp), intent(in) :: sine             !! of the angle tolerance
+      real(wp), intent(out) :: normal(2), point(2), gap, length
+      real(wp) :: t(2), p(2), u(2), s0, s1, overlap
       integer :: k
-      contact_length = 0
-      s0 = dot_product(vertices(:, v) - vertices(:, e), t)
+      t = tangent(:, e)
+      normal = [t(2), -t(1)]
+      point = vertices(:, v)
+      p = point - vertices(:, e)
+      gap = dot_product(p, normal)
+      s0 = p(1)*t(1) + p(2)*t(2)
+      length = 0
       do k = 1, 2
-         if (k == 1) then
-            q = vertices(:, topology%next(topology%edge_out(v)))
-         else
-            q = vertices(:, topology%edge_in(v))
-         end if
-         u = q - vertices(:, v)
-         s1 = dot_product(u, t)
+         u = vertices(:, merge(after, before, k == 1)) - point
+         s1 = u(1)*t(1) + u(2)*t(2)
          ! out edge runs against the edge, in edge comes along it backwards
          if ((k == 1 .and. s1 >= 0) .or. (k == 2 .and. s1 <= 0)) cycle
-         if (abs(u(1)*t(2) - u(2)*t(1)) > limits%sine*sqrt(u(1)**2 + u(2)**2)) cycle
-         overlap = min(length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1))
-         contact_length = contact_length + 0.5_wp*max(0.0_wp, overlap)
+         if (abs(u(1)*t(2) - u(2)*t(1)) > sine*sqrt(u(1)**2 + u(2)**2)) cycle
+         overlap = min(edge_length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1))
+         length = length + 0.5_wp*max(0.0_wp, overlap)
       end do
-   end function contact_length
+   end subroutine set_geometry
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
@@ -223,8 +223,8 @@ contains
       !$omp parallel do default(none) shared(previous, history, list, order, first_step, touch, table) private(k, row) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do k = 1, table%n
-         if (list%alias_vertex(order(k)) > 0) then
-            row = history%find(previous, list%alias_vertex(order(k)), list%alias_edge(order(k)))
+         if (list%rows(order(k))%alias_vertex > 0) then
+            row = history%find(previous, list%rows(order(k))%alias_vertex, list%rows(order(k))%alias_edge)
          else
             row = history%find(previous, table%vertex(k), table%edge(k))
          end if
