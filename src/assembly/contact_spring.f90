@@ -13,7 +13,7 @@ module rockdda_assembly_contact_spring
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: contact_vectors, dashpot_coefficient, dashpot_dissipation
+   public :: contact_vectors, spring_vectors, dashpot_coefficient, dashpot_dissipation
 
 contains
 
@@ -36,15 +36,34 @@ contains
       real(wp), intent(out) :: g_n(6)        !! d(gap)/d(d_b)
       real(wp), intent(out) :: e_t(6)        !! d(slip)/d(d_a), slip > 0: p moves along the tangent
       real(wp), intent(out) :: g_t(6)        !! d(slip)/d(d_b)
+      real(wp) :: e(6, 2), g(6, 2)
       tangent = q - s
       tangent = tangent/sqrt(tangent(1)**2 + tangent(2)**2)
       normal = [tangent(2), -tangent(1)]
       gap = dot_product(p - s, normal)
-      e_n = derivative(normal, p - centroid_a)
-      g_n = -derivative(normal, p - gap*normal - centroid_b)
-      e_t = derivative(tangent, p - centroid_a)
-      g_t = -derivative(tangent, p - centroid_b)
+      call spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
+      e_n = e(:, 1)
+      e_t = e(:, 2)
+      g_n = g(:, 1)
+      g_t = g(:, 2)
    end subroutine contact_vectors
+
+   !> The derivatives of `contact_vectors` where gap and normal are known: of the gap (1) and of the slip (2).
+   pure subroutine spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
+      real(wp), intent(in) :: p(2)           !! vertex of block a [length]
+      real(wp), intent(in) :: gap            !! [length]
+      real(wp), intent(in) :: normal(2)      !! outward unit normal of the edge
+      real(wp), intent(in) :: centroid_a(2)  !! [length]
+      real(wp), intent(in) :: centroid_b(2)  !! [length]
+      real(wp), intent(out) :: e(6, 2)       !! with respect to d_a
+      real(wp), intent(out) :: g(6, 2)       !! with respect to d_b
+      real(wp) :: tangent(2)
+      tangent = [-normal(2), normal(1)]
+      e(:, 1) = derivative(normal, p - centroid_a)
+      g(:, 1) = -derivative(normal, p - gap*normal - centroid_b)
+      e(:, 2) = derivative(tangent, p - centroid_a)
+      g(:, 2) = -derivative(tangent, p - centroid_b)
+   end subroutine spring_vectors
 
    !> T^T u at a point of a block: `point_load` of rockdda_assembly_kinematics, here so that the compiler can unfold it.
    pure function derivative(u, x) result(f)

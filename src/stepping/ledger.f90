@@ -192,7 +192,8 @@ contains
       real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
       real(wp) :: damping(2)
       integer :: c
-      logical :: was_closed
+      logical :: was_closed, damped
+      damped = any(laws%damping_ratio > 0)
       kn = parameters%normal_stiffness
       ks = parameters%shear_stiffness
       carried = 0
@@ -229,11 +230,12 @@ contains
          else
             dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
          end if
-         damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
-                                    state%mass(table%block_b(c)))
-         dissipated = dissipated + dashpot_dissipation(damping(1), dt, x1 - x0)
+         if (damped) damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
+                                                state%mass(table%block_b(c)))
+         if (damped) dissipated = dissipated + dashpot_dissipation(damping(1), dt, x1 - x0)
          if (trial%state_used(c) == contact_state%locked) then
-            dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2 + dashpot_dissipation(damping(2), dt, s1 - s0)
+            dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
+            if (damped) dissipated = dissipated + dashpot_dissipation(damping(2), dt, s1 - s0)
             table%shear_force(c) = -ks*s1
          else
             limit = trial%friction_used(c)/ks

@@ -7,10 +7,9 @@ module rockdda_stepping_links
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type
-   use rockdda_assembly_contact_spring, only : contact_vectors, dashpot_coefficient
+   use rockdda_assembly_contact_spring, only : spring_vectors, dashpot_coefficient
    use rockdda_assembly_bolts, only : bolt_vectors, bolt_force
    use rockdda_assembly_equations, only : equations_type
    implicit none
@@ -29,28 +28,24 @@ module rockdda_stepping_links
 contains
 
    !> Blocks, directions and sizes of all links at the start of a step; the graph of the equations is then to be set.
-   subroutine set_link_vectors(blocks, topology, state, table, bolts, equations)
+   subroutine set_link_vectors(blocks, state, table, bolts, equations)
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: table
       type(bolt_round_type), intent(inout) :: bolts
       type(equations_type), intent(inout) :: equations
-      real(wp) :: gap, normal(2), tangent(2), centroid(2, 2), length
+      real(wp) :: centroid(2, 2), length
       integer :: c, a, b, l, side
 
       call equations%set_size(blocks%n_blocks, table%n + blocks%bolts%n)
-      !$omp parallel do default(none) shared(table, state, topology, equations) &
-      !$omp private(c, a, b, gap, normal, tangent) if (table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(table, state, equations) private(c, a, b) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
          a = table%block_a(c)
          b = table%block_b(c)
          equations%pair(:, c) = [a, b]
-         call contact_vectors(state%vertices(:, table%vertex(c)), state%vertices(:, table%edge(c)), &
-                              state%vertices(:, topology%next(table%edge(c))), state%centroid(:, a), &
-                              state%centroid(:, b), gap, normal, tangent, &
-                              equations%vector_a(:, 1, c), equations%vector_b(:, 1, c), &
-                              equations%vector_a(:, 2, c), equations%vector_b(:, 2, c))
+         call spring_vectors(table%point(:, c), table%gap(c), table%normal(:, c), state%centroid(:, a), &
+                             state%centroid(:, b), equations%vector_a(:, :, c), equations%vector_b(:, :, c))
       end do
       !$omp end parallel do
       if (.not. allocated(bolts%force)) allocate (bolts%force(blocks%bolts%n), bolts%stretch(blocks%bolts%n), &
@@ -123,14 +118,17 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: damping(2), stiffness(2), force(2)
       integer :: c, l
-      !$omp parallel do default(none) shared(parameters, laws, state, table, trial, dt, equations) &
+      logical :: damped
+      damped = any(laws%damping_ratio > 0)
+      !$omp parallel do default(none) shared(parameters, laws, state, table, trial, dt, equations, damped) &
       !$omp private(c, damping, stiffness, force) schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
          stiffness = 0
          force = 0
          if (trial%state(c) /= contact_state%open) then
-            damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
-                                       state%mass(table%block_b(c)))/dt
+            damping = 0
+            if (damped) damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
+                                                   state%mass(table%block_b(c)))/dt
             stiffness(1) = parameters%normal_stiffness + damping(1)
             force(1) = -parameters%normal_stiffness*table%gap(c)
             if (trial%state(c) == contact_state%locked) then

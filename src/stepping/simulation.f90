@@ -240,7 +240,7 @@ contains
       self%times%searches = self%times%searches + 1
       if (self%search%pairs%was_kept) self%times%reused = self%times%reused + 1
       call self%times%lap(phase%search)
-      call set_link_vectors(self%blocks, self%topology, self%state, self%table, self%bolts, self%equations)
+      call set_link_vectors(self%blocks, self%state, self%table, self%bolts, self%equations)
       call self%times%lap(phase%links)
       pattern_id = self%equations%matrix%pattern_id
       call self%equations%set_graph()
