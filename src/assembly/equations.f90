@@ -15,7 +15,7 @@
 !> their links in the same order: the numbers are those of a full assembly.
 module rockdda_assembly_equations
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_pattern, only : build_pattern, pattern_work_type
    implicit none
@@ -186,10 +186,13 @@ contains
          self%matrix%changed = self%row_change == change%stiffness
       end if
       n_new = 0
+      !$omp parallel do default(none) shared(self) private(c) reduction(+:n_new) schedule(static) &
+      !$omp if (self%n_links > parallel_contacts)
       do c = 1, self%n_links
          if (self%changed(c) == change%stiffness) n_new = n_new + 1
          self%changed(c) = change%none
       end do
+      !$omp end parallel do
       if (self%all_changed) n_new = self%n_links
       self%all_changed = .false.
       if (present(n_assembled)) n_assembled = n_new

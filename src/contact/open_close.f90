@@ -74,7 +74,7 @@ module rockdda_contact_open_close
 contains
 
    !> Trial states of the first round are those of the last step.
-   pure subroutine begin(self, table, laws, settings)
+   subroutine begin(self, table, laws, settings)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)  !! per joint material
@@ -82,6 +82,8 @@ contains
       integer :: c, n
       n = table%n
       call make_room(self, n)
+      !$omp parallel do default(none) shared(self, table, laws, settings, n) private(c) schedule(static) &
+      !$omp if (n > parallel_contacts)
       do c = 1, n
          self%state(c) = table%state(c)
          self%slip_sign(c) = table%slip_sign(c)
@@ -97,6 +99,7 @@ contains
          if (self%state(c) == contact_state%sliding) self%friction(c) = &
             strength(laws(table%joint(c)), table, c, self%normal_force(c), .false., 0.0_wp, settings)
       end do
+      !$omp end parallel do
    end subroutine begin
 
    !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
@@ -135,17 +138,22 @@ contains
       integer, intent(out) :: n_changes
       real(wp), intent(out) :: worst_friction
       real(wp) :: miss
-      integer :: c, n
+      integer :: c, n, n_partners
       n = 0
+      n_partners = 0
       miss = 0
       !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(c) schedule(static) &
-      !$omp reduction(+:n) reduction(max:miss) if (table%n > parallel_contacts)
+      !$omp reduction(+:n, n_partners) reduction(max:miss) if (table%n > parallel_contacts)
       do c = 1, table%n
          if (spare_bonds .and. self%bonded(c)) cycle
-         if (table%partner(c) == 0) call judge_contact(self, table, laws, settings, c, n, miss)
+         if (table%partner(c) == 0) then
+            call judge_contact(self, table, laws, settings, c, n, miss)
+         else
+            n_partners = n_partners + 1
+         end if
       end do
       !$omp end parallel do
-      do c = 1, table%n
+      do c = 1, merge(table%n, 0, n_partners > 0)
          if (spare_bonds .and. self%bonded(c)) cycle
          if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n, miss)
       end do
@@ -154,15 +162,18 @@ contains
    end subroutine judge_all
 
    !> Largest normal force at the motion of the last solve, with the states that it had.
-   pure real(wp) function deepest_force(self, n, settings)
+   real(wp) function deepest_force(self, n, settings) result(deepest)
       class(open_close_type), intent(in) :: self
       integer, intent(in) :: n                        !! contacts
       type(judge_settings_type), intent(in) :: settings
       integer :: c
-      deepest_force = 0
+      deepest = 0
+      !$omp parallel do default(none) shared(self, settings, n) private(c) reduction(max:deepest) schedule(static) &
+      !$omp if (n > parallel_contacts)
       do c = 1, n
-         if (self%state(c) /= contact_state%open) deepest_force = max(deepest_force, abs(settings%k_n*self%gap(c)))
+         if (self%state(c) /= contact_state%open) deepest = max(deepest, abs(settings%k_n*self%gap(c)))
       end do
+      !$omp end parallel do
    end function deepest_force
 
    !> Judge one contact.
@@ -228,7 +239,7 @@ contains
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
    !> by more than `tolerance` times the largest normal force on the less loaded of their two blocks, and, if it
    !> is only the friction force of a contact that goes on sliding, by more than `small`.
-   pure subroutine count_unsettled(self, table, tolerance, small, largest, n)
+   subroutine count_unsettled(self, table, tolerance, small, largest, n)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: tolerance
@@ -238,7 +249,14 @@ contains
       real(wp) :: allowed
       integer :: c
       n = 0
-      if (.not. any(self%miss(1:table%n) > 0)) return
+      !$omp parallel do default(none) shared(self, table) private(c) reduction(+:n) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (self%miss(c) > 0) n = n + 1
+      end do
+      !$omp end parallel do
+      if (n == 0) return
+      n = 0
       largest = 0
       do c = 1, table%n
          associate (a => table%block_a(c), b => table%block_b(c), force => self%normal_force(c))

@@ -55,19 +55,25 @@ module rockdda_stepping_line_search
 contains
 
    !> Remember the motion of a round.
-   pure subroutine keep(self, table, trial, bolts, equations)
+   subroutine keep(self, table, trial, bolts, equations)
       class(line_search_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
       type(equations_type), intent(in) :: equations
+      integer :: c
       if (allocated(self%gap)) then
          if (size(self%gap) < table%n) deallocate (self%gap, self%slip)
       end if
       if (.not. allocated(self%gap)) allocate (self%gap(table%n + table%n/4), self%slip(table%n + table%n/4))
       self%x = equations%x
-      self%gap(1:table%n) = trial%gap(1:table%n)
-      self%slip(1:table%n) = trial%slip(1:table%n)
+      !$omp parallel do default(none) shared(self, table, trial) private(c) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         self%gap(c) = trial%gap(c)
+         self%slip(c) = trial%slip(c)
+      end do
+      !$omp end parallel do
       self%stretch = bolts%stretch
    end subroutine keep
 

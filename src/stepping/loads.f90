@@ -126,10 +126,13 @@ contains
             state%centroid(:, b), factor*parameters%line_loads(p)%force_start, &
             factor*parameters%line_loads(p)%force_end)
       end do
+      !$omp parallel do default(none) shared(blocks, loads, f, magnitude) private(i) schedule(static) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          f(:, i) = f(:, i) + loads%weight(:, i) + loads%external(:, i)
          magnitude(:, i) = magnitude(:, i) + abs(loads%weight(:, i)) + abs(loads%external(:, i))
       end do
+      !$omp end parallel do
       do p = 1, blocks%fixed%n
          loads%target_start(:, p) = fixed_target(parameters, p, state%time)
          loads%target_end(:, p) = fixed_target(parameters, p, t_end)

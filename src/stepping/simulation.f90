@@ -8,6 +8,7 @@ module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
    use rockdda_base_strings, only : to_string
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -217,17 +218,24 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach
       type(search_limits_type) :: limits
-      real(wp) :: deepest, widest
+      real(wp) :: deepest, widest, pulled
       integer :: c, pattern_id
       ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner, and
       ! a bond that is stretched further than blocks will move in this step must not be lost
       deepest = 0
       widest = 0
+      pulled = 0
+      !$omp parallel do default(none) shared(self) private(c) reduction(max:deepest, widest, pulled) schedule(static) &
+      !$omp if (self%contacts%n > parallel_contacts)
       do c = 1, self%contacts%n
-         deepest = max(deepest, self%contacts%normal_force(c)/self%parameters%normal_stiffness)
-         if (self%contacts%bonded(c)) widest = max(widest, abs(self%contacts%shear(c)), &
-                                                   -self%contacts%normal_force(c)/self%parameters%normal_stiffness)
+         deepest = max(deepest, self%contacts%normal_force(c))
+         if (.not. self%contacts%bonded(c)) cycle
+         widest = max(widest, abs(self%contacts%shear(c)))
+         pulled = max(pulled, -self%contacts%normal_force(c))
       end do
+      !$omp end parallel do
+      deepest = deepest/self%parameters%normal_stiffness
+      widest = max(widest, pulled/self%parameters%normal_stiffness)
       limits%reach = reach
       if (2*widest > reach) limits%reach = quantised(2*widest, self%parameters%w0)
       limits%zone = max(0.5_wp*limits%reach, quantised(2*deepest, self%parameters%w0))
@@ -292,6 +300,8 @@ contains
       n_bolts = 0
       n_shortened = 0
       do rounds = 1, self%parameters%max_open_close
+         if (rounds > 1 .and. .not. settings%peer) &
+            call self%line%keep(self%table, self%trial, self%bolts, self%equations)
          outcome = attempt%no_solution
          call self%solve_round(dt, .false., n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, &
                                error)
@@ -300,7 +310,6 @@ contains
          fraction = 1
          if (rounds > 1 .and. .not. settings%peer) call self%line%search(self%blocks, self%laws, settings, &
             self%table, friction_tolerance, self%trial, self%bolts, self%equations, fraction)
-         call self%line%keep(self%table, self%trial, self%bolts, self%equations)
          call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
          call self%times%lap(phase%judge)
@@ -442,11 +451,17 @@ contains
    end subroutine settle_friction
 
    !> Largest normal force of a trial.
-   pure real(wp) function largest_normal(trial, n)
+   real(wp) function largest_normal(trial, n) result(largest)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: n
-      largest_normal = 0
-      if (n > 0) largest_normal = maxval(abs(trial%normal_force(1:n)))
+      integer :: c
+      largest = 0
+      !$omp parallel do default(none) shared(trial, n) private(c) reduction(max:largest) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do c = 1, n
+         largest = max(largest, abs(trial%normal_force(c)))
+      end do
+      !$omp end parallel do
    end function largest_normal
 
    !> Book the energies, move the blocks, fill the record.
