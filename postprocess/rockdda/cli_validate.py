@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .errors import InputError
+from .errors import InputError, RockddaError
 
 if TYPE_CHECKING:
     from .validation import Case
@@ -29,6 +30,9 @@ def validate_command(
         list[str] | None,
         typer.Option("--case", metavar="ID", help="Only this case; may be repeated.", show_default=False),
     ] = None,
+    missing: Annotated[
+        bool, typer.Option("--missing", help="Only cases that DIR has no result of: go on after Ctrl-C.")
+    ] = False,
     show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
     report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path(
@@ -51,7 +55,8 @@ def validate_command(
     """Run the cases of the validation, compare with closed forms and published values, write the report.
 
     DIR/index.md and DIR/report.html are made from what all cases left in DIR/data and DIR/figures; with --case only
-    those cases are run again. Exit code 0: all promises are kept; 1: some are not; 3: a case could not be computed.
+    those cases are run again. What is done when Ctrl-C stops it is kept; the same command with --missing goes on. Exit
+    code 0: all promises are kept; 1: some are not; 3: a case could not be computed; 4: stopped.
 
     Examples:
 
@@ -82,10 +87,15 @@ def validate_command(
         tell(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
         return
     chosen = select(case, full, known)
-    _look_at_folder(output, chosen, full, force)
+    if missing:
+        chosen = _without(output, chosen, full)
+    else:
+        _look_at_folder(output, chosen, full, force)
+    ended: list[Outcome] = []
     with progress_bar("cases", quiet or as_json) as bar:
 
         def report(done: int, total: int, outcome: Outcome) -> None:
+            ended.append(outcome)
             if bar is not None:
                 bar(done, total)
             elif not (quiet or as_json):
@@ -93,7 +103,11 @@ def validate_command(
 
         _stop_on_sigterm()
         count = workers or os.cpu_count() or 1
-        outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
+        try:
+            outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
+        except KeyboardInterrupt:
+            _tell_stopped(output, known, len(ended), len(chosen), quiet)
+            raise
     written = write_report(output, known)
     status = {name: sum(o.status == name for o in outcomes) for name in ("agrees", "differs", "failed")}
     code = NO_CONVERGENCE if status["failed"] else DIFFERENT if status["differs"] else DONE
@@ -106,6 +120,8 @@ def validate_command(
     summary = f"{len(outcomes)} case{'' if len(outcomes) == 1 else 's'}: " + ", ".join(
         f"{number} {name if number == 1 else several[name]}" for name, number in status.items() if number
     )
+    if not outcomes:
+        summary = "no case is missing"
     tell(
         quiet,
         as_json,
@@ -117,6 +133,28 @@ def validate_command(
     )
     if code != DONE:
         raise typer.Exit(code)
+
+
+def _without(output: Path, chosen: list[Case], full: bool) -> list[Case]:
+    """The cases that a folder has no result of, or only one of --quick when --full is asked for."""
+    from .validation.runner import load_records
+
+    if output.exists() and not (output / "data").is_dir():
+        raise InputError("has no results to go on from; leave out --missing", output)
+    there = load_records(output, chosen) if output.is_dir() else []
+    done = {record["identifier"] for record in there if not record.get("error") and (record.get("full") or not full)}
+    return [case for case in chosen if case.identifier not in done]
+
+
+def _tell_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bool) -> None:
+    """After Ctrl-C: a report of what there is, and how to go on."""
+    from .validation.report import write_report
+
+    with contextlib.suppress(RockddaError):
+        write_report(output, known)
+    if not quiet:
+        kept = f"{done} of {of} cases are done and kept in {output}" if done else "no case is done yet"
+        typer.echo(f"stopped: {kept}; the same command with --missing goes on", err=True)
 
 
 def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:

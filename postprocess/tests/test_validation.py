@@ -187,6 +187,39 @@ def test_exit_codes(tmp_path, capsys, monkeypatch, status, expected):
     assert ("something" in err) == (expected != 0)
 
 
+def test_what_is_done_before_ctrl_c_is_kept_and_missing_goes_on(tmp_path, capsys, monkeypatch):
+    from rockdda.validation import runner
+
+    names = ["closed-newmark", "closed-bolt"]
+    ran = []
+
+    def pretend(cases, target, *, full, progress, stop_after, **options):
+        for number, case in enumerate(cases, 1):
+            ran.append(case.identifier)
+            record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=full)
+            store(record | {"identifier": case.identifier}, tmp_path / "figures", target)
+            progress(number, len(cases), Outcome(case.identifier, "agrees", 1.0, 1, 10))
+            if number == stop_after:
+                raise KeyboardInterrupt
+        return [Outcome(case.identifier, "agrees", 1.0, 1, 10) for case in cases]
+
+    chosen = ["--case", names[0], "--case", names[1], "-o", tmp_path / "report"]
+    monkeypatch.setattr(runner, "run_cases", lambda *a, **o: pretend(*a, stop_after=1, **o))
+    code, out, err = command(capsys, *chosen)
+    assert code == 4 and not out
+    assert "1 of 2 cases are done" in err and "--missing goes on" in err
+    text = (tmp_path / "report/index.md").read_text(encoding="utf-8")
+    first, second = ran[0], next(name for name in names if name != ran[0])
+    assert f"### {first}:" in text and f"### {second}:" not in text
+    monkeypatch.setattr(runner, "run_cases", lambda *a, **o: pretend(*a, stop_after=0, **o))
+    assert command(capsys, *chosen, "--missing")[0] == 0
+    assert ran == [first, second]
+    code, out, _ = command(capsys, *chosen, "--missing")
+    assert code == 0 and "no case is missing" in out and ran == [first, second]
+    assert command(capsys, *chosen, "--missing", "--full")[0] == 0
+    assert ran == [first, second] + [case.identifier for case in all_cases() if case.identifier in names]
+
+
 def test_mistakes_are_told_before_anything_runs(tmp_path, capsys):
     full = tmp_path / "full"
     (full / "data").mkdir(parents=True)

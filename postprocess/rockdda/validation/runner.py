@@ -145,7 +145,8 @@ def _run_all(
                 _make(folder)
                 job = (case.identifier, module, folder, full, share, list(rockdda.__path__), os.getpid())
                 process = context.Process(target=_child, args=job)
-                process.start()
+                with _without_interrupts():  # Ctrl-C waits until the child can tell what it is
+                    process.start()
                 running[process.sentinel] = (case, process, clock.monotonic())
             for sentinel in wait(list(running)):
                 case, ended, started = running.pop(sentinel)  # type: ignore[arg-type]
@@ -165,6 +166,16 @@ def _run_all(
             left.join()
 
 
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Hold SIGINT back; a process that is started meanwhile holds it back, too, until it lets it come."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _child(
     identifier: str, module: str | None, folder: Path, full: bool, workers: int, package: list[str], parent: int
 ) -> None:
@@ -178,6 +189,7 @@ def _child(
     os.environ["MPLBACKEND"] = "Agg"
     rockdda.__path__[:] = package
     with contextlib.suppress(KeyboardInterrupt):  # the parent has it, too
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         cases = all_cases() if module is None else importlib.import_module(module).CASES
         case = next(case for case in cases if case.identifier == identifier)
         _write(folder / "record.json", run_here(case, folder, folder / "figures", full, workers))
