@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from rockdda.errors import RockddaError
+from rockdda.validation import shaking_table
 from rockdda.validation.bracket import Bracket, bracket, power_of_ten
 from rockdda.validation.cases import closed_arch, closed_momentum, closed_rocking, closed_single_block, closed_toppling
 
@@ -92,3 +93,13 @@ def test_second_moments_of_a_triangle_and_a_rectangle():
 def test_modes_of_a_block_on_an_incline(incline, width, expected):
     pair = closed_single_block.accelerations(math.radians(incline), width, math.radians(30))
     assert closed_single_block.mode(*pair) == expected
+
+
+def test_the_block_on_the_shaking_table_gives_back_its_friction():
+    """The angle and the speed that a rigid block had are those that its displacement gives."""
+    tests = np.array([1, 3])
+    times, place = shaking_table.rigid_block(tests, shaking_table.coulomb(np.array([17.0, 15.5])), dt=1e-3)
+    angle, speed = shaking_table.back_analysis(tests, place[-1], shaking_table.coulomb, 12.0, 24.0)
+    assert angle == pytest.approx([17.0, 15.5], abs=12 / 1024)
+    fastest = np.diff(place, axis=0).max(axis=0) / (times[1] - times[0])
+    assert np.all((0.2 * fastest < speed) & (speed < fastest))

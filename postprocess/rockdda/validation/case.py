@@ -124,11 +124,12 @@ class Record:
         self.comparisons.append(comparison)
         return comparison
 
-    def energy_closes(self, allowed: float = 1e-9) -> Comparison:
+    def energy_closes(self, allowed: float = 1e-9, explanation: str = "") -> Comparison:
         """Promise what the energy ledgers of the runs so far leave over; the solver's tolerance is 1e-10."""
-        name = "energy that the ledger leaves over, of the largest energy"
-        source = "conservation of energy"
-        return self.compare(name, self.energy_residual, truth=0.0, truth_source=source, scale=1, allowed=allowed)
+        return self.compare(
+            "energy that the ledger leaves over, of the largest energy", self.energy_residual,
+            truth=0.0, truth_source="conservation of energy", scale=1, allowed=allowed, explanation=explanation,
+        )  # fmt: skip
 
     def table(self, frame: pandas.DataFrame, name: str, caption: str) -> None:
         """A table beside the comparisons (its index is not shown); also written as NAME.csv beside the figures."""

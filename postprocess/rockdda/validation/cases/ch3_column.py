@@ -49,6 +49,7 @@ def column(record: Record) -> None:
     _damping(record)
     _figure(record, "stiffness", "Δt = 0.005 s (Fig. 3.6)", {f"g0 = {g0:.0e} N/m": h for g0, h in by_stiffness.items()})
     _figure(record, "step", "g0 = 5e7 N/m (Fig. 3.7)", {f"Δt = {step:g} s": h for step, h in by_step.items()})
+    record.energy_closes()
 
 
 # -- the truth -------------------------------------------------------------------------------------------------------

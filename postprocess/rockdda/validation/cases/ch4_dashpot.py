@@ -50,6 +50,7 @@ def dashpot(record: Record) -> None:
         "The dashpots take out of an impact what they should. A block that slides without lifting never loads them "
         "(shaking table); blocks that bounce or rock do."
     )
+    record.energy_closes()
 
 
 def damping_ratio(ratio: float, dt: float) -> float:

@@ -2,42 +2,46 @@
 """§4.3 and §4.4 of the thesis: a block on an inclined plane on a shaking table, eight tests.
 
 The truth for the program is the motion of a rigid block with Coulomb's friction on a rigid plane (Newmark's sliding
-block), integrated here with short steps and without contacts. What was measured is a second reference: the rigid block
+block), integrated with short steps and without contacts. What was measured is a second reference: the rigid block
 and the program together agree with it or do not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ... import Model
 from ...plot_style import PALETTE, PAPER_WIDTH
-from ..case import Case, Record, published
+from ..case import Case, Record
+from ..shaking_table import (
+    ALONG,
+    ANALYSIS,
+    DURATION,
+    FREQUENCY,
+    LAW,
+    MEASURED,
+    TABLE,
+    TIME_STEP,
+    FloatArray,
+    Setup,
+    back_analysis,
+    coulomb,
+    density,
+    rate_dependent,
+    resistance,
+    rigid_block,
+    table_model,
+)
 
-FloatArray = npt.NDArray[np.float64]
-Friction = Callable[[FloatArray], FloatArray]  # coefficient by sliding speed
-TABLE = published("chapter4")["shaking_table"]
-ANALYSIS = published("chapter4")["shaking_table_analysis"]
-LAW = published("chapter4")["velocity_dependent_friction"]
-GRAVITY = 9.81
-ANGLE = np.radians(TABLE["inclination"])
-ALONG = np.array([np.cos(ANGLE), -np.sin(ANGLE)])
-FREQUENCY = np.array(TABLE["frequency"])
-AMPLITUDE = np.array(TABLE["acceleration"]) * GRAVITY
-MEASURED = np.array(TABLE["block_displacement"]) / 100.0
-RAMP = np.cumsum([0.0, TABLE["ramp_up"], TABLE["plateau"], TABLE["ramp_down"]])
-DURATION = float(RAMP[-1])
-TIME_STEP = ANALYSIS["time_step"]
 K01 = (1.0, 0.99, 0.98, 0.95)
-RESOLUTION = 5e-4  # s, step of the truth
-SAMPLING = 5e-4  # s, rows of the motion given to the program
 TRUTH = "rigid block"
 SIX_HERTZ = 3
+FRAME = 130  # % of error that the figure shows
+LOW, HIGH = LAW["back_calculated"]  # degrees, friction of the tests by the thesis
+SCATTER = 0.7  # degrees, of the tilt tests (§4.3.1)
 
 
 def shaking_table(record: Record) -> None:
@@ -51,7 +55,7 @@ def shaking_table(record: Record) -> None:
         "of the velocity at every step; for a rigid block that is a viscous resistance of rate -ln(k01)/Δt, and this "
         "is what the truth has.\n\n"
         f"The block is {side:.4f} m square and {TABLE['thickness']} m thick with a mass of {TABLE['mass']} kg, as "
-        f"listed, although that makes a density of {_density():.0f} kg/m³, three times that of steel: one of the "
+        f"listed, although that makes a density of {density():.0f} kg/m³, three times that of steel: one of the "
         "numbers must be wrong. How a block slides does not depend on its mass. The acceleration listed and the "
         "displacement of the table listed do not agree either (a/ω² is 0.39 cm and not 0.559 cm at 4 Hz, 0.070 cm "
         "and not 0.019 cm at 8.66 Hz); the acceleration is used."
@@ -60,122 +64,12 @@ def shaking_table(record: Record) -> None:
     tests = np.array(list(numbers))
     final = _dry(record, tests)
     _time_step(record, tests)
-    _base_motion(record)
+    _base_motion(record, tests)
     _friction_and_damping(record, tests, final)
+    record.energy_closes()
 
 
-# -- the truth -------------------------------------------------------------------------------------------------------
-
-
-def acceleration(time: FloatArray, test: int) -> FloatArray:
-    """Horizontal, acting down the slope on the block [m/s²]; the table moves with the opposite one."""
-    ramp = np.interp(time, RAMP, [0.0, 1.0, 1.0, 0.0])
-    return np.asarray(AMPLITUDE[test] * ramp * np.sin(2.0 * np.pi * FREQUENCY[test] * time))
-
-
-def coulomb(angle: float) -> Friction:
-    """The same at every speed; angle in degrees."""
-    return lambda speed: np.full_like(speed, np.tan(np.radians(angle)))
-
-
-def rate_dependent(rest: float, fast: float, speed: float) -> Friction:
-    """From the angle at rest to that of fast sliding [degrees], by exp(-v/speed)."""
-    at_rest, far = np.tan(np.radians(rest)), np.tan(np.radians(fast))
-    return lambda v: far + (at_rest - far) * np.exp(-v / speed)
-
-
-def rigid_block(
-    tests: npt.ArrayLike,
-    friction: Friction,
-    *,
-    resistance: float = 0.0,
-    absolute: bool = False,
-    scale: float = 1.0,
-    dt: float = RESOLUTION,
-) -> tuple[FloatArray, FloatArray]:
-    """Times and displacements (n, tests) along the slope [m].
-
-    resistance: rate [1/s] that slows the velocity relative to the table, or with `absolute` that in space: then the
-    plane must also push the block sideways against it. scale: of the accelerations.
-    """
-    numbers = np.atleast_1d(np.asarray(tests))
-    n = round(DURATION / dt)
-    middle = (np.arange(n) + 0.5) * dt
-    pull = scale * np.column_stack([acceleration(middle, test) for test in numbers])
-    table = -np.cumsum(pull, axis=0) * dt * absolute  # velocity of the table
-    drive = pull * np.cos(ANGLE) + GRAVITY * np.sin(ANGLE) - resistance * table * np.cos(ANGLE)
-    normal = GRAVITY * np.cos(ANGLE) - pull * np.sin(ANGLE) + resistance * table * np.sin(ANGLE)
-    speed, place = np.zeros(len(numbers)), np.zeros((n + 1, len(numbers)))
-    for i in range(n):
-        limit = friction(np.abs(speed)) * normal[i]
-        resting = speed == 0.0
-        sense = np.where(resting, np.sign(drive[i]), np.sign(speed))
-        after = speed + dt * (drive[i] - sense * limit - resistance * speed)
-        stops = np.where(resting, np.abs(drive[i]) <= limit, after * speed < 0.0)
-        after[stops] = 0.0
-        place[i + 1] = place[i] + 0.5 * dt * (speed + after)
-        speed = after
-    return np.arange(n + 1) * dt, place
-
-
-# -- the model -------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What distinguishes a run."""
-
-    k01: float = 1.0
-    dt: float = TIME_STEP
-    moving: bool = False  #: the plane moves, as prescribed; else the motion is a body force
-    law: tuple[float, float, float] | None = None  #: angle at rest, angle of fast sliding, speed
-    damping: float = 0.0  #: of closed contacts, fraction of critical
-
-
-def _density() -> float:
-    return float(TABLE["mass"] / (TABLE["base_area"] * TABLE["thickness"]))
-
-
-def table_model(test: int, setup: Setup) -> Model:
-    """The plane (a wedge on two fixed points) and the block, with the motion of a test."""
-    model = Model(
-        "table", e0=1e-5, k01=setup.k01, dt_max=setup.dt, stiffness=ANALYSIS["contact_stiffness"], steps=10**6,
-        displacement_ratio=ANALYSIS["displacement_ratio"],
-    )  # fmt: skip
-    width = 0.6
-    top = width * np.tan(ANGLE)
-    model.add_polygon([(0, -0.1), (width, -0.1), (width, 0), (0, top)])
-    normal = np.array([np.sin(ANGLE), np.cos(ANGLE)])
-    corner = np.array([0.0, top]) + 0.1 * ALONG
-    base, side = np.sqrt(TABLE["base_area"]) * ALONG, TABLE["thickness"] * normal
-    model.add_polygon([corner, corner + base, corner + base + side, corner + side])
-    prescribed = _table_motion(test, setup.dt) if setup.moving else ()
-    model.add_fixed((0.02, -0.08), table=prescribed)
-    model.add_fixed((width - 0.02, -0.08), table=prescribed)
-    model.add_measured(corner + 0.5 * (base + side))
-    model.add_measured((width / 2.0, -0.05))
-    # two dimensions: mass per length across, divided by the area of the section
-    model.add_block_material(density=_density(), gravity=GRAVITY, youngs_modulus=200e9, poisson_ratio=0.3)
-    model.add_joint_material(friction_angle=setup.law[0] if setup.law else ANALYSIS["friction_angle"])
-    model.options = {"run": {"t_end": DURATION, "save_every": 10**6}}
-    if not setup.moving:
-        time = np.arange(round(DURATION / SAMPLING) + 1) * SAMPLING
-        model.base_acceleration = np.column_stack([time, -acceleration(time, test), np.zeros_like(time)])
-    if setup.law or setup.damping:
-        joint: dict[str, object] = {"material": 1, "damping_ratio": setup.damping}
-        if setup.law:
-            joint |= {"law": "velocity", "parameters": list(setup.law[1:])}
-        model.options["joint_law"] = joint
-    return model
-
-
-def _table_motion(test: int, dt: float) -> FloatArray:
-    """Displacements of the table, a row for each step: the acceleration integrated twice from rest."""
-    fine = 2.5e-5
-    a = -acceleration(np.arange(round(DURATION / fine) + 1) * fine, test)
-    v = np.concatenate([[0.0], np.cumsum(0.5 * fine * (a[1:] + a[:-1]))])
-    x = np.concatenate([[0.0], np.cumsum(0.5 * fine * (v[1:] + v[:-1]))])[:: round(dt / fine)]
-    return np.column_stack([np.arange(len(x)) * dt, x, np.zeros_like(x)])
+# -- a run ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -199,11 +93,6 @@ def _run(record: Record, test: int, setup: Setup, name: str = "") -> Slide:
         return Slide(results["history/time"], path, rotation, int((closed < 2).sum()))
 
 
-def resistance(setup: Setup) -> float:
-    """Rate [1/s] at which k01 slows a block."""
-    return float(-np.log(setup.k01) / setup.dt)
-
-
 # -- comparisons -----------------------------------------------------------------------------------------------------
 
 
@@ -211,12 +100,16 @@ def _percent(value: float, reference: float) -> float:
     return 100.0 * (value / reference - 1.0)
 
 
-def _against_measured(ours: float, measured: float, k01: float | None = None) -> str:
+def _against_measured(ours: float, measured: float, angle: float, k01: float) -> str:
     """What is known of a difference to the experiment, and of the error against the rigid block."""
     words = []
     if abs(_percent(ours, measured)) > 5.0:
+        within = LOW <= angle <= HIGH
         words.append(
-            "not explained: a rigid block slides as far with the listed data, which do not agree with each other"
+            ("" if within else "not explained: ")
+            + f"with this k01 a rigid block slides as measured with φ = {angle:.1f}° instead of 16°, "
+            + (f"within the {LOW:g}° to {HIGH:g}°" if within else f"not one of the {LOW:g}° to {HIGH:g}°")
+            + " of Fig. 4.5"
         )
     if k01 == 1:
         words.append("against the truth: the block stops and starts at whole steps")
@@ -231,6 +124,7 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
     runs: dict[tuple[int, float], Slide] = {}
     truths: dict[float, FloatArray] = {}
     dry = coulomb(ANALYSIS["friction_angle"])
+    angles = _angles(values, tests)
     for k01 in values:
         times, truths[k01] = rigid_block(tests, dry, resistance=resistance(Setup(k01)))
         for j, test in enumerate(tests):
@@ -239,24 +133,28 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
             record.compare(
                 f"displacement, test {test + 1} ({FREQUENCY[test]} Hz), k01 = {k01:g}", here.path[-1], "m",
                 truth=float(truths[k01][-1, j]), truth_source=TRUTH + ("" if k01 == 1 else ", viscous"), allowed=0.02,
-                explanation=_against_measured(here.path[-1], MEASURED[test], k01), **measured,
+                explanation=_against_measured(here.path[-1], MEASURED[test], angles[k01][j], k01),
+                **measured,
             )  # fmt: skip
     here = runs[0, 1.0]
     record.compare(
         "displacement, test 1, k01 = 1, against the thesis's computation", here.path[-1], "m",
         truth=float(truths[1.0][-1, 0]), truth_source=TRUTH, allowed=0.02,
         published=ANALYSIS["test_1_displacement"], published_source="§4.4",
-        explanation="not explained: with the listed motion a rigid block slides 0.21 m, see below",
+        explanation="not explained: with the listed motion and 16° a rigid block slides "
+        f"{float(truths[1.0][-1, 0]):.2f} m, see the text on test 1",
     )  # fmt: skip
-    _first_test(record)
+    _first_test(record, angles[1.0][0], here.path[-1], runs[0, 0.98].path[-1])
     rows = []
     for j, test in enumerate(tests):
         row = [test + 1, FREQUENCY[test], 100 * MEASURED[test], 100 * truths[1.0][-1, j]]
         for k01 in values:
             row += [100 * runs[test, k01].path[-1], _percent(runs[test, k01].path[-1], MEASURED[test])]
         rows.append(row)
+        row.append(angles[1.0][j])
     columns = ["test", "f [Hz]", "measured [cm]", "rigid block [cm]"]
     columns += [name for k01 in values for name in (f"k01 = {k01:g} [cm]", f"error, k01 = {k01:g} [%]")]
+    columns.append("φ that would slide as measured, k01 = 1 [°]")
     record.table(pd.DataFrame(rows, columns=columns), "errors", "Displacements and errors against what was measured.")
     with record.style():
         figure, axes = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 3.2), layout="constrained")
@@ -271,47 +169,74 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
         axes[0].plot(DURATION, 100 * ANALYSIS["test_1_displacement"], "^", color=PALETTE[0], ms=5, clip_on=False,
                      label="thesis, k01 = 1")  # fmt: skip
         axes[0].set(xlabel="time [s]", ylabel="displacement [cm], test 1", xlim=(0, DURATION))
-        axes[1].set(xlabel="frequency [Hz]", ylabel="error against measured [%]", ylim=(-60, 130))
+        axes[1].set(xlabel="frequency [Hz]", ylabel="error against measured [%]", ylim=(-60, FRAME))
         axes[1].axhline(0, color=PALETTE[0], lw=0.6)
         axes[0].legend()
     record.figure(
         figure, "tests",
         "Left: test 1, lines the rigid block, dots RockDDA (Fig. 4.7). Right: errors against what was measured "
-        "(Fig. 4.9); test 1 with k01 = 1 (298 %) and 0.99 (180 %) is beyond the frame.",
+        f"(Fig. 4.9){_beyond(runs, values)}.",
     )  # fmt: skip
     _evolution(record, runs, times, truths, tests)
     damped = {test: _percent(runs[test, 0.98].path[-1], MEASURED[test]) for test in tests[1:]}
     worst = max(damped, key=lambda test: abs(damped[test]))
+    worst_truth = max(
+        abs(_percent(runs[test, k01].path[-1], truths[k01][-1, j])) for j, test in enumerate(tests) for k01 in values
+    )
+    low, high, damped_low, damped_high = (
+        function(angles[k01][1:]) for k01 in (1.0, 0.98) for function in (np.min, np.max)
+    )
     record.text(
-        "**Against the measurements.** The program does what a rigid block does, within 1.5 %; how near that is to "
-        "the experiment is a matter of φ, of the motion and of k01. With k01 = 1 all tests slide further than "
-        "measured; in the thesis all but that of 6 Hz, where we have "
-        f"{_percent(runs[SIX_HERTZ, 1.0].path[-1], MEASURED[SIX_HERTZ]):+.1f} %. With k01 = 0.98 the thesis has all "
-        f"errors below 10 %; without test 1 our largest is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). k01 is no "
-        "property of the block: its rate is -ln(k01)/Δt, so that half the time step brakes twice as much (below)."
+        f"**Against the measurements.** The program does what a rigid block does, within {worst_truth:.1f} %; how near "
+        "that is to the experiment is a matter of φ, of the motion and of k01. With k01 = 1 all tests slide further "
+        "than measured; in the thesis all but that of 6 Hz, where we have "
+        f"{_percent(runs[SIX_HERTZ, 1.0].path[-1], MEASURED[SIX_HERTZ]):+.1f} %. A small change of φ does much: "
+        "a rigid block slides as far as measured with the angles of the last column above. Without test 1 they are "
+        f"{low:.1f}° to {high:.1f}° with k01 = 1, all within the {LOW:g}° to {HIGH:g}° that the thesis quotes as "
+        "back-calculated from the tests (Fig. 4.5), and highest in the test that slides fastest: one angle for all "
+        "tests is enough to make these differences. Test 1 would need "
+        f"{angles[1.0][0]:.1f}° and stays unexplained. With k01 = 0.98 the angles are {damped_low:.1f}° to "
+        f"{damped_high:.1f}°, on both sides of the 16° that is used; this is why 0.98 seems right, and it shows that "
+        "the final displacements alone cannot tell a higher friction from such a resistance. The thesis has all errors "
+        f"below 10 % with it; without test 1 our largest is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). k01 is no "
+        "property of the block: its rate is -ln(k01)/Δt, so that half the time step brakes twice as much (see the "
+        "table of comparisons)."
     )
     return {int(test): float(runs[test, 1.0].path[-1]) for test in tests}
 
 
-def _first_test(record: Record) -> None:
+def _angles(values: tuple[float, ...], tests: npt.NDArray[np.int64]) -> dict[float, FloatArray]:
+    """Friction angles with which rigid blocks slide as far as measured, for each k01 [degrees]."""
+    rates = np.repeat([resistance(Setup(k01)) for k01 in values], len(tests))
+    every = np.tile(tests, len(values))
+    found, _ = back_analysis(every, MEASURED[every], coulomb, 12.0, 24.0, resistance=rates)
+    return dict(zip(values, found.reshape(len(values), -1), strict=True))
+
+
+def _beyond(runs: dict[tuple[int, float], Slide], values: tuple[float, ...]) -> str:
+    """What of test 1 the frame of the figure does not show."""
+    errors = {k01: _percent(runs[0, k01].path[-1], MEASURED[0]) for k01 in values}
+    out = [f"k01 = {k01:g} ({error:.0f} %)" for k01, error in errors.items() if error > FRAME]
+    return f"; test 1 with {' and '.join(out)} is beyond the frame" if out else ""
+
+
+def _first_test(record: Record, measured_angle: float, ours: float, damped: float) -> None:
     """What would be needed for the thesis's 0.093 m."""
     wanted = ANALYSIS["test_1_displacement"]
-
-    def solve(function: Callable[[float], float], low: float, high: float) -> float:
-        for _ in range(12):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if function(middle) > 0 else (low, middle)
-        return 0.5 * (low + high)
-
     dry = coulomb(ANALYSIS["friction_angle"])
-    scale = solve(lambda x: wanted - float(rigid_block([0], dry, scale=x, dt=1e-3)[1][-1, 0]), 0.5, 1.0)
-    angle = solve(lambda x: float(rigid_block([0], coulomb(x), dt=1e-3)[1][-1, 0]) - wanted, 16.0, 22.0)
+    low, high = 0.5, 1.0
+    for _ in range(12):
+        scale = 0.5 * (low + high)
+        short = float(rigid_block([0], dry, scale=scale, dt=1e-3)[1][-1, 0]) < wanted
+        low, high = (scale, high) if short else (low, scale)
+    (angle,), _ = back_analysis([0], wanted, coulomb, 12.0, 24.0)
     record.text(
         f"**Test 1.** The thesis computes {wanted} m with k01 = 1; {ANALYSIS['test_1_measured']} m were measured. A "
-        f"rigid block slides 0.093 m with {scale:.2f} of the listed acceleration "
-        f"({scale * TABLE['acceleration'][0]:.2f} g), or with φ = {angle:.1f}°. The record of the table that the "
-        "thesis used is not published; what differs in it is not known. With k01 = 0.98 the thesis has an error below "
-        "4 %; ours is twice the measured value."
+        f"rigid block slides {wanted} m with {scale:.2f} of the listed acceleration "
+        f"({scale * TABLE['acceleration'][0]:.2f} g), or with φ = {angle:.1f}°, and as far as measured with "
+        f"{measured_angle:.1f}°; with the listed acceleration and 16° it slides {ours:.2f} m. The record of the table "
+        "that the thesis used is not published; what differs in it is not known. With k01 = 0.98 the thesis has an "
+        f"error below 4 %; ours is {damped / MEASURED[0]:.1f} times the measured value."
     )
 
 
@@ -355,37 +280,85 @@ def _time_step(record: Record, tests: npt.NDArray[np.int64]) -> None:
         )  # fmt: skip
 
 
-def _base_motion(record: Record) -> None:
-    """The same test by body force and by moving the plane."""
+def _base_motion(record: Record, tests: npt.NDArray[np.int64]) -> None:
+    """The tests by body force and by moving the plane, as the table did."""
     dry = coulomb(ANALYSIS["friction_angle"])
-    test = SIX_HERTZ
-    for k01 in (1.0, 0.98):
-        force, motion = (
-            _run(record, test, Setup(k01, moving=moving), f"frame-{moving}-{k01:g}") for moving in (False, True)
-        )
-        _, truth = rigid_block([test], dry, resistance=resistance(Setup(k01)), absolute=True)
-        record.compare(
-            f"displacement, test {test + 1}, k01 = {k01:g}, plane moved as prescribed", motion.path[-1], "m",
-            truth=float(truth[-1, 0]), truth_source=TRUTH + ("" if k01 == 1 else ", slowed in space"), allowed=0.02,
-            published=MEASURED[test], published_source="Table 4.2, measured",
-            explanation=f"by body force {force.path[-1]:.5f} m" + (
-                "" if k01 == 1 else ": k01 slows the motion relative to the plane there, here that in space"),
-        )  # fmt: skip
-        if k01 == 1:
-            record.compare(
-                f"moved plane against body force, test {test + 1}, displacement", motion.path[-1], "m",
-                truth=force.path[-1], truth_source="body force", allowed=0.005,
-                explanation="the base acceleration is taken at the middle of a step, the prescribed place at its end",
+    times, truth = rigid_block(tests, dry)
+    _, slowed = rigid_block([SIX_HERTZ], dry, resistance=resistance(Setup(0.98)), absolute=True)
+    rows = []
+    apart: dict[float, float] = {}
+    lifted, rotation, steps = 0, 0.0, 0
+    bounds = {TIME_STEP: 0.02} | ({TIME_STEP / 2.0: 0.005} if record.full else {})
+    for dt in bounds:
+        for j, test in enumerate(tests):
+            force, motion = (
+                _run(record, test, Setup(1.0, dt, moving), f"frame-{test + 1}-{moving}-{dt:g}")
+                for moving in (False, True)
+            )
+            lifted, rotation = lifted + motion.lifted, max(rotation, motion.rotation)
+            steps += len(motion.time)
+            moved = np.interp(force.time, motion.time, motion.path)
+            errors = [
+                np.abs(path - np.interp(force.time, times, truth[:, j])).max() / truth[-1, j]
+                for path in (force.path, moved)
+            ]
+            between = float(np.abs(moved - force.path).max() / truth[-1, j])
+            apart[dt] = max(apart.get(dt, 0.0), between)
+            rows.append(
+                [test + 1, dt, 100 * truth[-1, j], 100 * force.path[-1], 100 * motion.path[-1],
+                 *(100 * error for error in errors), 100 * between]
             )  # fmt: skip
-    _, relative = rigid_block([test], dry, resistance=resistance(Setup(0.98)))
+            if dt == TIME_STEP:
+                record.compare(
+                    f"displacement, test {test + 1}, k01 = 1, plane moved as prescribed", motion.path[-1], "m",
+                    truth=float(truth[-1, j]), truth_source=TRUTH, allowed=0.02,
+                    explanation=f"by body force {force.path[-1]:.5f} m",
+                )  # fmt: skip
+    for dt, bound in bounds.items():
+        record.compare(
+            f"moved plane against body force, Δt = {dt:g} s: largest difference of the paths, over the final one",
+            apart[dt], truth=0.0, truth_source="both are the same relative motion", scale=1.0, allowed=bound,
+            explanation="the base acceleration is taken at the middle of a step, the prescribed place at its end; "
+            "promised is what either may be off the rigid block",
+        )  # fmt: skip
+    columns = ["test", "Δt [s]", "rigid block [cm]", "body force [cm]", "plane moved [cm]"]
+    columns += [f"largest difference {name} [% of the final path]" for name in (
+        "of force and rigid block", "of motion and rigid block", "of motion and force")]  # fmt: skip
+    caption = "The same tests by body force and by moving the plane, k01 = 1; differences are those at any time."
+    record.table(pd.DataFrame(rows, columns=columns), "frames", caption)
+    force, motion = (
+        _run(record, SIX_HERTZ, Setup(0.98, moving=moving), f"frame-damped-{moving}") for moving in (False, True)
+    )
+    record.compare(
+        f"displacement, test {SIX_HERTZ + 1}, k01 = 0.98, plane moved as prescribed", motion.path[-1], "m",
+        truth=float(slowed[-1, 0]), truth_source=TRUTH + ", slowed in space", allowed=0.02,
+        explanation=f"by body force {force.path[-1]:.5f} m: k01 slows the motion relative to the plane there, here "
+        "that in space",
+    )  # fmt: skip
+    half = f", and within {100 * apart[TIME_STEP / 2.0]:.2f} % with half the time step" if record.full else ""
     record.text(
-        "**Force or motion.** Moving the plane as the table did gives what a body force on the block gives. The "
-        "thesis supposes that the real block wobbled, its contacts opening and closing, and that a body force cannot "
-        f"show that. A rigid block with these data does not: with the plane moved, {motion.lifted} of 2000 steps have "
-        f"an open contact, and the block turns by at most {motion.rotation:.0e} rad. With k01 < 1 the two ways differ: "
-        "k01 slows whatever moves in the frame of the computation "
-        f"({100 * float(truth[-1, 0]):.2f} cm with the plane moved, {100 * float(relative[-1, 0]):.2f} cm by body "
-        "force), one more reason not to take it for damping."
+        "**Force or motion.** Moving the plane as the table did gives what a body force on the block gives: in all "
+        f"{len(tests)} tests the two paths are within {100 * apart[TIME_STEP]:.1f} % of the final one of each other "
+        f"at any time{half}. The thesis supposes "
+        "that the real block wobbled, its contacts opening and closing, and that a body force cannot show that. A "
+        f"rigid block with these data does not wobble: with the plane moved, {lifted} of {steps} steps have an open "
+        f"contact, and the block turns by at most {rotation:.0e} rad. With k01 < 1 the two ways differ: k01 slows "
+        "whatever moves in the frame of the computation (test "
+        f"{SIX_HERTZ + 1}, k01 = 0.98: {100 * motion.path[-1]:.2f} cm with the plane moved, "
+        f"{100 * force.path[-1]:.2f} cm by body force), one more reason not to take it for damping."
+    )
+
+
+def _against_law(ours: float, measured: float, shift: float) -> str:
+    """What is known of a difference to the experiment with friction by velocity."""
+    if abs(_percent(ours, measured)) <= 5.0:
+        return ""
+    within = round(abs(shift), 1) <= SCATTER
+    return (
+        ("" if within else "not explained: ")
+        + f"a rigid block slides as measured if all angles of the law are changed by {shift:+.1f}°, "
+        + ("within" if within else "more than")
+        + f" the ±{SCATTER:g}° by which tilt tests scatter"
     )
 
 
@@ -398,6 +371,8 @@ def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: d
     speed = float(LAW["speed"] / np.log((far - at_rest) / (far - known)))
     law = (low, high, speed)
     _, truth = rigid_block(tests, rate_dependent(*law))
+    shifts, _ = back_analysis(tests, MEASURED[tests], lambda x: rate_dependent(low + x, high + x, speed), -4.0, 6.0)
+    angles, speeds = back_analysis(tests, MEASURED[tests], coulomb, 12.0, 24.0)
     ratios = (0.05, 0.2, 1.0) if record.full else (0.2,)
     rows, errors = [], {"φ = 16°": [], f"φ(v), {low:g}° to {high:g}°": []}
     damped: list[float] = []
@@ -407,7 +382,7 @@ def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: d
             f"displacement, test {test + 1}, friction by velocity", here, "m",
             truth=float(truth[-1, j]), truth_source=TRUTH + " with the same law", allowed=0.02,
             published=MEASURED[test], published_source="Table 4.2, measured",
-            explanation=_against_measured(here, MEASURED[test]),
+            explanation=_against_law(here, MEASURED[test], shifts[j]),
         )  # fmt: skip
         row = [test + 1, _percent(final[int(test)], MEASURED[test]), _percent(here, MEASURED[test])]
         for ratio in ratios:
@@ -431,8 +406,12 @@ def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: d
         v = np.linspace(0, 0.15, 200)
         axes[0].plot(100 * v, np.degrees(np.arctan(rate_dependent(*law)(v))), color=PALETTE[2])
         axes[0].axhline(ANALYSIS["friction_angle"], color=PALETTE[1])
-        axes[0].plot(100 * LAW["speed"], LAW["friction_angle"], "o", color=PALETTE[0], ms=4)
-        axes[0].set(xlabel="sliding velocity [cm/s]", ylabel="friction angle [°]", ylim=(13, 20))
+        axes[0].plot(100 * LAW["speed"], LAW["friction_angle"], "o", color=PALETTE[0], ms=4, label="§4.3.1")
+        axes[0].plot(100 * speeds, angles, "^", color=PALETTE[3], ms=4, label="as measured")
+        for test, x, y in zip(tests, 100 * speeds, angles, strict=True):
+            axes[0].annotate(str(test + 1), (x, y), xytext=(3, 2), textcoords="offset points", fontsize=6)
+        axes[0].legend(loc="lower right", fontsize=7)
+        axes[0].set(xlabel="sliding velocity [cm/s]", ylabel="friction angle [°]", ylim=(13, 22))
         place = np.arange(len(tests))
         for k, (name, values) in enumerate(errors.items()):
             axes[1].bar(place + (k - 0.5) * 0.36, values, 0.34, color=PALETTE[k + 1], label=name)
@@ -440,7 +419,12 @@ def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: d
         axes[1].set_xticks(place, [f"{f:g}" for f in FREQUENCY[tests]])
         axes[1].set(xlabel="frequency [Hz]", ylabel="error against measured [%]")
         axes[1].legend()
-    record.figure(figure, "friction", "Friction by sliding velocity, and the errors with it and with φ = 16°; k01 = 1.")
+    record.figure(
+        figure, "friction",
+        "Left: friction by sliding velocity; triangles: constant angles with which rigid blocks slide as far as "
+        "measured, at their mean speed while they slide (as Fig. 4.5; numbers: tests). Right: errors with the law and "
+        "with φ = 16°; k01 = 1.",
+    )  # fmt: skip
     constant, varied = (np.abs(values) for values in errors.values())
     record.text(
         f"**Friction by velocity.** The law μ(v) of the program (theory manual §6) from {low:g}° at rest to {high:g}°, "

@@ -60,14 +60,20 @@ def two_block_arch(record: Record) -> None:
             truth=truth,
             truth_source="equilibrium of a uniformly strained block",
             allowed=5e-5,
-            explanation="differs by the size of the strains (2e-5), which the program adds up step by step"
-            + ("; the published value does not follow from the published data, see below" if k01 == 1 else ""),
+            explanation=(
+                "not explained: the published value does not follow from the published data, see the text; against the "
+                "truth: "
+                if k01 == 1
+                else ""
+            )
+            + "differs by the size of the strains (2e-5), which the program adds up step by step",
             **published_here,
         )
     _balance(record, runs[0.95], rest)
     _counts(record, runs, arch, motion)
     _published_deflection(record, arch, motion, truth)
     _stiffness(record)
+    record.energy_closes(1e-6, "the solver's tolerance in these runs")
 
 
 # -- the truth -------------------------------------------------------------------------------------------------------
@@ -184,7 +190,7 @@ def _deflection(results: Results) -> FloatArray:
 
 
 def _balance(record: Record, results: Results, rest: Rest) -> None:
-    """Supports and energy."""
+    """Supports."""
     left, right = results["history/fixed_force"][-1]
     source = "equilibrium of the whole"
     record.compare("supports, vertical", left[1] + right[1], "N", truth=2 * WEIGHT, truth_source=source, allowed=1e-6)
@@ -205,16 +211,6 @@ def _balance(record: Record, results: Results, rest: Rest) -> None:
         truth_source=source,
         scale=rest.thrust,
         allowed=1e-6,
-    )
-    energy = results["history/energy"][:]
-    record.compare(
-        "largest energy residual over work of the weight",
-        np.abs(energy[:, -1]).max() / np.abs(energy[:, 2]).max(),
-        truth=0.0,
-        truth_source="energy is kept",
-        scale=1.0,
-        allowed=1e-6,
-        explanation="tolerance of the solver",
     )
 
 
@@ -243,7 +239,7 @@ def _counts(record: Record, runs: dict[float, Results], arch: HalfArch, motion: 
             published=count,
             published_source=SOURCE,
             allowed=0.02,
-            explanation="whole steps; the criterion of the thesis is not stated",
+            explanation=_against_count(count, steps_to_rest(theory, 0.005 * rest), left_over),
         )
     record.table(
         pd.DataFrame(rows),
@@ -264,11 +260,23 @@ def _counts(record: Record, runs: dict[float, Results], arch: HalfArch, motion: 
     _draw(record, runs, frequencies, parts, rest)
 
 
+def _against_count(published_count: int, theory: int, left_over: float) -> str:
+    """What is known of a difference to a published number of steps."""
+    if abs(theory / published_count - 1) <= 0.1:
+        return "the thesis states no criterion; within 0.6 % instead of 0.5 % it would be the published number or fewer"
+    return (
+        f"not explained: at the published step {100 * left_over:.2g} % of the deflection is left; the thesis states no "
+        "criterion, and none fits all five numbers"
+    )
+
+
 def _draw(record: Record, runs: dict[float, Results], frequencies: FloatArray, parts: FloatArray, rest: float) -> None:
     import matplotlib.pyplot as plt
 
     with record.style():
-        figure, (left, right) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 2.7), width_ratios=(1.5, 1))
+        figure, (left, right) = plt.subplots(
+            1, 2, figsize=(PAPER_WIDTH, 2.7), width_ratios=(1.5, 1), layout="constrained"
+        )
         shown = 300
         for colour, (k01, results) in zip(PALETTE, runs.items(), strict=False):
             y = _deflection(results)[:shown] * 1e3
@@ -285,7 +293,7 @@ def _draw(record: Record, runs: dict[float, Results], frequencies: FloatArray, p
         right.plot(list(runs), ours, "o", color=PALETTE[1], label="ours, 0.5%", ms=5)
         right.plot(PUBLISHED["k01"], PUBLISHED["steps_to_equilibrium"], "x", color=PALETTE[2], label="published", ms=6)
         right.set(xlabel="k01", ylabel="steps to equilibrium", ylim=(0, None))
-        right.legend(loc="upper center", fontsize=7)
+        right.legend(loc="upper center", fontsize=6)
     record.figure(
         figure,
         "deflection",

@@ -80,6 +80,7 @@ def gravity_levels(record: Record) -> None:
     _words(record, moving, states)
     if record.full:
         _prestress(record, row, thrust)
+    record.energy_closes()
 
 
 def _run(record: Record, row: BlockRow, thrust: float, k01: float, parts: int) -> Run:
@@ -164,7 +165,7 @@ def _against_truth(record: Record, static: Run, moving: Run, states: list[State]
 
 
 def _equilibrium(record: Record, static: Run, moving: Run) -> None:
-    """Balance of forces and moments at 12 g, from what the results hold; energy."""
+    """Balance of forces and moments at 12 g, from what the results hold."""
     row, results = moving.row, moving.results
     weight = LEVELS * row.density * GRAVITY * row.areas
     source = f"equilibrium at {LEVELS} g"
@@ -221,16 +222,6 @@ def _equilibrium(record: Record, static: Run, moving: Run) -> None:
         allowed=1e-3,
         explanation="at rest the span is shorter, and the crown carries a little shear",
     )
-    energy = results["history/energy"][:]
-    record.compare(
-        "largest energy residual over work of the weight",
-        np.abs(energy[:, -1]).max() / np.abs(energy[:, 2]).max(),
-        truth=0.0,
-        truth_source="energy is kept",
-        scale=1.0,
-        allowed=1e-4,
-        explanation="forces are accepted when they miss their law by 1e-5",
-    )
 
 
 def _on_left_half(results: Results) -> tuple[FloatArray, FloatArray]:
@@ -261,6 +252,7 @@ def _draw(record: Record, static: Run, moving: Run, states: list[State]) -> None
             turn.plot(blocks, angle(stress)[level], ":", color=colour, lw=1.2)
         profile.invert_yaxis()
         profile.set(xlabel="x [mm]", ylabel="deflection [µm]")
+        profile.legend(fontsize=7, loc="lower left", handlelength=1.2)
         sag.plot(
             levels, moving.deflection()[:, MIDDLE] * MICRO, "o", color=PALETTE[1], ms=5, label="ours, published loading"
         )
@@ -273,7 +265,8 @@ def _draw(record: Record, static: Run, moving: Run, states: list[State]) -> None
         hinged = row.weight * levels * 2 * row.half / (8 * row.size) / row.size / 1e3
         push.plot(levels, hinged, ":", color=PALETTE[3], label="three-hinged arch, W S/(8 t²)")
         push.set(xlabel="level [g]", ylabel="-σx, middle block [kPa]")
-        push.legend(fontsize=7)
+        push.set_ylim(top=1.25 * push.get_ylim()[1])
+        push.legend(fontsize=7, loc="upper left")
         turn.axhline(0, color="0.6", lw=0.6)
         turn.set(xlabel="block, from the left", ylabel="angle θ [°]")
         turn.legend(fontsize=7)

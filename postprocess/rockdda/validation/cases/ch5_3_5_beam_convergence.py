@@ -27,6 +27,7 @@ def convergence(record: Record) -> None:
     """Time step, contact stiffness."""
     _time_step(record)
     _stiffness(record)
+    record.energy_closes()
 
 
 def _time_step(record: Record) -> None:

@@ -265,7 +265,7 @@ def draw_collision(
         axes.plot(expected[0], expected[1] / 1e3, color=PALETTE[0], lw=2, alpha=0.4, label="chain")
         axes.plot(ours[1], ours[2] / 1e3, color=PALETTE[1], lw=1, label=f"RockDDA, c·dt/h = {ours[0]:g}")
         axes.set(xlabel="time [s]", ylabel="force between the bars [kN]")
-        axes.legend(loc="upper center")
+        axes.legend(loc="upper right")
         record.figure(fig, "collision", "Force between the bars; dashed: continuous bars.")
 
 

@@ -203,6 +203,7 @@ def momentum(record: Record) -> None:
         "theory says exactly."
     )
     _cluster(record)
+    record.energy_closes()
 
 
 def _collisions(record: Record) -> None:

@@ -191,6 +191,7 @@ def rocking(record: Record) -> None:
     _periods(record)
     _onset(record)
     _impacts(record)
+    record.energy_closes()
 
 
 def _periods(record: Record) -> None:

@@ -106,6 +106,7 @@ def single_block(record: Record) -> None:
     _onsets(record)
     _chart(record)
     _wedge(record)
+    record.energy_closes()
 
 
 def _onsets(record: Record) -> None:

@@ -291,6 +291,7 @@ def toppling(record: Record) -> None:
     if record.full:
         _sensitivity(record, setting, found, truth)
     _figure(record, setting, found, truth)
+    record.energy_closes()
 
 
 def _forces(record: Record, found: Found, setting: Setting) -> None:
