@@ -27,9 +27,9 @@ class Threshold:
             return f"between {show(self.bracket[0])} and {_with(show(self.bracket[1]), unit)}"
         first, last = show(self.trials[0][0]), _with(show(self.trials[-1][0]), unit)
         if not any(stands for _, stands in self.trials):
-            return f"no stable value from {first} to {last}"
+            return f"none of the {len(self.trials)} values tried from {first} to {last} is stable"
         if all(stands for _, stands in self.trials):
-            return f"stable at all values from {first} to {last}"
+            return f"all {len(self.trials)} values tried from {first} to {last} are stable"
         runs = [
             f"{'stable' if stands else 'unstable'} at {_with(', '.join(show(value) for value, _ in group), unit)}"
             for stands, group in ((key, list(items)) for key, items in itertools.groupby(self.trials, lambda t: t[1]))

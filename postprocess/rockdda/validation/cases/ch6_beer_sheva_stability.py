@@ -242,7 +242,7 @@ def _figure_thresholds(record: Record, found: dict, counts: tuple[int, ...], str
                 label=f"{-stress / 1e3:g} kPa",
             )
         axes.axhline(RIGID_ANGLE, color="0.3", linestyle="--", linewidth=0.8)
-        axes.text(4, RIGID_ANGLE - 0.6, "tan φ = 4t/S", fontsize=7, ha="right", va="top")
+        axes.text(4, RIGID_ANGLE - 1.4, "tan φ = 4t/S", fontsize=7, ha="right", va="top")
         axes.axhline(classic.required_friction_angle, color="0.6", linestyle=":", linewidth=0.9)
         axes.text(4, classic.required_friction_angle - 0.6, "classic voussoir beam", fontsize=7, ha="right", va="top")
         axes.plot(0.25, SINGLE["friction_stable"], "*k", ms=8, label="published")
@@ -267,7 +267,7 @@ def _scans(record: Record) -> None:
         "table says so instead of giving a number. “Table 6.5” are the numbers of the thesis alone, 0.25 ms and 1 GN/m."
     )
     trials, roofs = Trials(record), {name: VARIANTS[name] for name in UNSETTLED}
-    angles = (20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0)
+    angles = (20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, SINGLE["friction_stable"], 80.0)
     compare_thresholds(record, trials, roofs, angle_axis(angles, 1.0), SINGLE["friction_stable"], REASONS)
     compare_thresholds(record, trials, roofs, spacing_axis(), SINGLE["spacing_stable"], REASONS)
     caption = (
