@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> What the program does with its command line.
 module rockdda_app_program
-   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_app_arguments, only : command_line_type, parse_command_line
    use rockdda_app_command_check, only : run_check
@@ -47,8 +47,9 @@ contains
          case ('check'); call run_check(line, exit_code)
          case ('info'); call run_info(line, exit_code)
          case default
-            call complain(usage_text('')//new_line('a')//'rockdda: error: no command given')
-            exit_code = error_code%input
+            if (.not. line%json) call complain(usage_text(''))
+            call make_error(error, error_code%input, 'no command given')
+            call report_failure(line, messages, error, exit_code)
          end select
       end if
       if (.not. ok) exit_code = error_code%output

@@ -25,6 +25,7 @@ module rockdda_driver_run
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
+   use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
    use rockdda_io_digest, only : digest_length
    use rockdda_io_hdf5_driver, only : undo_path
    use rockdda_io_log, only : log_type, log_path
@@ -115,6 +116,7 @@ contains
       if (.not. input%in_memory) call keep_apart(output)
       if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(log_path(output))
       if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(checkpoint_path(output))
+      if (.not. allocated(error)) call keep_neighbour(output, error)
       if (allocated(error)) return
       if (request%force) return
       if (get_path_kind(output) == path_kind%file) &
@@ -133,6 +135,26 @@ contains
       end subroutine keep_apart
 
    end subroutine choose_output
+
+   !> Names of results that differ in nothing but the ending have one checkpoint: one of other results that are there
+   !> stays, whatever the user says about overwriting these.
+   subroutine keep_neighbour(output, error)
+      character(len=*), intent(in) :: output
+      type(error_type), allocatable, intent(out) :: error
+      type(checkpoint_info_type) :: info
+      type(error_type), allocatable :: no_checkpoint
+      character(len=:), allocatable :: checkpoint, neighbour
+      checkpoint = checkpoint_path(output)
+      if (get_path_kind(checkpoint) /= path_kind%file) return
+      call take_turn()
+      call read_checkpoint_info(checkpoint, info, no_checkpoint)
+      call end_turn()
+      if (allocated(no_checkpoint)) return
+      neighbour = results_path(checkpoint, info%facts%results_ending)
+      if (neighbour == output .or. get_path_kind(neighbour) /= path_kind%file) return
+      call make_error(error, error_code%input, output//': these results would have the checkpoint '//checkpoint// &
+                      ', which is that of '//neighbour//'; take another name')
+   end subroutine keep_neighbour
 
    !> Create results and log with everything known at the start, the first frame, and the first checkpoint: from here
    !> on there is something to go on from, whatever happens.

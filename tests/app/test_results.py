@@ -438,6 +438,19 @@ class Output(ResultsTest):
         self.assertEqual(self.run_program("run", "block.dc", "block.df", "--force").code, 0)
         self.assertEqual(read(self.path("block.h5"))[1]["/"]["complete"], 1)
 
+    def test_results_of_another_ending_keep_their_checkpoint(self):
+        self.assertEqual(self.run_program("run", "block.dc", "block.df", "-o", "a.h5").code, 0)
+        before = {name: self.path(name).read_bytes() for name in self.files()}
+        for name in ("a.hdf5", "a"):
+            outcome = self.run_program("run", "block.dc", "block.df", "-o", name, "--force", "--quiet")
+            message = f"{name}: these results would have the checkpoint a.ckpt.h5, which is that of a.h5; take another name"
+            self.assertFails(outcome, 2, f"rockdda: error: {message}")
+        self.assertEqual({name: self.path(name).read_bytes() for name in self.files()}, before)
+        # without those results it is nobody's
+        self.path("a.h5").unlink()
+        self.assertEqual(self.run_program("run", "block.dc", "block.df", "-o", "a.hdf5").code, 0)
+        self.assertEqual(self.run_program("resume", "a.ckpt.h5", "--steps", "2").code, 0)
+
     def test_bad_input_keeps_the_old_output_even_with_force(self):
         self.write("block.h5", "mine")
         self.write("block.df", ANALYSIS.replace("30 0 0\n", "30 0 -1\n"))

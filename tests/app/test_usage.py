@@ -50,6 +50,9 @@ class Mistakes(ProgramTest):
         outcome = self.run_program()
         self.assertEqual(outcome.code, 2)
         self.assertTrue(outcome.err.endswith("\nrockdda: error: no command given\n"))
+        self.assertIn("usage: rockdda COMMAND", outcome.err)
+        summary = self.run_program("--json").json
+        self.assertEqual((summary["status"], summary["exit_code"]), ("error", 2))
 
     def test_unknown_command(self):
         self.check(["rnu", "x"], "unknown command 'rnu'; did you mean 'run'?")
