@@ -35,6 +35,9 @@ def validate_command(
     ] = False,
     show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
     report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Also as DIR/report.pdf; needs pip install 'rockdda[pdf]'.")
+    ] = False,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path(
         "validation"
     ),
@@ -66,24 +69,29 @@ def validate_command(
 
         rockdda-post validate --case closed-newmark --work runs
 
+        rockdda-post validate --report-only --pdf
+
         rockdda-post validate --list
     """
     from .cli import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, tell
     from .cli_study import _stop_on_sigterm
     from .validation import all_cases
     from .validation.report import write_report
+    from .validation.report_page import needs_for_pdf
     from .validation.runner import Outcome, run_cases, select
 
     if quick and full:
         raise InputError("--quick and --full exclude each other")
     if show + report_only + bool(case) > 1:
         raise InputError("--list, --report-only and --case exclude each other")
+    if pdf:
+        needs_for_pdf()  # before anything is computed
     known = all_cases()
     if show:
         _list_cases(known, quiet, as_json)
         return
     if report_only:
-        written = write_report(output, known)
+        written = write_report(output, known, pdf=pdf)
         tell(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
         return
     chosen = select(case, full, known)
@@ -108,7 +116,7 @@ def validate_command(
         except KeyboardInterrupt:
             _tell_stopped(output, known, len(ended), len(chosen), quiet)
             raise
-    written = write_report(output, known)
+    written = write_report(output, known, pdf=pdf)
     status = {name: sum(o.status == name for o in outcomes) for name in ("agrees", "differs", "failed")}
     code = NO_CONVERGENCE if status["failed"] else DIFFERENT if status["differs"] else DONE
     if not quiet:

@@ -4,6 +4,7 @@
 import json
 import re
 import subprocess
+import sys
 import tomllib
 
 import pytest
@@ -105,6 +106,20 @@ def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
     links = re.findall(r'href="#([^"]+)"', html)
     assert links and all(f'id="{name}"' in html for name in links)
     assert html.count('<h2 class="part">') == 2
+
+
+def test_without_weasyprint_there_is_no_pdf_and_nothing_is_run(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    code, out, err = command(capsys, "--case", "closed-newmark", "--pdf", "-o", tmp_path / "report")
+    assert code == 2 and "rockdda[pdf]" in err and not out
+    assert not (tmp_path / "report").exists()
+
+
+def test_the_report_on_paper(tmp_path, capsys):
+    pytest.importorskip("weasyprint")
+    target = kept(tmp_path, CASES[:2])
+    assert command(capsys, "--report-only", "--pdf", "-o", target)[0] == 0
+    assert (target / "report.pdf").read_bytes().startswith(b"%PDF-")
 
 
 def test_records_come_back_as_they_were(tmp_path):
