@@ -41,8 +41,8 @@ def test_numbers_of_blocks_fall():
 @pytest.mark.parametrize(
     ("stands", "words"),
     [
-        (lambda x: False, "none of the 4 values tried from 20 to 80° is stable"),
-        (lambda x: True, "all 4 values tried from 20 to 80° are stable"),
+        (lambda x: False, "none of the 4 values tried from 20° to 80° is stable"),
+        (lambda x: True, "stable from 20° on, the first of 4 values up to 80°"),
         (lambda x: x == 40, "not monotonic: unstable at 20°; stable at 40°; unstable at 60, 80°"),
         (lambda x: x < 50, "not monotonic: stable at 20, 40°; unstable at 60, 80°"),
     ],
@@ -64,7 +64,7 @@ def test_a_cheaper_condition_spares_runs():
     assert found.bracket[0] < 50.0 <= found.bracket[1]
     assert 20.0 not in tried and 80.0 not in tried and tried[:2] == [40.0, 60.0]
     found = find_threshold(lambda angle: False, (20.0, 40.0), halves, necessary=lambda angle: angle > 30.0)
-    assert found.words("°") == "none of the 2 values tried from 20 to 40° is stable"
+    assert found.words("°") == "none of the 2 values tried from 20° to 40° is stable"
     with pytest.raises(InputError, match="two values"):
         find_threshold(stands, (20.0,), halves)
 

@@ -25,11 +25,11 @@ class Threshold:
         """What is told where there is no number."""
         if self.bracket:
             return f"between {show(self.bracket[0])} and {_with(show(self.bracket[1]), unit)}"
-        first, last = show(self.trials[0][0]), _with(show(self.trials[-1][0]), unit)
+        first, last = (_with(show(self.trials[end][0]), unit) for end in (0, -1))
         if not any(stands for _, stands in self.trials):
             return f"none of the {len(self.trials)} values tried from {first} to {last} is stable"
         if all(stands for _, stands in self.trials):
-            return f"all {len(self.trials)} values tried from {first} to {last} are stable"
+            return f"stable from {first} on, the first of {len(self.trials)} values up to {last}"
         runs = [
             f"{'stable' if stands else 'unstable'} at {_with(', '.join(show(value) for value, _ in group), unit)}"
             for stands, group in ((key, list(items)) for key, items in itertools.groupby(self.trials, lambda t: t[1]))
