@@ -258,6 +258,24 @@ class BadInput(ProgramTest):
         self.assertEqual(outcome.code, 2)
         self.assertTrue(outcome.err.startswith("run.nml:2:3: error: unknown name 'stpes' in &run"), outcome.err)
 
+    def test_options_that_do_not_fit_the_model(self):
+        for options, message in (
+            (
+                "&stage until_step = 3, release = 7 /\n&stage k01 = 1 /",
+                "stage 1 releases fixed point 7, but the model has 2",
+            ),
+            (
+                "&line_load ends = 0.5, 0.5, 1.5, 0.7, force_start = 0, -1 /",
+                "line load 1: no block has both ends (0.5, 0.5) and (1.5, 0.7) on its outline",
+            ),
+        ):
+            self.write("run.nml", options + "\n")
+            outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "--quiet")
+            self.assertFails(outcome, 2, "rockdda: error: " + message)
+            self.assertFalse(self.path("block.h5").exists())
+            outcome = self.run_program("check", "block.dc", "block.df", "run.nml", "--quiet")
+            self.assertFails(outcome, 2, "rockdda: error: " + message)
+
     def test_wrong_number_of_values(self):
         self.write("block.df", PEER_ANALYSIS.replace("30 0 0\n", "30 0\n"))
         outcome = self.run_program("run", "block.dc", "block.df")

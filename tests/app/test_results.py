@@ -443,7 +443,9 @@ class Output(ResultsTest):
         before = {name: self.path(name).read_bytes() for name in self.files()}
         for name in ("a.hdf5", "a"):
             outcome = self.run_program("run", "block.dc", "block.df", "-o", name, "--force", "--quiet")
-            message = f"{name}: these results would have the checkpoint a.ckpt.h5, which is that of a.h5; take another name"
+            message = (
+                f"{name}: these results would have the checkpoint a.ckpt.h5, which is that of a.h5; take another name"
+            )
             self.assertFails(outcome, 2, f"rockdda: error: {message}")
         self.assertEqual({name: self.path(name).read_bytes() for name in self.files()}, before)
         # without those results it is nobody's
