@@ -262,10 +262,10 @@ def _scans(record: Record) -> None:
     """Without initial stress: from which angle, from which spacing on, and whether there is such a limit at all."""
     record.text(
         "**Without stress at the start** a grid of friction angles at S_j = 0.25 m, and of spacings at φ = 47°, is "
-        "run, by Shi's rules for all four pairs, by RockDDA's for the first pair and for all four where the limit may be. "
-        "Where a single change from unstable to stable is found it is bisected, to 1° or to the "
-        "next whole number of blocks; where stable and unstable values alternate there is no limit to bisect, and the "
-        "table says so instead of giving a number. “Table 6.5” are the numbers of the thesis alone, 0.25 ms and 1 GN/m."
+        "run, by Shi's rules for all four pairs, by RockDDA's for the first pair and for all four where the limit may "
+        "be. Where a single change from unstable to stable is found it is bisected, to 1° or to the next whole number "
+        "of blocks; where stable and unstable values alternate there is no limit to bisect, and the table says so "
+        "instead of giving a number. “Table 6.5” are the numbers of the thesis alone, 0.25 ms and 1 GN/m."
     )
     trials, roofs = Trials(record), {name: VARIANTS[name] for name in UNSETTLED}
     angles = (20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, SINGLE["friction_stable"], 80.0)
