@@ -93,52 +93,72 @@ contains
    !> same order, as before.
    subroutine set_graph(self)
       class(equations_type), intent(inout) :: self
-      integer :: c, i, k, n_inner, side
+      integer :: c, n, n_inner, n_new
       self%all_changed = .true.
-      if (self%n_pairs == self%n_links) then
-         if (all(self%graph(:, 1:self%n_links) == self%pair(:, 1:self%n_links))) return
-      end if
-      self%n_pairs = self%n_links
+      n = self%n_links
+      n_new = 0
       n_inner = 0
-      do c = 1, self%n_links
+      !$omp parallel do default(none) shared(self, n) private(c) reduction(+:n_new, n_inner) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do c = 1, n
+         if (self%graph(1, c) /= self%pair(1, c) .or. self%graph(2, c) /= self%pair(2, c)) n_new = n_new + 1
+         if (self%pair(1, c) > 0 .and. self%pair(2, c) > 0) n_inner = n_inner + 1
          self%graph(:, c) = self%pair(:, c)
-         if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
-         n_inner = n_inner + 1
-         self%inner(:, n_inner) = self%pair(:, c)
       end do
-      call build_pattern(self%n_blocks, self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
-      n_inner = 0
-      do c = 1, self%n_links
-         self%slot(c) = 0
-         if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
-         n_inner = n_inner + 1
-         self%slot(c) = self%inner_slot(n_inner)
-      end do
-
-      self%start = 0
-      do c = 1, self%n_links
-         do side = 1, 2
-            i = self%pair(side, c)
-            if (i > 0) self%start(i + 1) = self%start(i + 1) + 1
+      !$omp end parallel do
+      if (n_new == 0 .and. self%n_pairs == n) return
+      self%n_pairs = n
+      if (n_inner == n) then
+         call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work)
+      else
+         n_inner = 0
+         do c = 1, n
+            if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
+            n_inner = n_inner + 1
+            self%inner(:, n_inner) = self%pair(:, c)
          end do
-      end do
-      do i = 2, self%n_blocks + 1
-         self%start(i) = self%start(i) + self%start(i - 1)
-      end do
-      do c = 1, self%n_links
-         do side = 1, 2
-            i = self%pair(side, c)
-            if (i == 0) cycle
-            k = self%start(i) + 1
-            self%start(i) = k
-            self%incident(k) = merge(c, -c, side == 1)
+         call build_pattern(self%n_blocks, self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
+         n_inner = 0
+         do c = 1, n
+            self%slot(c) = 0
+            if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
+            n_inner = n_inner + 1
+            self%slot(c) = self%inner_slot(n_inner)
          end do
-      end do
-      do i = self%n_blocks + 1, 2, -1
-         self%start(i) = self%start(i - 1)
-      end do
-      self%start(1) = 0
+      end if
+      call list_links(self%n_blocks, n, self%pair, self%start, self%incident)
    end subroutine set_graph
+
+   !> Links of each block, in their order.
+   pure subroutine list_links(n_blocks, n_links, pair, start, incident)
+      integer, intent(in) :: n_blocks, n_links
+      integer, intent(in) :: pair(2, n_links)
+      integer, intent(out) :: start(n_blocks + 1), incident(2*n_links)
+      integer :: c, i, k, side
+      start = 0
+      do c = 1, n_links
+         do side = 1, 2
+            i = pair(side, c)
+            if (i > 0) start(i + 1) = start(i + 1) + 1
+         end do
+      end do
+      do i = 2, n_blocks + 1
+         start(i) = start(i) + start(i - 1)
+      end do
+      do c = 1, n_links
+         do side = 1, 2
+            i = pair(side, c)
+            if (i == 0) cycle
+            k = start(i) + 1
+            start(i) = k
+            incident(k) = merge(c, -c, side == 1)
+         end do
+      end do
+      do i = n_blocks + 1, 2, -1
+         start(i) = start(i - 1)
+      end do
+      start(1) = 0
+   end subroutine list_links
 
    !> Stiffness and force of a link, along its two lines.
    pure subroutine set_link(self, c, stiffness, force)

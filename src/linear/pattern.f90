@@ -24,9 +24,9 @@ contains
    !> held before, nothing changes, neither values nor pattern_id; otherwise values are undefined.
    subroutine build_pattern(n, pairs, matrix, slots, work)
       integer, intent(in) :: n                         !! number of blocks
-      integer, intent(in) :: pairs(:, :)               !! (2, m) blocks of each contact, any order, repeats allowed
+      integer, intent(in), contiguous :: pairs(:, :)   !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
-      integer, intent(out) :: slots(:)                 !! (m) place k in values of block (min, max) of each pair
+      integer, intent(out), contiguous :: slots(:)     !! (m) place k in values of block (min, max) of each pair
       type(pattern_work_type), intent(inout), optional :: work !! kept by callers that come often
       type(pattern_work_type) :: own
       if (present(work)) then
@@ -39,13 +39,13 @@ contains
    !> `build_pattern` with the arrays given.
    subroutine build_with(n, pairs, matrix, slots, work)
       integer, intent(in) :: n
-      integer, intent(in) :: pairs(:, :)
+      integer, intent(in), contiguous :: pairs(:, :)
       type(block_matrix_type), intent(inout) :: matrix
-      integer, intent(out) :: slots(:)
+      integer, intent(out), contiguous :: slots(:)
       type(pattern_work_type), intent(inout) :: work
       integer :: n_stored
       call make_room(work, n, size(pairs, 2))
-      call sort_pairs(n, pairs, slots, work%start(1:n + 1), work%by_large, work%by_small, work%row_start(1:n + 1), &
+      call sort_pairs(n, size(pairs, 2), pairs, slots, work%start, work%by_large, work%by_small, work%row_start, &
                       work%column)
       if (is_same_pattern(matrix, n, work%row_start(1:n + 1), work%column)) return
       if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
@@ -81,15 +81,14 @@ contains
    end subroutine reserve_integers
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.
-   pure subroutine sort_pairs(n, pairs, slots, start, by_large, by_small, row_start, column)
-      integer, intent(in) :: n
-      integer, intent(in) :: pairs(:, :)               !! (2, m)
-      integer, intent(out) :: slots(:)                 !! (m)
-      integer, intent(inout) :: start(:), by_large(:), by_small(:)   !! (n + 1), (>= m), (>= m) work
-      integer, intent(inout) :: row_start(:)           !! (n + 1)
-      integer, intent(inout) :: column(:)              !! (>= n + m)
-      integer :: m, c, i, j, k, lo, hi
-      m = size(pairs, 2)
+   pure subroutine sort_pairs(n, m, pairs, slots, start, by_large, by_small, row_start, column)
+      integer, intent(in) :: n, m
+      integer, intent(in) :: pairs(2, m)
+      integer, intent(out) :: slots(m)
+      integer, intent(inout) :: start(n + 1), by_large(m), by_small(m)   !! work
+      integer, intent(inout) :: row_start(n + 1)
+      integer, intent(inout) :: column(n + m)
+      integer :: c, i, j, k, lo, hi
       start = 0
       do c = 1, m
          hi = max(pairs(1, c), pairs(2, c))

@@ -15,7 +15,7 @@ module rockdda_stepping_motion
    use rockdda_stepping_loads, only : material_matrices_type
    implicit none
    private
-   public :: start_state, move_blocks, measure_points, largest_displacement
+   public :: start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
 
 contains
 
@@ -80,6 +80,21 @@ contains
       largest = sqrt(largest)
       if (n_bad > 0) largest = ieee_value(largest, ieee_positive_inf)
    end function largest_displacement
+
+   !> Are all unknowns finite?
+   logical function is_finite_motion(d)
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
+      integer :: i, n_bad
+      n_bad = 0
+      !$omp parallel do default(none) shared(d) private(i) reduction(+:n_bad) schedule(static) &
+      !$omp if (size(d, 2) > parallel_blocks)
+      do i = 1, size(d, 2)
+         ! a sum of magnitudes that cannot overflow
+         if (.not. sum(0.125_wp*abs(d(:, i))) <= huge(1.0_wp)) n_bad = n_bad + 1
+      end do
+      !$omp end parallel do
+      is_finite_motion = n_bad == 0
+   end function is_finite_motion
 
    !> Move everything by the unknowns of an accepted step; stresses, velocities, area and moments follow.
    !>

@@ -31,7 +31,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
       attach_line_loads
    use rockdda_stepping_reach, only : predicted_reach, quantised
-   use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement
+   use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
    implicit none
    private
    public :: simulation_type
@@ -400,7 +400,7 @@ contains
          if (allocated(report%detail)) detail = report%detail
          return
       end if
-      if (.not. maxval(abs(self%equations%x)) <= huge(1.0_wp)) then
+      if (.not. is_finite_motion(self%equations%x)) then
          detail = 'the solution is not finite'
          return
       end if
