@@ -239,6 +239,7 @@ contains
       magnitude = eq%block_magnitude(:, i)
       do l = eq%start(i) + 1, eq%start(i + 1)
          c = abs(eq%incident(l))
+         if (abs(eq%force(1, c)) <= 0 .and. abs(eq%force(2, c)) <= 0) cycle
          if (eq%incident(l) > 0) then
             call add_forces(eq%vector_a(:, :, c), eq%force(:, c), f, magnitude)
          else

@@ -22,7 +22,7 @@ module rockdda_contact_open_close
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_mixing, only : mixing_type
-   use rockdda_contact_law, only : contact_law_type, shear_strength
+   use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength
    implicit none
    private
    public :: open_close_type, judge_settings_type
@@ -69,6 +69,7 @@ module rockdda_contact_open_close
       procedure :: improve_friction
       procedure :: take_used_friction
       procedure :: lawful_forces
+      procedure :: forces_between
    end type open_close_type
 
 contains
@@ -332,6 +333,48 @@ contains
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap, slip  !! [length]
       real(wp), intent(out) :: normal, shear          !! [force]
+      call find_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
+   end subroutine lawful_forces
+
+   !> The lawful forces of all contacts at the fraction a of the way from a motion to the present one.
+   subroutine forces_between(self, table, laws, settings, a, gap, slip, force)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: a
+      real(wp), intent(in), contiguous :: gap(:), slip(:)     !! (>= contacts) of the motion at a = 0 [length]
+      real(wp), intent(inout), contiguous :: force(:, :)      !! (2, >= contacts) along the lines of the links
+      real(wp) :: gap_there, partner_gap, normal, shear
+      integer :: c, p
+      !$omp parallel do default(none) private(c, p, gap_there, partner_gap, normal, shear) schedule(static) &
+      !$omp shared(self, table, laws, settings, a, gap, slip, force) if (table%n > parallel_contacts)
+      do c = 1, table%n
+         gap_there = gap(c) + a*(self%gap(c) - gap(c))
+         normal = 0
+         shear = 0
+         if (self%state(c) /= contact_state%open .or. gap_there < -settings%close_tolerance) then
+            p = max(1, table%partner(c))
+            partner_gap = gap(p) + a*(self%gap(p) - gap(p))
+            call find_forces(self, table, laws, settings, c, gap_there, partner_gap, &
+                             slip(c) + a*(self%slip(c) - slip(c)), normal, shear)
+            normal = -normal
+         end if
+         force(1, c) = normal
+         force(2, c) = shear
+      end do
+      !$omp end parallel do
+   end subroutine forces_between
+
+   !> `lawful_forces`, for callers in this module.
+   pure subroutine find_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
+      type(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c
+      real(wp), intent(in) :: gap, partner_gap, slip
+      real(wp), intent(out) :: normal, shear
       real(wp) :: hold, limit
       normal = 0
       shear = 0
@@ -348,7 +391,7 @@ contains
       shear = settings%k_s*(table%shear(c) + slip) + self%drag(c)*slip
       shear = max(-limit, min(limit, shear))
       normal = normal - self%normal_drag(c)*(gap - table%gap(c))
-   end subroutine lawful_forces
+   end subroutine find_forces
 
    !> Does an open contact close with this motion?
    pure logical function closes(self, table, settings, c, gap, partner_gap)
@@ -408,6 +451,7 @@ contains
       integer, intent(out) :: new
       real(wp) :: trial, limit
       new = contact_state%open
+      if (self%gap(c) >= -settings%close_tolerance) return
       if (.not. closes(self, table, settings, c, self%gap(c), self%gap(max(1, table%partner(c))))) return
       new = contact_state%locked
       limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), self%bonded(c), &
@@ -492,6 +536,12 @@ contains
       real(wp), intent(in) :: normal_force, slip
       logical, intent(in) :: bonded
       type(judge_settings_type), intent(in) :: settings
+      if (law%law == contact_law%coulomb) then
+         ! the law of most joints, without asking elsewhere
+         strength = law%friction*max(normal_force, 0.0_wp)
+         if (bonded) strength = strength + law%cohesion*table%length(c)
+         return
+      end if
       strength = shear_strength(law, normal_force, table%length(c), bonded, abs(slip)/settings%dt, &
                                 table%total_slip(c) + abs(slip))
    end function strength

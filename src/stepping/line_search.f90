@@ -16,7 +16,7 @@ module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type, judge_settings_type
    use rockdda_assembly_equations, only : equations_type
@@ -187,24 +187,9 @@ contains
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
       type(equations_type), intent(in) :: equations
-      real(wp) :: gap, partner_gap, slip, normal, shear, force
-      integer :: i, c, l, p
-      !$omp parallel do default(none) private(c, gap, partner_gap, slip, normal, shear, p) schedule(static) &
-      !$omp shared(self, a, laws, settings, table, trial) if (table%n > parallel_contacts)
-      do c = 1, table%n
-         gap = self%gap(c) + a*(trial%gap(c) - self%gap(c))
-         if (trial%state(c) == contact_state%open .and. gap >= -settings%close_tolerance) then
-            self%force(:, c) = 0
-            cycle
-         end if
-         p = max(1, table%partner(c))
-         partner_gap = self%gap(p) + a*(trial%gap(p) - self%gap(p))
-         slip = self%slip(c) + a*(trial%slip(c) - self%slip(c))
-         call trial%lawful_forces(table, laws, settings, c, gap, partner_gap, slip, normal, shear)
-         self%force(1, c) = -normal
-         self%force(2, c) = shear
-      end do
-      !$omp end parallel do
+      real(wp) :: force
+      integer :: i, l
+      call trial%forces_between(table, laws, settings, a, self%gap, self%slip, self%force)
       do l = 1, blocks%bolts%n
          force = bolts%force(l) + blocks%bolts%stiffness(l)*(self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)))
          if (blocks%bolts%strength(l) > 0) force = max(-blocks%bolts%strength(l), min(blocks%bolts%strength(l), force))
@@ -234,7 +219,7 @@ contains
       call add_product(equations%block_matrix(:, :, i), y, sums)
       do l = equations%start(i) + 1, equations%start(i + 1)
          c = equations%incident(l)
-         if (.not. any(abs(force(:, abs(c))) > 0)) cycle
+         if (.not. (abs(force(1, abs(c))) > 0 .or. abs(force(2, abs(c))) > 0)) cycle
          if (c > 0) then
             call add_forces(equations%vector_a(:, :, c), force(:, c), sums)
          else
