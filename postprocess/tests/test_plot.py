@@ -224,7 +224,8 @@ def test_a_hundred_thousand_blocks_are_drawn_in_time(tmp_path):
     results = rockdda.open(write_wall(tmp_path / "large.h5", 400, 250, frames=2))
     begin = time.process_time()
     pictures.save(results.plot("stress_y"), tmp_path / "large.png")
-    assert time.process_time() - begin < 5
+    # 1.7 s of processor time, 2.5 s on a busy machine, and a margin for slower ones
+    assert time.process_time() - begin < 15
 
 
 def test_interactive_mesh(wall):

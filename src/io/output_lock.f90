@@ -22,7 +22,7 @@ module rockdda_io_output_lock
       procedure :: is_held
    end type output_lock_type
 
-   integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2
+   integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2, status_special = -3
 
    interface
       integer(c_int) function c_create(path, force, handle) bind(C, name='rockdda_output_create')
@@ -127,6 +127,8 @@ contains
          call make_error(error, error_code%input, path//': the file exists; use --force to overwrite it')
       case (status_busy)
          call make_error(error, error_code%input, path//': another run is writing this file')
+      case (status_special)
+         call make_error(error, error_code%input, path//': this is no regular file: results cannot be written to it')
       case default
          call make_error(error, error_code%output, path//': '//errno_text(status))
       end select

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { OUTPUT_OK = 0, OUTPUT_EXISTS = -1, OUTPUT_BUSY = -2 };
+enum { OUTPUT_OK = 0, OUTPUT_EXISTS = -1, OUTPUT_BUSY = -2, OUTPUT_SPECIAL = -3 };
 
 static int lock_whole_file(int fd)
 {
@@ -60,7 +60,7 @@ static int lock_existing(const char *path, int *fd)
 }
 
 /* Create and lock a new file; with force an existing one is removed first, unless a running process writes it.
- * 0, OUTPUT_EXISTS, OUTPUT_BUSY or an errno value. */
+ * 0, OUTPUT_EXISTS, OUTPUT_BUSY, OUTPUT_SPECIAL or an errno value. */
 int rockdda_output_create(const char *path, int force, int *fd)
 {
    struct stat info;
@@ -68,6 +68,7 @@ int rockdda_output_create(const char *path, int force, int *fd)
    *fd = -1;
    if (stat(path, &info) == 0) {
       if (S_ISDIR(info.st_mode)) return EISDIR;
+      if (!S_ISREG(info.st_mode)) return OUTPUT_SPECIAL; /* /dev/null, a pipe: not to be removed by anybody */
       if (!force) return OUTPUT_EXISTS;
       problem = lock_existing(path, &old);
       if (problem != OUTPUT_OK) return problem;

@@ -465,6 +465,15 @@ class Output(ResultsTest):
             self.assertFails(outcome, 2, f"rockdda: error: {name}: the output would overwrite an input file")
         self.assertEqual(self.path("block.dc").read_text() + self.path("block.df").read_text(), GEOMETRY + ANALYSIS)
 
+    def test_devices_and_pipes_are_no_outputs(self):
+        os.mkfifo(self.path("pipe.h5"))
+        for force in ([], ["--force"]):
+            outcome = self.run_program("run", "block.dc", "block.df", "-o", "pipe.h5", *force)
+            message = "pipe.h5: this is no regular file: results cannot be written to it"
+            self.assertFails(outcome, 2, "rockdda: error: " + message)
+            self.assertTrue(self.path("pipe.h5").is_fifo())
+            self.assertEqual(self.files(), ["block.dc", "block.df"])
+
     def test_output_that_cannot_be_created(self):
         outcome = self.run_program("run", "block.dc", "block.df", "-o", "none/x.h5")
         self.assertEqual(outcome.code, 5)
