@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .cli_common import NO_CONVERGENCE, STOPPED, open_results, progress_bar, stop_on_sigterm, tell
 from .errors import InputError, OutputError
 from .loosening import GRADIENT_LIMIT, WINDOW
 
@@ -69,7 +70,6 @@ def study_command(
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from .cli import NO_CONVERGENCE, STOPPED, progress_bar, tell
     from .study import read_study
     from .study_run import collect, prepare_case, run_study, write_job_array
 
@@ -101,7 +101,7 @@ def study_command(
                 elif not (quiet or as_json):
                     typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
-            _stop_on_sigterm()
+            stop_on_sigterm()
             try:
                 run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
             except KeyboardInterrupt:
@@ -148,15 +148,6 @@ def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
     return run_case(str(folder), children.append)
 
 
-def _stop_on_sigterm() -> None:
-    """Let SIGTERM do what Ctrl-C does."""
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGTERM, stop)
-
-
 def _write_table(study: Any, rows: Any) -> list[Path]:
     """The table as CSV (and Parquet where pyarrow is installed), and the small multiples."""
     from .study_plot import save_study_plot
@@ -184,7 +175,10 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
 def loosening_command(
     files: Annotated[list[Path], typer.Argument(metavar="OUT.h5...", help="Results files.", show_default=False)],
     window: Annotated[
-        float, typer.Option("--window", help="Share of the run, at its end, in which oscillations are looked at.")
+        float,
+        typer.Option(
+            "--window", show_default="2/3", help="Share of the run, at its end, in which oscillations are looked at."
+        ),
     ] = WINDOW,
     limit: Annotated[
         float, typer.Option("--limit", help="Difference over distance up to which points move together.")
@@ -203,7 +197,6 @@ def loosening_command(
 
         rockdda-post loosening tunnels/cases/*/out.h5
     """
-    from .cli import open_results, tell
     from .loosening import loosening_of
 
     if not 0 < window <= 1:
@@ -265,7 +258,6 @@ def voussoir_command(
 
         rockdda-post voussoir --span 8 --thickness 0.5 --unit-weight 18640 --modulus 7.84e9 --friction 47
     """
-    from .cli import tell
     from .voussoir import DESIGN_BUCKLING_LIMIT, VoussoirBeam, solve_beam
 
     beam = VoussoirBeam(span, thickness, unit_weight, modulus, strength, friction)
@@ -304,7 +296,6 @@ def rock_load_command(
 
         rockdda-post rockload --span 10 --height 10 --rqd 60
     """
-    from .cli import tell
     from .rock_load import rose, terzaghi
 
     kinds = ("horizontally stratified", "vertically stratified", "moderately jointed", "blocky")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .cli_common import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, stop_on_sigterm, tell
 from .errors import InputError, RockddaError
 
 if TYPE_CHECKING:
@@ -73,8 +74,6 @@ def validate_command(
 
         rockdda-post validate --list
     """
-    from .cli import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, tell
-    from .cli_study import _stop_on_sigterm
     from .validation import all_cases
     from .validation.report import write_report
     from .validation.report_page import needs_for_pdf
@@ -109,7 +108,7 @@ def validate_command(
             elif not (quiet or as_json):
                 typer.echo(f"{done}/{total} {outcome.identifier}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
-        _stop_on_sigterm()
+        stop_on_sigterm()
         count = workers or os.cpu_count() or 1
         try:
             outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
@@ -167,7 +166,6 @@ def _tell_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bo
 
 def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
     """What there is to run."""
-    from .cli import tell
 
     wide = max((len(case.identifier) for case in known), default=0)
     lines = []

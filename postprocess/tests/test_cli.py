@@ -189,6 +189,7 @@ def test_help_has_examples(command):
     )  # fmt: skip
     assert "Examples" in done.stdout
     assert done.stdout.count(f"rockdda-post {command} ") >= 2
+    assert max(done.stdout) < "\U0001f000"  # rich draws :100: as a pictogram
 
 
 def test_view_serves_until_interrupted(folder):

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""What the commands of `rockdda-post` share: exit codes, common options, summaries, opening and naming files."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .errors import InputError, OutputError
+from .results import FIELDS, Results
+
+DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
+DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
+
+ResultsFile = Annotated[Path, typer.Argument(metavar="OUT.h5", help="Results file.", show_default=False)]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write.", show_default=False)]
+FieldName = Annotated[str, typer.Option("--field", help=f"What the colours show: {', '.join(FIELDS)}.")]
+FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
+UnitNames = Annotated[
+    str | None,
+    typer.Option("--units", help="Length, time, force for the labels, as m,s,kN or SI.", show_default=False),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")]
+Json = Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")]
+Limits = Annotated[
+    tuple[float, float] | None,
+    typer.Option("--limits", metavar="LOW HIGH", help="Ends of the colour scale.", show_default=False),
+]
+Scale = Annotated[float, typer.Option("--scale", help="Factor on the displacements.")]
+
+
+def tell(quiet: bool, as_json: bool, text: str, **summary: Any) -> None:
+    """The summary on standard output."""
+    if as_json:
+        typer.echo(json.dumps({"status": "done", "exit_code": DONE} | summary, default=str))
+    elif not quiet:
+        typer.echo(text)
+
+
+@contextmanager
+def progress_bar(what: str, quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """A bar on standard error, when that is a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def open_results(path: Path, frame: int | None = None, field: str | None = None, frames: bool = True) -> Results:
+    """Open a results file, and see that it has the frame and field that are asked for, and frames if needed."""
+    results = Results(path)
+    if not frames:
+        return results
+    if not results.n_frames:
+        raise InputError("there are no frames in it" + ("" if results.complete else " yet"), path)
+    if frame is not None and not -results.n_frames <= frame < results.n_frames:
+        raise InputError(f"there are frames 0 to {results.n_frames - 1}, not {frame}", path)
+    if field is not None and field not in FIELDS:
+        raise InputError(f"there is no field {field!r}; the fields are: {', '.join(FIELDS)}")
+    return results
+
+
+def target(output: Path | None, source: Path, ending: str) -> Path:
+    """The file to write: never the results themselves."""
+    path = output if output is not None else Path(source.stem + ending)
+    if path.suffix.lower() in (".h5", ".hdf5") or path == source:
+        raise InputError("would overwrite results: choose another output", path)
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: cannot be written: there is no folder {path.parent}")
+    return path
+
+
+def stop_on_sigterm() -> None:
+    """Let SIGTERM do what Ctrl-C does."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, stop)

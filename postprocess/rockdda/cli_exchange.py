@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""The commands of `rockdda-post` for files: export, convert, compare."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .cli_common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, progress_bar, target, tell
+from .errors import InputError
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command(name="export")(export_command)
+    app.command(name="convert")(convert_command)
+    app.command(name="compare")(compare_command)
+
+
+def export_command(
+    file: ResultsFile,
+    output: Output = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            help="pvd (or vtk), vtu, csv, txt (or text), dxf; by default the output's ending.",
+            show_default=False,
+        ),
+    ] = None,
+    table: Annotated[
+        str, typer.Option("--table", help="Of a .csv: history, blocks, vertices or contacts.")
+    ] = "history",
+    frames: Annotated[
+        str | None,
+        typer.Option("--frames", help="Such as -1, 0,5,10 or 0:50:10; by default all.", show_default=False),
+    ] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Write results for other programs: VTK, CSV, plain text, DXF.
+
+    .pvd: all frames for ParaView and PyVista (.vtu: one frame); .csv: a table; .txt: lines `block vertex x y` for each
+    frame; .dxf: the outlines of one frame.
+
+    Examples:
+
+        rockdda-post export slope.h5 -o slope.pvd
+
+        rockdda-post export slope.h5 -o history.csv
+
+        rockdda-post export slope.h5 -o blocks.csv --table blocks --frames -1
+
+        rockdda-post export slope.h5 -o outlines.txt --frames 0:50:10
+
+        rockdda-post export slope.h5 -o end.dxf
+    """
+    from . import export
+
+    results = open_results(file, frames=False)
+    kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
+    if output is not None and output.is_dir():
+        output = output / f"{file.stem}.{kind or 'pvd'}"
+    path = target(output, file, f".{kind or 'pvd'}")
+    form = kind or path.suffix.lstrip(".").lower() or "pvd"
+    if form not in ("pvd", "vtu", "csv", "txt", "dxf"):
+        raise InputError(f"unknown format {form!r}; the formats are: pvd, vtu, csv, txt, dxf", path)
+    if form in ("pvd", "vtu") and path.suffix.lower() != f".{form}":
+        path = path.with_name(path.name + f".{form}")
+    if form != "csv" or table != "history":
+        open_results(file)  # frames are needed
+    numbers = export.parse_frames(frames, results.n_frames)
+    for number in numbers or ():
+        if not -results.n_frames <= number < results.n_frames:
+            raise InputError(f"there are frames 0 to {results.n_frames - 1}, not {number}", file)
+    if form in ("vtu", "dxf"):
+        if numbers is not None and len(numbers) != 1:
+            raise InputError(f".{form} takes one frame, not {len(numbers)}")
+        numbers = [-1] if numbers is None else numbers
+    with progress_bar("frames", quiet or as_json) as bar:
+        if form in ("pvd", "vtu"):
+            export.to_vtk(results, path, numbers, bar)
+        elif form == "csv":
+            export.to_csv(results, path, table, numbers, bar)
+        elif form == "txt":
+            export.to_text(results, path, numbers, bar)
+        else:
+            assert numbers is not None
+            export.to_dxf(results, path, numbers[0])
+    count = results.n_frames if numbers is None else len(numbers)
+    what = f"{results.n_steps} steps" if form == "csv" and table == "history" else f"{count} frames"
+    tell(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
+
+
+def convert_command(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...", help="DDAML (.geo, .ana, or their folder), .dxf, .geojson.", show_default=False
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Stem or folder of the files to write.", show_default=False),
+    ] = None,
+    layers: Annotated[
+        list[str] | None,
+        typer.Option("--layer", metavar="NAME=KIND", help="What a layer of a drawing is.", show_default=False),
+    ] = None,
+    e0: Annotated[float | None, typer.Option("--e0", help="Edge-node distance.", show_default=False)] = None,
+    chord: Annotated[
+        float | None, typer.Option("--chord", help="Distance of chords from curves.", show_default=False)
+    ] = None,
+    template: Annotated[bool, typer.Option("--template", help="Write an analysis file to fill in, too.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Convert DDAML of DDA for Windows, DXF drawings and GeoJSON lines to input files (.dc, .df, .nml).
+
+    Kinds of layers: joint:N, boundary:N (joint material N), material:N (block material), fixed, loading, measured,
+    hole, bolt, skip. Layers named like that need no option; other layers get joint materials in alphabetical order.
+
+    Examples:
+
+        rockdda-post convert pushblock.geo pushblock.ana -o push
+
+        rockdda-post convert slope.dxf --layer FAULTS=joint:2 --layer TEXT=skip --e0 0.01 --template
+
+        rockdda-post convert traces.geojson -o traces
+    """
+    from .convert import convert
+
+    named: dict[str, str] = {}
+    for entry in layers or []:
+        name, found, kind = entry.rpartition("=")
+        if not found:
+            raise InputError(f"layer {entry!r}: expected NAME=KIND, such as FAULTS=joint:2")
+        named[name] = kind
+    for name, value in (("e0", e0), ("chord", chord)):
+        if value is not None and not 0 < value < float("inf"):
+            raise InputError(f"{name} must be positive, found {value:g}")
+    done = convert(files, output, layers=named, e0=e0, chord=chord, template=template, force=force)
+    if not quiet:
+        for message in done.messages:
+            typer.echo(message, err=True)
+    messages = [{"severity": p.severity, "message": p.message, "file": p.file, "line": p.line, "column": p.column}
+                for p in done.problems]  # fmt: skip
+    tell(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages)
+
+
+def compare_command(
+    first: Annotated[Path, typer.Argument(metavar="A.h5", help="One run.", show_default=False)],
+    second: Annotated[Path, typer.Argument(metavar="B.h5", help="The other run.", show_default=False)],
+    tolerance: Annotated[
+        float,
+        typer.Option("--tol", min=0.0, help="Allowed difference over the largest value of a dataset; 0: same bits."),
+    ] = 0.0,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Say where and when two runs part: dataset, step, time, block and size.
+
+    Exit code 0: they agree; 1: they differ; 2: they cannot be compared.
+
+    Examples:
+
+        rockdda-post compare old.h5 new.h5
+
+        rockdda-post compare old.h5 new.h5 --tol 1e-9 && echo still the same
+    """
+    from .compare import compare
+
+    a, b = open_results(first, frames=False), open_results(second, frames=False)
+    with progress_bar("tables", quiet or as_json) as bar:
+        found = compare(a, b, tolerance, bar)
+    if as_json:
+        code = DONE if found.same else DIFFERENT
+        typer.echo(json.dumps({"status": "done", "exit_code": code} | found.as_dict(), default=str))
+    elif found.same and not quiet:
+        kind = "the same bits" if tolerance == 0 else f"no difference beyond {tolerance:g} of the largest values"
+        typer.echo(f"{first} and {second}: {kind} in {len(found.compared)} datasets")
+    elif not quiet:
+        for number, difference in enumerate(found.differences):
+            part = "they part in " if number == 0 else ""
+            size = "" if difference.largest is None else f"; at most {difference.largest:.3g}"
+            size += "" if difference.relative is None else f" ({difference.relative:.1e} of the largest value)"
+            typer.echo(f"{part}{difference.dataset}: {difference.message}{size}")
+    if not found.same:
+        raise typer.Exit(DIFFERENT)
