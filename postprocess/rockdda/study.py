@@ -86,7 +86,7 @@ class Study:
 
 
 def read_study(path: str | os.PathLike[str]) -> Study:
-    """Read and check a study file; an InputError lists every problem."""
+    """Read and check a study file; an InputError names the first problem and where it is."""
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")

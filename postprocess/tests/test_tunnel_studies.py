@@ -21,6 +21,7 @@ from rockdda.validation.case import published
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
 PEER = INPUTS / "fifty_tunnels/peer.toml"
+RULES = INPUTS / "fifty_tunnels/rules.toml"
 RANDOM = INPUTS / "random_tunnels/random.toml"
 
 
@@ -65,7 +66,7 @@ def test_random_study_has_twenty_realisations_a_cell():
     assert len({tuple(sorted(c.values.items())) for c in cases}) == 300
 
 
-@pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (PEER, 50), (MORE, 14), (RANDOM, 11)])
+@pytest.mark.parametrize(("file", "number"), [(FIFTY, 50), (PEER, 50), (MORE, 14), (RULES, 2), (RANDOM, 11)])
 def test_template_runs(program, monkeypatch, capsys, tmp_path, file, number):
     monkeypatch.setenv("ROCKDDA_PROGRAM", program)
     study = few_steps(read_study(file), number, tmp_path / "out")

@@ -85,6 +85,20 @@ def cells(record: Record, file: str, numbers: Callable[[dict[str, Any]], bool] =
     return found
 
 
+def energy_made(cell: Cell) -> float:
+    """Energy that the springs of contacts have had for nothing by the end, over the largest work of gravity so far."""
+    with open_results(cell.file) as results:
+        made, fallen = made_and_fallen(results)
+    return float(made[-1] / fallen.max())
+
+
+def made_and_fallen(results: Results) -> tuple[FloatArray, FloatArray]:
+    """(steps,) energy that closing contacts made, and the work of gravity [J]."""
+    energy = np.asarray(results["history/energy"])
+    names = results.energy_names
+    return -energy[:, names.index("discarded")], -energy[:, names.index("gravity")]
+
+
 def done(record: Record, file: str) -> list[dict[str, Any]]:
     """The parameters of the cases of a study that are done already."""
     study = _study(record, file)

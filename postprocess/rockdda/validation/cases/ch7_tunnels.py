@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
-from ... import Model
 from ... import open as open_results
 from ...loosening import GRADIENT_LIMIT, WINDOW, loosening_of
 from ...plot_style import PALETTE, PAPER_WIDTH
@@ -18,7 +17,6 @@ from ...voussoir import VoussoirBeam, solve_beam
 from ..case import Case, Record
 from ..tunnels import (
     ARCH,
-    BOTTOM,
     DENSITY,
     FRICTION,
     GRAVITY,
@@ -27,7 +25,6 @@ from ..tunnels import (
     SPACING,
     STIFFNESS,
     TIME_STEP,
-    TOP,
     TUNNEL,
     Cell,
     by_spacing,
@@ -35,16 +32,22 @@ from ..tunnels import (
     chain,
     draw_deformed,
     draw_profiles,
+    energy_made,
     fitted_period,
     label,
     mean_displacement,
     rock_width,
 )  # fmt: skip
 
+PEER = "rules of DDA for Windows"
+NOT_EXPLAINED = "not explained: the crown arches at once and oscillates, see 7.2.1-closing-rule"
+MADE = "thrown apart by energy that closing contacts have for nothing, see 7.2.1-closing-rule"
+
 
 def fifty_tunnels(record: Record) -> None:
     """Tables 7.4 to 7.6, Figs. 7.4 to 7.6 and 7.9 to 7.14."""
     found = cells(record, "fifty_tunnels/fifty.toml")
+    peer = cells(record, "fifty_tunnels/peer.toml")
     extra = cells(record, "fifty_tunnels/more.toml", lambda v: v["spacing"] == 4.5 or v["arch"] != ARCH)
     between = [cell for cell in extra if cell.values["spacing"] == 4.5]
     blocks = [cell.blocks for cell in found]
@@ -61,8 +64,8 @@ def fifty_tunnels(record: Record) -> None:
         f"{_moving(found, 0.5)} of the fifty would be called moving, with two thirds {_moving(found, WINDOW)}. A cell "
         "agrees when the bound is the same as the published one."
     )
-    _tables(record, found)
-    _ratio_table(record, found, between)
+    _tables(record, found, peer)
+    _ratio_table(record, found, between, peer)
     _settlement(record, found)
     _crown(record, found, extra[-1])
     for span, figures in ((10, "7.5 and 7.6"), (15, "7.9 and 7.10")):
@@ -73,7 +76,6 @@ def fifty_tunnels(record: Record) -> None:
     _ratios(record, found, between)
     _chart(record, found, between)
     _deformed(record, found)
-    _play(record, found)
 
 
 def _moving(found: Sequence[Cell], window: float) -> int:
@@ -85,79 +87,108 @@ def _moving(found: Sequence[Cell], window: float) -> int:
     return sum(height > 0 for height in heights)
 
 
-def _tables(record: Record, found: Sequence[Cell]) -> None:
+def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None:
     """Tables 7.4 and 7.5, cell by cell."""
-    stable = sum(cell.profile.height == 0 for cell in found)
+    stable, other = (sum(cell.profile.height == 0 for cell in group) for group in (found, peer))
+    printed = float(sum(h == 0 for span in (10, 15) for row in PUBLISHED[f"span{span}"]["height"] for h in row))
     beams = {
         span: solve_beam(VoussoirBeam(span, 1.0, DENSITY * GRAVITY, MODULUS, None, None)).required_friction_angle
         for span in (10, 15)
     }
-    record.compare(
-        "stable tunnels", stable, "of 50",
-        published=float(sum(h == 0 for span in (10, 15) for row in PUBLISHED[f"span{span}"]["height"] for h in row)),
-        published_source="Tables 7.4, 7.5",
-        explanation="see the play of contacts below",
-    )  # fmt: skip
+    for name, number, why in (
+        ("stable tunnels", stable, NOT_EXPLAINED),
+        (f"stable tunnels, {PEER}", other, MADE),
+    ):
+        record.compare(
+            name, number, "of 50", published=printed, published_source="Tables 7.4, 7.5", explanation=why
+        )  # fmt: skip
+    made = [energy_made(cell) for cell in peer]
     record.text(
         f"{stable} of the fifty tunnels arch from the crown up, also where joints are close: cells agree where the "
         "thesis calls the tunnel stable and differ where it does not, so the agreement says little. The classic "
         f"Voussoir beam, one bed of 1 m alone, holds from {beams[10]:.1f}° (span 10 m) and {beams[15]:.1f}° (15 m) "
         "on: by it, too, all fifty are stable."
     )
+    record.text(
+        f"All fifty were run again with the {PEER} (`preset = 'peer'`, `peer.toml`): {other} are stable. Does that "
+        "explain the published loosening? No. It loosens tunnels that are published as stable as well, and further "
+        "up than published; the tables have both beside the published verdicts, `=` where they agree. And what parts "
+        f"the rock there is energy that contacts have for nothing when they close late, {min(made):.2g} to "
+        f"{max(made):.2g} times the work of gravity by the end; 2500 steps reach "
+        f"{min(c.end for c in peer):.2f} to {max(c.end for c in peer):.2f} s, because blocks then fly about and steps "
+        "are cut, so that the first criterion has less than a period to look at. 7.2.1-closing-rule looks at it rule "
+        "by rule. Why the published tunnels with close joints loosen is not explained."
+    )
     for span in (10, 15):
         table = PUBLISHED[f"span{span}"]
-        groups = by_spacing(found, span)
-        rows, agree = [], dict.fromkeys(("both criteria", "equilibrium alone", "profile alone"), 0)
-        for spacing, line, printed in zip(SPACING[span], groups.values(), table["height"], strict=True):
-            row: dict[str, object] = {"S_j [m]": f"{spacing:g}"}
-            for cell, bound in zip(line, printed, strict=True):
-                profile = cell.profile
-                heights = (profile.height, profile.height_by_equilibrium, profile.height_by_profile)
-                for name, height in zip(agree, heights, strict=True):
-                    agree[name] += math.isclose(height, bound * TUNNEL)
-                mark = "=" if math.isclose(profile.height, bound * TUNNEL) else "≠"
-                row[f"{cell.values['phi']}°"] = f"{label(profile.height)} {mark} {label(bound * TUNNEL)}"
-            rows.append(row)
+        source, rows = table["source"], []
+        for spacing, bounds in zip(SPACING[span], table["height"], strict=True):
+            lines = {who: _line(group, span, spacing / span) for who, group in (("ours", found), (PEER, peer))}
+            rows += _compared(lines, bounds, {"S_j [m]": f"{spacing:g}"})
         record.table(
-            pd.DataFrame(rows), f"{table['source'].replace(' ', '-').lower()}",
-            f"{table['source']}, span {span} m: height of the loosening zone over the tunnel's height, ours and "
-            f"published.",
+            pd.DataFrame(rows), f"{source.replace(' ', '-').lower()}",
+            f"{source}, span {span} m: height of the loosening zone over the tunnel's height.",
         )  # fmt: skip
-        for name, count in agree.items():
-            record.compare(
-                f"{table['source']}, cells that agree, {name}", count, "of 25", published=25.0,
-                published_source=table["source"],
-                explanation="see the play of contacts below",
-            )  # fmt: skip
+        for who, group in (("ours", found), (PEER, peer)):
+            agree = dict.fromkeys(("both criteria", "equilibrium alone", "profile alone"), 0)
+            for spacing, bounds in zip(SPACING[span], table["height"], strict=True):
+                for cell, bound in zip(_line(group, span, spacing / span), bounds, strict=True):
+                    profile = cell.profile
+                    heights = (profile.height, profile.height_by_equilibrium, profile.height_by_profile)
+                    for name, height in zip(agree, heights, strict=True):
+                        agree[name] += math.isclose(height, bound * TUNNEL)
+            for name, count in agree.items():
+                record.compare(
+                    f"{source}, cells that agree, {who}, {name}", count, "of 25", published=25.0,
+                    published_source=source, explanation=NOT_EXPLAINED if who == "ours" else MADE,
+                )  # fmt: skip
 
 
-def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> None:
+def _compared(
+    lines: Mapping[str, Sequence[Cell]], bounds: Sequence[float], first: Mapping[str, object]
+) -> list[dict[str, object]]:
+    """Rows of a table: ours, with the rules of the other program, published; a column for each friction angle."""
+    rows: list[dict[str, object]] = []
+    for who, line in lines.items():
+        row = {**first, "verdict": who} | {f"{phi}°": "–" for phi in FRICTION}
+        for cell in line:
+            bound = bounds[FRICTION.index(cell.values["phi"])]
+            same = math.isclose(cell.profile.height, bound * TUNNEL)
+            row[f"{cell.values['phi']}°"] = label(cell.profile.height) + (" =" if same else "")
+        rows.append(row)
+    rows.append(
+        {**first, "verdict": "published"}
+        | {f"{phi}°": label(bound * TUNNEL) for phi, bound in zip(FRICTION, bounds, strict=True)}
+    )
+    return rows
+
+
+def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell], peer: Sequence[Cell]) -> None:
     """Table 7.6."""
     rule, rows = PUBLISHED["ratio"], []
-    agree = total = 0
+    agree, total = {"ours": 0, PEER: 0}, {"ours": 0, PEER: 0}
     for ratio, height in zip(rule["spacing_over_span"], rule["height"], strict=True):
         for span in (10, 15):
-            line = _line([*found, *between], span, ratio)
-            row: dict[str, object] = {"S_j/B": ratio, "B [m]": span}
-            for cell in line:
-                bound = height
-                for other in rule["exceptions"] if ratio == 0.2 else []:
-                    if other["span"] == span and cell.values["phi"] in other["friction"]:
-                        bound = other["height"]
-                same = math.isclose(cell.profile.height, bound * TUNNEL)
-                agree, total = agree + same, total + 1
-                row[f"{cell.values['phi']}°"] = (
-                    f"{label(cell.profile.height)} {'=' if same else '≠'} {label(bound * TUNNEL)}"
-                )
-            rows.append(row)
+            bounds = [height] * len(FRICTION)
+            for other in rule["exceptions"] if ratio == 0.2 else []:
+                for phi in other["friction"] if other["span"] == span else []:
+                    bounds[FRICTION.index(phi)] = other["height"]
+            lines = {"ours": _line([*found, *between], span, ratio), PEER: _line(peer, span, ratio)}
+            for who, line in lines.items():
+                for cell in line:
+                    bound = bounds[FRICTION.index(cell.values["phi"])]
+                    agree[who] += math.isclose(cell.profile.height, bound * TUNNEL)
+                    total[who] += 1
+            rows += _compared(lines, bounds, {"S_j/B": ratio, "B [m]": span})
     record.table(
-        pd.DataFrame(rows), "table-7.6", "Table 7.6, by spacing over span; ours and published, with its exceptions. "
-        "S_j/B = 0.3 at 15 m (4.5 m) is not among the fifty and was run beside them.",
+        pd.DataFrame(rows), "table-7.6", "Table 7.6, by spacing over span, with its exceptions. "
+        f"S_j/B = 0.3 at 15 m (4.5 m) is not among the fifty and was run beside them, not with the {PEER}.",
     )  # fmt: skip
-    record.compare(
-        "Table 7.6, cells that agree", agree, f"of {total}", published=float(total), published_source="Table 7.6",
-        explanation="S_j/B = 0.2 is published as loosened",
-    )  # fmt: skip
+    for who, count in agree.items():
+        record.compare(
+            f"Table 7.6, cells that agree, {who}", count, f"of {total[who]}", published=float(total[who]),
+            published_source="Table 7.6", explanation=NOT_EXPLAINED if who == "ours" else MADE,
+        )  # fmt: skip
 
 
 def _line(found: Sequence[Cell], span: int, ratio: float) -> list[Cell]:
@@ -199,7 +230,7 @@ def _crown(record: Record, found: Sequence[Cell], half_circle: Cell) -> None:
             if c.values["span"] == span and c.values["spacing"] in spacings and c.values["phi"] in friction
         ]
 
-    why = "the crown arches at once and oscillates; see the play of contacts below"
+    why = NOT_EXPLAINED
     less, near = "published: less than", "published: “approaching”"
     rows: list[tuple[str, float, float, str]] = [
         ("largest, span 10 m, S_j ≤ 2 m", max(down(10, (1.5, 2), FRICTION)), text["span10_to2_crown"][1], why),
@@ -344,64 +375,6 @@ def _deformed(record: Record, found: Sequence[Cell]) -> None:
             "As Figs. 7.4, 7.12 and 7.11 (20°): after 2500 steps, displacements five times enlarged. Wedges "
             "at the opening have come loose and left the picture; no bed above the crown has.",
         )  # fmt: skip
-
-
-def _play(record: Record, found: Sequence[Cell]) -> None:
-    """What the program of the thesis may have done otherwise."""
-    import matplotlib.pyplot as plt
-
-    play = 0.0002 * (TOP - BOTTOM + 2) / 2
-    arm = 0.5  # m: of a bed of 1 m, classic Voussoir
-    rows = []
-    for span in (10, 15):
-        for spacing in SPACING[span]:
-            short = 3 / 8 * span * (span / spacing) * play
-            sag = arm - math.sqrt(arm**2 - short) if short < arm**2 else math.nan
-            ours = max(-c.mean[0] for c in found if (c.values["span"], c.values["spacing"]) == (span, spacing))
-            rows.append({"B [m]": span, "S_j [m]": f"{spacing:g}", "joints": span / spacing, "sag by play [m]": sag,
-                         "ours [m]": ours})  # fmt: skip
-    case = next(c for c in found if (c.values["span"], c.values["spacing"], c.values["phi"]) == (10, 2, 20))
-    model = Model.read(case.file.parent / "tunnel.dc", case.file.parent / "tunnel.df", case.file.parent / "tunnel.nml")
-    model.options["contact"] = {"preset": "peer"}
-    results = record.run(model, "peer")
-    end = float(results["history/time"][-1])
-    crown = -float(results["history/measured_displacement"][-1, 0, 1])
-    record.text(
-        f"""
-**Why the published crowns sag and ours do not** is not known for certain: the thesis's program is not at hand. One
-rule that differs between programs has the right size and the right dependence on spacing. DDA for Windows lets a
-contact close only when it penetrates by more than 0.0002 w₀, here {1e3 * play:.1f} mm: every joint has that play
-before it takes thrust. A bed of span B with B/S_j joints is then too short by the sum of the plays, and its arch
-sinks by Z - √(Z² - 3/8 B · B/S_j · play) before it carries; Z = t/2 is the arm of the classic Voussoir beam, t = 1 m.
-(Until it has closed a joint has no friction either, so beds can also slide down beside each other.) The table has
-this sag: 0.11 to 0.32 m up to S_j/B = 0.2, 0.04 to 0.13 m beyond. That is where the published tables change from
-loosened to stable. The run with B = 10 m, S_j = 2 m, 20° was repeated with all rules of that program (`preset =
-'peer'`), of which this is one: it loosens, and the rock above the tunnel slides down between the joints over its
-walls; the crown is {crown:.2f} m down and still sinking after {end:.2f} s (2500 steps, many of them cut). RockDDA's
-own rule closes a contact as soon as it would penetrate, and joints have no play. Where joints in nature are open by
-some millimetres, the published tables are the more careful guide.
-"""
-    )
-    with record.style():
-        figure, axes = plt.subplots(figsize=(PAPER_WIDTH / 2, 3.2))
-        blocks = draw_deformed(axes, results, 1)
-        blocks.set_clim(0, 0.6)
-        axes.set_ylabel("y [m]")
-        figure.colorbar(blocks, ax=axes, label="downward displacement [m]", shrink=0.7)
-        record.figure(
-            figure, "peer",
-            f"With the rules of DDA for Windows, not enlarged, after {end:.2f} s; B = 10 m, S_j = 2 m, 20°.",
-        )  # fmt: skip
-    record.table(
-        pd.DataFrame(rows), "play",
-        f"Sag of a bed whose joints have a play of {1e3 * play:.1f} mm each, and the largest mean displacement of the "
-        "crown in our runs, which includes the settlement of the whole rock.",
-    )  # fmt: skip
-    record.compare(
-        "downward displacement of the crown with the rules of DDA for Windows, span 10 m, S_j = 2 m, 20°", crown, "m",
-        published=PUBLISHED["deflection"]["span10_to2_crown"][1], published_source="§7.2.1 (0.2 to 0.3 m)",
-        explanation=f"at {end:.2f} s, the time that 2500 steps reach; it loosens as published, faster",
-    )  # fmt: skip
 
 
 CASES = [
