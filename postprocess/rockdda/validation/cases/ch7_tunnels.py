@@ -113,11 +113,11 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
         f"All fifty were run again with the {PEER} (`preset = 'peer'`, `peer.toml`): {other} are stable. Does that "
         "explain the published loosening? No. It loosens tunnels that are published as stable as well, and further "
         "up than published; the tables have both beside the published verdicts, `=` where they agree. And what parts "
-        f"the rock there is energy that contacts have for nothing when they close late, {min(made):.2g} to "
-        f"{max(made):.2g} times the work of gravity by the end; 2500 steps reach "
-        f"{min(c.end for c in peer):.2f} to {max(c.end for c in peer):.2f} s, because blocks then fly about and steps "
-        "are cut, so that the first criterion has less than a period to look at. 7.2.1-closing-rule looks at it rule "
-        "by rule. Why the published tunnels with close joints loosen is not explained."
+        "the rock there is energy that contacts have for nothing when they close late: by the end, "
+        f"{min(made):.0f} to {max(made):.0f} times the work of gravity. 2500 steps reach "
+        f"{min(c.end for c in peer):.2f} to {max(c.end for c in peer):.2f} s only, because blocks fly about then and "
+        "steps are cut; the first criterion has often less than a period to look at. 7.2.1-closing-rule takes the "
+        "rules apart. Why the published tunnels with close joints loosen is not explained."
     )
     for span in (10, 15):
         table = PUBLISHED[f"span{span}"]
