@@ -287,18 +287,18 @@ class Output(InterruptionTest):
         disk = tempfile.mkdtemp()
         self.addCleanup(os.rmdir, disk)
         if subprocess.run(
-            ["mount", "-t", "tmpfs", "-o", "size=1500k", "none", disk], stderr=subprocess.DEVNULL
+            ["mount", "-t", "tmpfs", "-o", "size=700k", "none", disk], stderr=subprocess.DEVNULL
         ).returncode:
             self.skipTest("cannot mount")
         self.addCleanup(subprocess.run, ["umount", disk])
-        more = (*LONG, "--save-every", "5", "--checkpoint-every", "0.02", "-o", f"{disk}/a.h5", "--quiet")
+        more = (*LONG, "--save-every", "1", "--checkpoint-every", "0.02", "-o", f"{disk}/a.h5", "--quiet")
         outcome = self.run_program(*BLOCK, *more)
         self.assertIn("No space left on device", outcome.err)
         self.check_full(Path(disk), outcome)
 
     def test_limit_of_the_file_size(self):
-        more = (*LONG, "--save-every", "5", "--checkpoint-every", "0.02", "-o", "a.h5", "--quiet")
-        limit = 1500000
+        more = (*LONG, "--save-every", "1", "--checkpoint-every", "0.02", "-o", "a.h5", "--quiet")
+        limit = 700000
 
         def restrict():
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
