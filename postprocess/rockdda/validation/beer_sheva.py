@@ -194,10 +194,12 @@ def compare_thresholds(
     published: float | None,
     reasons: dict[str, str],
     thrifty: bool = False,
+    truths: dict[str, tuple[float, str]] | None = None,
 ) -> None:
     """From which value on roofs are stable: with the numbers of Table 6.5, the first pair, and with all pairs.
 
     thrifty: the other pairs run only for roofs that are stable with the first one, and only where the limit may be.
+    truths: of roofs for which a limit is known, with its source.
     """
     for start, roof in roofs.items():
         first = partial(_stands, trials, start, roof, axis, True, True)
@@ -206,11 +208,15 @@ def compare_thresholds(
             ("Table 6.5", find_threshold(first, axis.values, axis.between)),
             ("all four pairs", find_threshold(every, axis.values, axis.between, first if thrifty else None)),
         ):
+            truth, source = (truths or {}).get(start, (None, ""))
             words = found.words(axis.unit, lambda value: f"{axis.shown(value):.3g}")
             record.compare(
                 f"{axis.quantity} of stability, {axis.condition(roof)} ({start}; {pairs})",
                 0.5 * sum(map(axis.shown, found.bracket)) if found.bracket else math.nan,
                 axis.unit,
+                truth=truth,
+                truth_source=source,
+                scale=None if truth is None else 1.0,
                 published=published,
                 published_source=SINGLE["source"] if roof.layers == 1 else PUBLISHED["layered"]["source"],
                 explanation=f"{words}; {reasons[start]}",
