@@ -8,11 +8,11 @@ over in silence. Here they are named in warnings, and keys that are almost right
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable
 from pathlib import Path
 
+from .convert_ddaml_reader import Reader
 from .convert_model import Analysis, BlockMaterial, Geometry, TimeRow, number
 from .convert_report import Report, read_text
 from .convert_xml import Element, Word, parse_xml
@@ -52,113 +52,9 @@ ANALYSIS_KEYS = [
     "Gravaccel",
     "Writevertices",
 ]
-# What files in circulation write instead of the key that the reader knows.
-ALIASES = {"OCLimit": "Opencloselimit", "Boundarylist": "Boundlist", "Materiallinelist": "Matlinelist"}
 CONSTANTS = {"Openclose": 0.0002, "Opencriteria": 2e-7, "NormSpringPen": 0.0004, "AngleOverlap": 3.0}
 CONSTANTS |= {"ShearNormRatio": 2.5}
 OTHER_CONSTANTS = ["Domainscale", "NormExternDist", "NormPenDist", "MinReflineFactor"]
-
-
-class Reader:
-    """Reads the elements of one file."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        text = read_text(path)
-        self.report = Report(path, text)
-        self.root = parse_xml(text, self.report)
-        self.report.raise_errors()
-
-    def section(self, name: str) -> Element | None:
-        """The child of the root of that name (or the root itself)."""
-        assert self.root is not None
-        for element in [self.root, *self.root.children]:
-            if element.name.lower() == name.lower():
-                return element
-        return None
-
-    def known(self, element: Element, keys: list[str]) -> str | None:
-        """The key that an element stands for; None after a warning when there is none like it."""
-        if element.name in keys:
-            return element.name
-        meant = ALIASES.get(element.name)
-        if meant not in keys:
-            lower = {key.lower(): key for key in keys}
-            near = difflib.get_close_matches(element.name.lower(), lower, n=1, cutoff=0.8)
-            meant = lower[near[0]] if near else None
-        if meant is None:
-            text = f"unknown element {element.name!r} is ignored"
-        else:
-            text = f"unknown element {element.name!r} (which DDA for Windows ignores) is taken as {meant!r}"
-        self.report.warning(text, element.line, element.column)
-        return meant
-
-    def number(self, word: Word, what: str) -> float:
-        """A finite number; 0 after an error."""
-        try:
-            value = float(word.text.replace("d", "e").replace("D", "e"))
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            self.report.error(f"{what}: expected a number, found {word.text!r}", word.line, word.column)
-            return 0.0
-        return value
-
-    def numbers(self, element: Element, count: int, what: str) -> list[float] | None:
-        """The first numbers of an element's text; None after an error."""
-        words = [word for word in element.words if word.text != ";"]
-        if len(words) < count:
-            self.report.error(
-                f"{what}: expected {count} numbers, found {len(words)} in <{element.name}>",
-                element.line,
-                element.column,
-            )
-            return None
-        if len(words) > count:
-            extra = words[count]
-            self.report.warning(f"{what}: text after {count} numbers is ignored", extra.line, extra.column)
-        return [self.number(word, what) for word in words[:count]]
-
-    def attribute(self, element: Element, name: str) -> str | None:
-        """An attribute, or the only one of almost that name (after a warning)."""
-        if name in element.attributes:
-            return element.attributes[name].strip()
-        near = difflib.get_close_matches(name, element.attributes, n=1, cutoff=0.75)
-        if near:
-            self.report.warning(
-                f"unknown attribute {near[0]!r} of <{element.name}> is taken as {name!r}", element.line, element.column
-            )
-            return element.attributes[near[0]].strip()
-        return None
-
-    def value(self, element: Element, name: str) -> float:
-        """A number in an attribute; 0 after an error."""
-        text = self.attribute(element, name)
-        if text is None:
-            self.report.error(f"<{element.name}> has no attribute {name!r}", element.line, element.column)
-            return 0.0
-        return self.number(Word(text, element.line, element.column), f"{name} of <{element.name}>")
-
-    def whole(self, element: Element, name: str, least: int) -> int:
-        """A whole number in an attribute, at least so large; `least` after an error."""
-        found = self.value(element, name)
-        if not found.is_integer() or found < least:
-            if not self.report.errors or self.report.errors[-1].line != element.line:
-                message = f"{name} of <{element.name}>: expected a whole number of at least {least}"
-                self.report.error(f"{message}, found {number(found)}", element.line, element.column)
-            return least
-        return int(found)
-
-    def flag(self, element: Element) -> bool:
-        """Is the attribute `flag` 'yes'?"""
-        text = (self.attribute(element, "flag") or "no").lower()
-        if text not in ("yes", "no"):
-            self.report.warning(
-                f"flag of <{element.name}>: {text!r} is taken as 'no'; expected 'yes' or 'no'",
-                element.line,
-                element.column,
-            )
-        return text == "yes"
 
 
 def is_ddaml(path: Path) -> str | None:
