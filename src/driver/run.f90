@@ -151,7 +151,8 @@ contains
       call end_turn()
       if (allocated(no_checkpoint)) return
       neighbour = results_path(checkpoint, info%facts%results_ending)
-      if (neighbour == output .or. get_path_kind(neighbour) /= path_kind%file) return
+      if (neighbour == output) return
+      if (get_path_kind(neighbour) /= path_kind%file) return
       call make_error(error, error_code%input, output//': these results would have the checkpoint '//checkpoint// &
                       ', which is that of '//neighbour//'; take another name')
    end subroutine keep_neighbour
