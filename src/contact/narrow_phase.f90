@@ -13,6 +13,10 @@
 !> row. Two lines become two rows, partners, of which the one with the larger gap decides. With that choice a pair of
 !> blocks face to face has one row at each end of the shared length, however the blocks are numbered. When one corner
 !> slides past the other the roles change, and the new row goes on with the history of the old one (its alias).
+!> Edges that run away from the two corners in opposite directions overlap beyond both corners, or not at all. When they
+!> do, each corner has a row of its own, as it has outside of the corner region: else the second spring would come into
+!> being at depth where the blocks leave it. A row that would begin at depth beside a closed one is not made; the deeper
+!> of the two corners has the only one then.
 module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
@@ -23,6 +27,13 @@ module rockdda_contact_narrow_phase
    implicit none
    private
    public :: candidate_type, candidate_list_type, search_limits_type, search_pair
+
+   !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
+   !> that runs the other way when they are face to face.
+   integer, parameter :: opposite(4) = [3, 4, 1, 2]
+   !> Edges face to face that overlap beyond two corners by less than this share of their length have one row there: in
+   !> rock cut by two continuous joint sets diagonal blocks overlap by what the joints have slipped.
+   real(wp), parameter :: least_overlap = 1.0e-3_wp
 
    !> Distances and angles of one search.
    type :: search_limits_type
@@ -180,8 +191,9 @@ contains
       type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4), foot(4)
-      integer :: vertex(4), edge(4), group(4), chosen(2), closed(2), alias_vertex(2), alias_edge(2), k, n_groups, row
+      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4), foot(4), overlap
+      integer :: vertex(4), edge(4), group(4), chosen(2), closed(2), alias_vertex(2), alias_edge(2)
+      integer :: ends(2), k, g, n_groups, row
       logical :: passes(4)
 
       r = vertices(:, a) - vertices(:, b)
@@ -242,13 +254,39 @@ contains
       if (.not. allocated(list%corner_pairs)) allocate (list%corner_pairs(2, 16))
       if (list%n_corners > size(list%corner_pairs, 2)) call grow_pairs(list%corner_pairs)
       list%corner_pairs(:, list%n_corners) = [a, b]
+      ! edges that run away from the two corners in opposite directions and overlap have a row at each end
+      ends = 0
+      do g = 1, n_groups
+         k = opposite(chosen(g))
+         if (group(k) /= g) cycle
+         overlap = min(foot(k), foot(chosen(g)))
+         if (overlap <= 0) cycle
+         if (overlap <= least_overlap*min(length(5 - k), length(5 - chosen(g)))) cycle
+         if (closed(g) > 0 .and. dot_product(r, normal(:, k)) < 0) then
+            if (history%find(previous, vertex(k), edge(k)) == 0) then
+               ! a spring would come into being at depth: the deeper end alone, with the one spring there is
+               if (chosen(g) == closed(g) .and. dot_product(r, normal(:, k) - normal(:, chosen(g))) < 0) then
+                  chosen(g) = k
+                  alias_vertex(g) = vertex(closed(g))
+                  alias_edge(g) = edge(closed(g))
+               end if
+               cycle
+            end if
+         end if
+         ends(g) = k
+      end do
       if (n_groups == 1) then
          call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1)))
+         if (ends(1) > 0) call append(list, candidate_type(vertex(ends(1)), edge(ends(1))))
       else
          call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), &
                                           alias_vertex(1), alias_edge(1)))
          call append(list, candidate_type(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), &
                                           alias_vertex(2), alias_edge(2)))
+         do g = 1, 2
+            if (ends(g) > 0) call append(list, candidate_type(vertex(ends(g)), edge(ends(g)), &
+                                                              vertex(chosen(3 - g)), edge(chosen(3 - g))))
+         end do
       end if
    end subroutine try_corner
 
