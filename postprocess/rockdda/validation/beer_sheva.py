@@ -219,7 +219,7 @@ def compare_thresholds(
                 scale=None if truth is None else 1.0,
                 published=published,
                 published_source=SINGLE["source"] if roof.layers == 1 else PUBLISHED["layered"]["source"],
-                explanation=f"{words}; {reasons[start]}",
+                explanation=f"{reasons[start]}; {words}",
                 found=words,
             )
 
