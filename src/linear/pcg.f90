@@ -23,7 +23,8 @@ module rockdda_linear_pcg
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
-   use rockdda_linear_splitting, only : splitting_type, sp
+   use rockdda_linear_splitting, only : splitting_type
+   use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, go_on
    implicit none
    private
    public :: pcg_solver_type
@@ -39,6 +40,7 @@ module rockdda_linear_pcg
       type(residual_type) :: residual
       type(splitting_type) :: splitting
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the splitting's order
+      real(sp), allocatable :: handed(:, :)  !! (12, n) what the backward sweep hands on, see rockdda_linear_kernels
       real(wp), allocatable :: sums(:, :)  !! (4, groups) r r, p v, r v, v v with v = q + t
    contains
       procedure :: solve => solve_pcg
@@ -139,14 +141,14 @@ contains
             !$omp do schedule(static)
             do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
                call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
-                                self%sums(1, m))
+                                self%handed, self%sums(1, m))
             end do
             !$omp end do
          end do
          !$omp do schedule(static)
          do m = self%splitting%phase(1), self%splitting%phase(2) - 1
             call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
-                                self%sums(1, m))
+                                self%handed, self%sums(1, m))
             if (self%splitting%has_sweeps) call sweep_forward(self%splitting, m, self%r, self%p, self%t, self%q, &
                                                               self%sums(2:4, m))
          end do
@@ -202,7 +204,7 @@ contains
       class(pcg_solver_type), intent(inout) :: self
       integer, intent(in) :: m            !! group
       real(wp), intent(in) :: weight      !! of the residual
-      real(sp) :: b(6)
+      real(sp) :: b(6), sums(4, 3)
       integer :: i
       associate (s => self%splitting)
          do i = s%group(m), s%group(m + 1) - 1
@@ -210,8 +212,12 @@ contains
                b = real(weight*((g(:, 1)*r(1) + g(:, 2)*r(2)) + (g(:, 3)*r(3) + g(:, 4)*r(4)) &
                                 + (g(:, 5)*r(5) + g(:, 6)*r(6))), sp)
             end associate
-            if (s%has_sweeps) call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, &
-                                                s%before, self%r, b)
+            if (s%has_sweeps) then
+               sums = 0
+               call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, self%r, &
+                                      sums)
+               b = b + gathered(sums)
+            end if
             self%r(:, i) = b
             self%d(:, i) = 0
             self%p(:, i) = 0
@@ -222,84 +228,91 @@ contains
    end subroutine begin_group
 
    !> In one group: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p and t := (I + L)^-T p.
-   pure subroutine sweep_backward(s, m, alpha, beta, q, d, r, p, t, square)
+   pure subroutine sweep_backward(s, m, alpha, beta, q, d, r, p, t, handed, square)
       type(splitting_type), intent(in) :: s
       integer, intent(in) :: m                     !! group
       real(sp), intent(in) :: alpha, beta
       real(sp), intent(in) :: q(6, *)
       real(sp), intent(inout) :: d(6, *), r(6, *), p(6, *), t(6, *)
+      real(sp), intent(inout) :: handed(12, *)     !! work
       real(wp), intent(out) :: square              !! sum of r r
-      real(sp) :: b(6)
+      real(sp) :: b(6), sums(4, 3), twice(4, 3)
       real(wp) :: lane(6)
-      integer :: i
+      integer :: first, last, i
+      first = s%group(m)
+      last = s%group(m + 1) - 1
+      square = 0
+      if (first > last) return
       lane = 0
-      do i = s%group(m + 1) - 1, s%group(m), -1
-         d(:, i) = d(:, i) + alpha*t(:, i)
-         b = r(:, i) - alpha*(q(:, i) + t(:, i))
-         r(:, i) = b
-         lane = lane + real(b, wp)**2
-         b = b + beta*p(:, i)
-         p(:, i) = b
-         if (s%has_sweeps) call subtract_row(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, b)
-         t(:, i) = b
+      call go_on(6*(last - first + 1), alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
+      do i = first, last
+         lane = lane + real(r(:, i), wp)**2
       end do
       square = sum(lane)
+      if (.not. s%has_sweeps) then
+         t(:, first:last) = p(:, first:last)
+         return
+      end if
+      handed(:, first:last) = 0
+      do i = last, first, -1
+         b = p(:, i) + (handed(1:11:2, i) + handed(2:12:2, i))
+         if (s%after_start(i) < s%after_start(i - 1)) then
+            sums = 0
+            call subtract_products(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, sums)
+            b = b + gathered(sums)
+         end if
+         t(:, i) = b
+         twice(1:2, 1) = b(1:2)
+         twice(3:4, 1) = b(1:2)
+         twice(1:2, 2) = b(3:4)
+         twice(3:4, 2) = b(3:4)
+         twice(1:2, 3) = b(5:6)
+         twice(3:4, 3) = b(5:6)
+         call subtract_transposed(s%own_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, twice, handed)
+      end do
    end subroutine sweep_backward
 
    !> In one group: q := (I + L)^-1 (p + N t).
-   pure subroutine sweep_forward(s, m, r, p, t, q, sums)
+   pure subroutine sweep_forward(s, m, r, p, t, q, total)
       type(splitting_type), intent(in) :: s
       integer, intent(in) :: m                     !! group
       real(sp), intent(in) :: r(6, *), p(6, *), t(6, *)
       real(sp), intent(inout) :: q(6, *)
-      real(wp), intent(out) :: sums(3)             !! p v, r v, v v with v = q + t
-      real(sp) :: b(6)
+      real(wp), intent(out) :: total(3)            !! p v, r v, v v with v = q + t
+      real(sp) :: sums(4, 3)
       real(wp) :: v(6), lane(6, 3)
       integer :: i
+      do i = s%group(m), s%group(m + 1) - 1
+         sums = 0
+         if (s%has_sweeps) then
+            call subtract_products(1, 1, [1], s%rest(:, i), t(:, i), sums)
+            call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, q, sums)
+         else
+            call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, t, sums)
+            call subtract_products(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, sums)
+            sums = -sums
+            call subtract_products(1, 1, [1], s%rest(:, i), t(:, i), sums)
+         end if
+         q(:, i) = p(:, i) + gathered(sums)
+      end do
       lane = 0
       do i = s%group(m), s%group(m + 1) - 1
-         b = -p(:, i)
-         call subtract_row(1, 1, [1], s%rest(:, i), t(:, i), b)
-         if (s%has_sweeps) then
-            b = -b
-            call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, q, b)
-         else
-            call subtract_row(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, t, b)
-            call subtract_row(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, b)
-            b = -b
-         end if
-         q(:, i) = b
-         v = real(b + t(:, i), wp)
+         v = real(q(:, i) + t(:, i), wp)
          lane(:, 1) = lane(:, 1) + real(p(:, i), wp)*v
          lane(:, 2) = lane(:, 2) + real(r(:, i), wp)*v
          lane(:, 3) = lane(:, 3) + v*v
       end do
-      sums = sum(lane, dim=1)
+      total = sum(lane, dim=1)
    end subroutine sweep_forward
 
-   !> b := b - sum over the couplings first to last of a x, with blocks laid out as in rockdda_linear_splitting.
-   pure subroutine subtract_row(first, last, column, a, x, b)
-      integer, intent(in) :: first, last           !! couplings of the row
-      integer, intent(in) :: column(*)
-      real(sp), intent(in) :: a(36, *), x(6, *)
-      real(sp), intent(inout) :: b(6)
-      real(sp) :: upper(4), lower(4)               ! lower holds rows 5 and 6 twice: of odd and of even columns
-      integer :: k, j
-      upper = b(1:4)
-      lower = 0
-      do k = first, last
-         j = column(k)
-         associate (x1 => x(1, j), x2 => x(2, j), x3 => x(3, j), x4 => x(4, j), x5 => x(5, j), x6 => x(6, j))
-            upper = upper - ((a(1:4, k)*x1 + a(5:8, k)*x2) + (a(9:12, k)*x3 + a(13:16, k)*x4) &
-                             + (a(17:20, k)*x5 + a(21:24, k)*x6))
-            lower = lower - (a(25:28, k)*[x1, x1, x2, x2] + a(29:32, k)*[x3, x3, x4, x4] &
-                             + a(33:36, k)*[x5, x5, x6, x6])
-         end associate
-      end do
-      b(1:4) = upper
-      b(5) = b(5) + (lower(1) + lower(3))
-      b(6) = b(6) + (lower(2) + lower(4))
-   end subroutine subtract_row
+   !> The vector that lanes add up to.
+   pure function gathered(sums) result(b)
+      real(sp), intent(in) :: sums(4, 3)
+      real(sp) :: b(6)
+      b(1:2) = sums(1:2, 1) + sums(3:4, 1)
+      b(3:4) = sums(1:2, 2) + sums(3:4, 2)
+      b(5:6) = sums(1:2, 3) + sums(3:4, 3)
+   end function gathered
 
    !> Make the vectors fit the splitting.
    subroutine make_room(self)
@@ -308,10 +321,10 @@ contains
       allocate (self%sums(4, self%splitting%n_groups))
       if (allocated(self%p)) then
          if (size(self%p, 2) == self%splitting%n) return
-         deallocate (self%p, self%q, self%r, self%t, self%d)
+         deallocate (self%p, self%q, self%r, self%t, self%d, self%handed)
       end if
       associate (n => self%splitting%n)
-         allocate (self%p(6, n), self%q(6, n), self%r(6, n), self%t(6, n), self%d(6, n))
+         allocate (self%p(6, n), self%q(6, n), self%r(6, n), self%t(6, n), self%d(6, n), self%handed(12, n))
       end associate
    end subroutine make_room
 

@@ -20,23 +20,21 @@
 !> of the separators touches another separator (phase 3, mostly empty). The groups of a phase are independent,
 !> and no coupling is dropped.
 !>
-!> Both sweeps gather: row i of L^ is `before`, row i of L^T is `after`, the same numbers twice. That costs memory but
-!> no time (each sweep reads its half once), and no two groups ever write to the same place. A block of 36 numbers is
-!> laid out for processors that work on four at a time: rows 1 to 4 column by column, then rows 5 and 6.
+!> Couplings are stored once, row by row (`before`). The forward sweep gathers with them. The backward sweep hands each
+!> row, once it is known, on to the earlier rows of its group, transposed. Couplings with rows of other groups are
+!> stored a second time as transposes (`after`), with which rows gather: so no two groups ever write to the same place.
 !>
 !> Single precision is enough because the solver corrects with residuals in working precision.
 module rockdda_linear_splitting
-   use, intrinsic :: iso_fortran_env, only : real32
    use rockdda_base_kinds, only : wp, i8
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_graph, only : graph_type, reverse_cuthill_mckee
    use rockdda_linear_small_blocks, only : factorize_block, invert_lower
+   use rockdda_linear_kernels, only : sp, lay_out, lay_out_transposed
    implicit none
    private
-   public :: splitting_type, sp
+   public :: splitting_type
 
-   !> Precision of the preconditioned iteration.
-   integer, parameter :: sp = real32
    !> Blocks in a part, about, and the largest number of parts.
    integer, parameter :: part_size = 1250
    integer, parameter :: max_parts = 32
@@ -50,12 +48,13 @@ module rockdda_linear_splitting
       integer, allocatable :: before_start(:)  !! (n + 1) couplings with blocks of a lower place
       integer, allocatable :: before_column(:)
       integer, allocatable :: before_place(:)  !! place in the matrix, negative: transposed
-      integer, allocatable :: twin(:)          !! the same coupling in `after`
-      integer, allocatable :: after_start(:)   !! (0:n) couplings with blocks of a higher place, see set_pattern
+      integer, allocatable :: own_start(:)     !! (n) the first of them with a block of the same group
+      integer, allocatable :: twin(:)          !! the same coupling in `after`, 0 where there is none
+      integer, allocatable :: after_start(:)   !! (0:n) couplings with blocks of later groups, see set_pattern
       integer, allocatable :: after_column(:)
-      real(sp), allocatable :: before(:, :)    !! (36, couplings) scaled, see above
+      real(sp), allocatable :: before(:, :)    !! (36, couplings) scaled, laid out as in rockdda_linear_kernels
       real(sp), allocatable :: after(:, :)     !! (36, couplings) the transposes
-      real(sp), allocatable :: rest(:, :)      !! (36, n) G^-1 D G^-T - 2 I
+      real(sp), allocatable :: rest(:, :)      !! (36, n) -N^ = 2 I - G^-1 D G^-T
       real(wp), allocatable :: scale(:, :, :)  !! (6, 6, n) G^-1, lower triangle
       integer :: most_before = 0               !! largest number of couplings before a block
       integer :: replaced_pivots = 0           !! pivots of ic0 that were not well positive
@@ -93,23 +92,24 @@ contains
 
    !> Order the blocks of a new graph and lay out the couplings.
    !>
-   !> Memory is fastest when it is read upwards, and the backward sweep visits the last block first: the rows of `after`
-   !> lie in that order. Row i has the places after_start(i) : after_start(i - 1) - 1.
+   !> The backward sweep visits the last block first, and the rows of `after` lie in that order: row i has the places
+   !> after_start(i) : after_start(i - 1) - 1. Without sweeps (jacobi) `after` holds all couplings.
    subroutine set_pattern(self, graph)
       class(splitting_type), intent(inout) :: self
       type(graph_type), intent(in) :: graph
       integer, allocatable :: new_number(:), next(:)
-      integer :: n, n_couplings, i, j, k, m
+      integer :: n, n_couplings, n_after, g, i, j, k, m
 
       n = graph%n
       self%n = n
-      if (allocated(self%group)) deallocate (self%group, self%order, self%before_start, self%after_start, self%scale, &
-         self%before_column, self%before_place, self%twin, self%after_column, self%before, self%after, self%rest, &
-         self%is_new)
+      if (allocated(self%group)) deallocate (self%group, self%order, self%before_start, self%own_start, &
+         self%after_start, self%scale, self%before_column, self%before_place, self%twin, self%after_column, &
+         self%before, self%after, self%rest, self%is_new)
       n_couplings = size(graph%neighbour)/2
-      allocate (self%order(n), self%before_start(n + 1), self%after_start(0:n), new_number(n), next(n))
+      allocate (self%order(n), self%before_start(n + 1), self%own_start(n), self%after_start(0:n))
+      allocate (new_number(n), next(n))
       allocate (self%before_column(n_couplings), self%before_place(n_couplings), self%twin(n_couplings), &
-                self%after_column(n_couplings), self%before(36, n_couplings), self%after(36, n_couplings))
+                self%before(36, n_couplings))
       allocate (self%rest(36, n), self%scale(6, 6, n), self%is_new(n))
       call make_groups(self, graph)
       do i = 1, n
@@ -129,16 +129,33 @@ contains
          end do
          self%most_before = max(self%most_before, m)
          self%before_start(i + 1) = self%before_start(i) + m
-         self%after_start(i - 1) = graph%start(self%order(i) + 1) - graph%start(self%order(i)) - m
+      end do
+
+      ! columns are ascending, so those of the same group come last
+      next = 0
+      do g = 1, self%n_groups
+         do i = self%group(g), self%group(g + 1) - 1
+            k = self%before_start(i)
+            do while (k < self%before_start(i + 1))
+               j = self%before_column(k)
+               if (self%has_sweeps .and. j >= self%group(g)) exit
+               next(j) = next(j) + 1
+               k = k + 1
+            end do
+            self%own_start(i) = k
+         end do
       end do
       self%after_start(n) = 1
       do i = n, 1, -1
-         self%after_start(i - 1) = self%after_start(i) + self%after_start(i - 1)
+         self%after_start(i - 1) = self%after_start(i) + next(i)
       end do
+      n_after = self%after_start(0) - 1
+      allocate (self%after_column(n_after), self%after(36, n_after))
       ! rows are visited in order, so that the columns of each row of `after` come ascending
       next = self%after_start(1:n)
+      self%twin = 0
       do i = 1, n
-         do k = self%before_start(i), self%before_start(i + 1) - 1
+         do k = self%before_start(i), self%own_start(i) - 1
             j = self%before_column(k)
             self%twin(k) = next(j)
             self%after_column(next(j)) = i
@@ -291,15 +308,16 @@ contains
          end associate
          call scale_rows(self%scale(:, :, i), pivot)
          call times_transposed(pivot, self%scale(:, :, i))
+         pivot = -pivot
          do c = 1, 6
-            pivot(c, c) = pivot(c, c) - 2
+            pivot(c, c) = pivot(c, c) + 2
          end do
-         call lay_out(pivot, self%rest(1, i), self%rest(25, i))
+         call lay_out(pivot, self%rest(:, i))
          do k = first, last
             m = k - first + 1
             call scale_rows(self%scale(:, :, i), b(:, :, m))
-            call lay_out(b(:, :, m), self%before(1, k), self%before(25, k))
-            call lay_out_transposed(b(:, :, m), self%after(1, self%twin(k)), self%after(25, self%twin(k)))
+            call lay_out(b(:, :, m), self%before(:, k))
+            if (k < self%own_start(i)) call lay_out_transposed(b(:, :, m), self%after(:, self%twin(k)))
          end do
       end do
    end subroutine factorize_group
@@ -316,37 +334,10 @@ contains
          call take(matrix, self%before_place(k), b)
          call times_transposed(b, self%scale(:, :, self%before_column(k)))
          call scale_rows(self%scale(:, :, i), b)
-         call lay_out(b, self%before(1, k), self%before(25, k))
-         call lay_out_transposed(b, self%after(1, self%twin(k)), self%after(25, self%twin(k)))
+         call lay_out(b, self%before(:, k))
+         if (k < self%own_start(i)) call lay_out_transposed(b, self%after(:, self%twin(k)))
       end do
    end subroutine follow_columns
-
-   !> A block in single precision: rows 1 to 4 column by column, then rows 5 and 6.
-   pure subroutine lay_out(a, upper, lower)
-      real(wp), intent(in) :: a(6, 6)
-      real(sp), intent(out) :: upper(4, 6), lower(2, 6)
-      integer :: c
-      do c = 1, 6
-         upper(:, c) = real(a(1:4, c), sp)
-         lower(:, c) = real(a(5:6, c), sp)
-      end do
-   end subroutine lay_out
-
-   !> The same of the transpose.
-   pure subroutine lay_out_transposed(a, upper, lower)
-      real(wp), intent(in) :: a(6, 6)
-      real(sp), intent(out) :: upper(4, 6), lower(2, 6)
-      real(sp) :: column(6)
-      integer :: r
-      do r = 1, 4
-         column = real(a(:, r), sp)
-         upper(r, :) = column
-      end do
-      do r = 1, 2
-         column = real(a(:, r + 4), sp)
-         lower(r, :) = column
-      end do
-   end subroutine lay_out_transposed
 
    !> The block in a place of the matrix, transposed when the place is negative.
    pure subroutine take(matrix, place, a)
