@@ -14,7 +14,8 @@
 !> it is only used for the direction and to stop, and the true norm is taken in the next sweep.)
 !>
 !> The iteration works in single precision on the correction K d = r; after each pass r = f - K x is computed
-!> in working precision, and x is accepted by that residual alone. All sums are taken group by group, in order,
+!> in working precision, and x is accepted by that residual alone. The next pass goes on from the last direction of the
+!> one before, so that nothing of what the iteration has found is lost. All sums are taken group by group, in order,
 !> so the result does not depend on the number of threads.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
@@ -37,6 +38,7 @@ module rockdda_linear_pcg
       logical, private :: stale = .true.   !! the splitting is not that of the graph
       integer, private :: values_id = 0    !! matrix whose splitting is at hand, 0 none
       integer, private :: most = 0         !! iterations that a solve with this splitting or those it came from needed
+      real(wp), private :: growth = 0      !! what the next direction takes of the last one, in its units; 0: nothing
       type(residual_type) :: residual
       type(splitting_type) :: splitting
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the splitting's order
@@ -82,6 +84,7 @@ contains
       end if
       self%first_residual = relative
       self%passes = 0
+      self%growth = 0
       if (relative > self%tolerance) then
          if (self%stale) then
             call self%splitting%set_pattern(self%residual%graph)
@@ -124,7 +127,7 @@ contains
       weight = 1/norm
       done = iterations
       alpha = 0
-      beta = 0
+      beta = real(self%growth*weight, sp)
       rho_start = 0
       !$omp parallel if(self%splitting%phase(2) > 2) default(none) &
       !$omp shared(self, weight, norm, x, reduction, iterations) &
@@ -180,6 +183,8 @@ contains
       !$omp end do
       !$omp single
       iterations = done
+      self%growth = 0
+      if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start) self%growth = norm*rho_next/rho
       !$omp end single
       !$omp end parallel
    end subroutine correct
@@ -220,7 +225,7 @@ contains
             end if
             self%r(:, i) = b
             self%d(:, i) = 0
-            self%p(:, i) = 0
+            if (.not. self%growth > 0) self%p(:, i) = 0
             self%q(:, i) = 0
             self%t(:, i) = 0
          end do
