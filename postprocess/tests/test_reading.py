@@ -261,8 +261,8 @@ def test_what_is_read_while_the_file_grows_is_what_stays(program, tmp_path):
         kept = h5py.File(path, "r", locking=False)
         assert len(kept["history/step"]) >= 0
         deadline = time.monotonic() + 120
-        # until an index has been split, with 64 pieces of 32 rows, more than once
-        while results.n_frames < 4500 and time.monotonic() < deadline:
+        # until an index has been split, with 64 pieces of 32 rows, more than once (quick machines: in few looks)
+        while (results.n_frames < 4500 or len(looks) < 5) and time.monotonic() < deadline:
             time.sleep(0.1)
             if results.refresh():
                 tables = {
@@ -274,7 +274,7 @@ def test_what_is_read_while_the_file_grows_is_what_stays(program, tmp_path):
         kept.close()
         assert results.refresh()
         assert results.exit_reason == "signal SIGTERM"
-        assert len(looks) > 5
+        assert len(looks) >= 5
         whole = {name: results[name] for name in looks[0][2]}
         for n_steps, n_frames, tables, vertices in looks:
             lengths = {"frames/velocity": n_frames, "frames/contact_offset": n_frames + 1, "history/energy": n_steps}
