@@ -82,6 +82,22 @@ class Programs:
         lines = self._lines("bench_steps", *words, passive=run.passive or run.threads > (os.cpu_count() or 1))
         return {"model": lines[0], "steps": lines[1:-1], "end": lines[-1]}
 
+    def side_by_side(self, run: Run, count: int) -> float:
+        """Seconds by the clock for a run when `count` of the same kind go on at a time, the mean of all."""
+        words = [str(self.bin / "bench_steps"), run.model, f"blocks={run.size}", f"steps={run.steps}", "threads=1"]
+        words += [f"solver={run.solver}"] + ([f"ratio={run.ratio}"] if run.ratio is not None else [])
+        started = [
+            subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=self.environment)
+            for _ in range(count)
+        ]
+        seconds = 0.0
+        for process in started:
+            steps = [json.loads(line) for line in process.communicate()[0].splitlines()][1:-1]
+            if process.returncode != 0:
+                raise SystemExit(f"{' '.join(words)} ended with {process.returncode}")
+            seconds += sum(step["wall"] for step in steps) / count
+        return seconds
+
     def memory(self, threads: int) -> dict:
         """Bandwidth in bytes per second: copy, triad, read."""
         return self._lines("bench_memory", str(threads))[0]

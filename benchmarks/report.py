@@ -106,6 +106,8 @@ def print_report(results: dict) -> None:
             by_work = derived.get("speed_up_by_work", {}).get(count)
             bound = f" (by the first thread's share of the work: {by_work:.2f})" if by_work else ""
             print(f"speed-up with {count} threads: {factor:.2f}{bound}")
+    for count, factor in results.get("separate", {}).items():
+        print(f"{count} separate runs of one thread at a time: {factor:.2f} times the work of one alone")
     if "threads_agree" in derived:
         print("results of all numbers of threads: " + ("the same bits" if derived["threads_agree"] else "DIFFERENT"))
     if "tunnel_seconds" in derived:

@@ -104,6 +104,20 @@ def measure_direct(programs: Programs, sizes: list[int], folder: Path, say) -> l
     return rows
 
 
+def measure_separate(programs: Programs, counts: list[int]) -> dict:
+    """How much more several separate runs of one thread each do at a time than one alone: what the machine allows.
+
+    Processors of a shared or virtual machine may be halves of one core; then no program gets twice the work done.
+    """
+    run = Run("wall", 1000, ratio=1, steps=60, solver="pcg")
+    alone, together = [], {count: [] for count in counts}
+    for _ in range(3):
+        alone.append(programs.side_by_side(run, 1))
+        for count in counts:
+            together[count].append(programs.side_by_side(run, count))
+    return {str(count): count * min(alone) / min(together[count]) for count in counts}
+
+
 def derive(results: dict) -> dict:
     """Exponents, speed-ups, rates against memory bandwidth."""
     derived: dict = {}
@@ -162,6 +176,8 @@ def main(arguments: list[str]) -> int:
         if not options.quick:
             counts = sorted({1, *(count for count in options.threads if count <= (os.cpu_count() or 1))})
             results["memory"] = {str(count): programs.memory(count) for count in counts}
+            if "wall" in options.models:
+                results["separate"] = measure_separate(programs, [count for count in counts if count > 1])
         results["runs"] = run_all(programs, plan_runs(options), options.repeats, say)
         if "slide" in options.models:
             results["start_up"] = programs.start_up(start_up_model(folder), 3 if options.quick else 15)
