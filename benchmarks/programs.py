@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -84,19 +85,9 @@ class Programs:
 
     def side_by_side(self, run: Run, count: int) -> float:
         """Seconds by the clock for a run when `count` of the same kind go on at a time, the mean of all."""
-        words = [str(self.bin / "bench_steps"), run.model, f"blocks={run.size}", f"steps={run.steps}", "threads=1"]
-        words += [f"solver={run.solver}"] + ([f"ratio={run.ratio}"] if run.ratio is not None else [])
-        started = [
-            subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=self.environment)
-            for _ in range(count)
-        ]
-        seconds = 0.0
-        for process in started:
-            steps = [json.loads(line) for line in process.communicate()[0].splitlines()][1:-1]
-            if process.returncode != 0:
-                raise SystemExit(f"{' '.join(words)} ended with {process.returncode}")
-            seconds += sum(step["wall"] for step in steps) / count
-        return seconds
+        with ThreadPoolExecutor(count) as pool:
+            outcomes = list(pool.map(self.steps, [run] * count))
+        return sum(step["wall"] for outcome in outcomes for step in outcome["steps"]) / count
 
     def memory(self, threads: int) -> dict:
         """Bandwidth in bytes per second: copy, triad, read."""
