@@ -9,6 +9,7 @@ and the program together agree with it or do not.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +37,16 @@ from ..shaking_table import (
     table_model,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 K01 = (1.0, 0.99, 0.98, 0.95)
 TRUTH = "rigid block"
 SIX_HERTZ = 3
 FRAME = 130  # % of error that the figure shows
 LOW, HIGH = LAW["back_calculated"]  # degrees, friction of the tests by the thesis
 SCATTER = 0.7  # degrees, of the tilt tests (§4.3.1)
+LABEL_GAP, LABEL_COLUMN = 0.45, 0.55  # degrees, cm/s: numbers of the tests in the figure of friction
 
 
 def shaking_table(record: Record) -> None:
@@ -362,10 +367,47 @@ def _against_law(ours: float, measured: float, shift: float) -> str:
     )
 
 
-def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: dict[int, float]) -> None:
-    """What the thesis wished for: friction that depends on velocity, and dashpots."""
+def _friction_figure(
+    tests: npt.NDArray[np.int64],
+    law: tuple[float, float, float],
+    angles: npt.NDArray[np.float64],
+    speeds: npt.NDArray[np.float64],
+    errors: dict[str, list[float]],
+) -> Figure:
+    """Friction by sliding velocity, and the errors with and without it."""
     from matplotlib import pyplot as plt
 
+    figure, axes = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 2.8), layout="constrained", width_ratios=(1, 1.5))
+    v = np.linspace(0, 0.1, 200)
+    axes[0].plot(100 * v, np.degrees(np.arctan(rate_dependent(*law)(v))), color=PALETTE[2])
+    axes[0].axhline(ANALYSIS["friction_angle"], color=PALETTE[1])
+    axes[0].plot(100 * LAW["speed"], LAW["friction_angle"], "o", color=PALETTE[0], ms=4, label="§4.3.1")
+    axes[0].plot(100 * speeds, angles, "^", color=PALETTE[3], ms=4, label="as measured")
+    # most tests lie close together: their numbers stand in a column beside them, from the lowest angle upwards
+    top = -np.inf
+    for j in np.argsort(angles):
+        top = max(angles[j], top + LABEL_GAP)
+        lone = speeds[j] > 1.4 * np.median(speeds)
+        place = (100 * speeds[j] - 0.5, angles[j]) if lone else (LABEL_COLUMN, top)
+        leader = {"arrowstyle": "-", "lw": 0.4, "color": PALETTE[0], "shrinkA": 1, "shrinkB": 2}
+        axes[0].annotate(
+            str(tests[j] + 1), (100 * speeds[j], angles[j]), place, arrowprops=None if lone else leader, fontsize=7,
+            ha="center", va="center", bbox={"fc": "white", "ec": "none", "pad": 0.6},
+        )  # fmt: skip
+    axes[0].legend(loc="lower right", fontsize=7)
+    axes[0].set(xlabel="sliding velocity [cm/s]", ylabel="friction angle [°]", xlim=(-0.3, 10), ylim=(13, 22))
+    middle = np.arange(len(tests))
+    for k, (name, values) in enumerate(errors.items()):
+        axes[1].bar(middle + (k - 0.5) * 0.36, values, 0.34, color=PALETTE[k + 1], label=name)
+    axes[1].axhline(0, color=PALETTE[0], lw=0.6)
+    axes[1].set_xticks(middle, [f"{f:g}" for f in FREQUENCY[tests]])
+    axes[1].set(xlabel="frequency [Hz]", ylabel="error against measured [%]")
+    axes[1].legend()
+    return figure
+
+
+def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: dict[int, float]) -> None:
+    """What the thesis wished for: friction that depends on velocity, and dashpots."""
     low, high = LAW["back_calculated"]
     at_rest, far, known = (np.tan(np.radians(x)) for x in (low, high, LAW["friction_angle"]))
     speed = float(LAW["speed"] / np.log((far - at_rest) / (far - known)))
@@ -402,23 +444,7 @@ def _friction_and_damping(record: Record, tests: npt.NDArray[np.int64], final: d
         explanation="of the accuracy that Δt = 0.0025 s has",
     )  # fmt: skip
     with record.style():
-        figure, axes = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 2.8), layout="constrained", width_ratios=(1, 1.5))
-        v = np.linspace(0, 0.15, 200)
-        axes[0].plot(100 * v, np.degrees(np.arctan(rate_dependent(*law)(v))), color=PALETTE[2])
-        axes[0].axhline(ANALYSIS["friction_angle"], color=PALETTE[1])
-        axes[0].plot(100 * LAW["speed"], LAW["friction_angle"], "o", color=PALETTE[0], ms=4, label="§4.3.1")
-        axes[0].plot(100 * speeds, angles, "^", color=PALETTE[3], ms=4, label="as measured")
-        for test, x, y in zip(tests, 100 * speeds, angles, strict=True):
-            axes[0].annotate(str(test + 1), (x, y), xytext=(3, 2), textcoords="offset points", fontsize=6)
-        axes[0].legend(loc="lower right", fontsize=7)
-        axes[0].set(xlabel="sliding velocity [cm/s]", ylabel="friction angle [°]", ylim=(13, 22))
-        place = np.arange(len(tests))
-        for k, (name, values) in enumerate(errors.items()):
-            axes[1].bar(place + (k - 0.5) * 0.36, values, 0.34, color=PALETTE[k + 1], label=name)
-        axes[1].axhline(0, color=PALETTE[0], lw=0.6)
-        axes[1].set_xticks(place, [f"{f:g}" for f in FREQUENCY[tests]])
-        axes[1].set(xlabel="frequency [Hz]", ylabel="error against measured [%]")
-        axes[1].legend()
+        figure = _friction_figure(tests, law, angles, speeds, errors)
     record.figure(
         figure, "friction",
         "Left: friction by sliding velocity; triangles: constant angles with which rigid blocks slide as far as "
