@@ -8,6 +8,9 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError as _NotInstalled
+from importlib.metadata import version as _installed
+
 from .cutting import Blocks, cut
 from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
 from .model import Model
@@ -31,8 +34,14 @@ __all__ = [
     "Results",
     "RockddaError",
     "Simulation",
+    "__version__",
     "cut",
     "lines",
     "open",
     "run",
 ]
+
+try:
+    __version__ = _installed("rockdda")
+except _NotInstalled:  # used from the source folder
+    __version__ = "not installed"

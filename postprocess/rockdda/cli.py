@@ -232,13 +232,9 @@ def view_command(
 
 def version() -> str:
     """Of this package."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as installed
+    from . import __version__
 
-    try:
-        return installed("rockdda")
-    except PackageNotFoundError:
-        return "not installed"
+    return __version__
 
 
 def _version_option(value: bool) -> None:

@@ -443,11 +443,14 @@ class Results:
 
         return plot.plot(self, field=field, frame=frame, **options)
 
-    def animate(self, output: str | os.PathLike[str], **options: Any) -> Path:
-        """Make a film (.mp4, .gif or .html); returns its path. See `rockdda.animate.animate`."""
+    def animate(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Path:
+        """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
+
+        Returns its path. See `rockdda.animate.animate`.
+        """
         from . import animate
 
-        return animate.animate(self, output, **options)
+        return animate.animate(self, f"{self.path.stem}.mp4" if output is None else output, **options)
 
     def to_vtk(self, path: str | os.PathLike[str], **options: Any) -> Path:
         """Write the frames for ParaView and PyVista; returns the path. See `rockdda.export.to_vtk`."""

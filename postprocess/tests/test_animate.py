@@ -59,6 +59,12 @@ def test_gif_has_a_picture_for_each_frame(wall, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_without_a_name_a_film_is_named_after_its_results(wall, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = wall.animate(every=6, dpi=30)
+    assert (path.name, [file.name for file in tmp_path.iterdir()]) == (f"{wall.path.stem}.mp4", [path.name])
+
+
 def test_mp4_has_all_frames_and_even_sides(wall, tmp_path):
     path = wall.animate(tmp_path / "wall.mp4", dpi=51, fps=10)
     assert path.read_bytes()[4:8] == b"ftyp"

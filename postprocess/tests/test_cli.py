@@ -45,6 +45,10 @@ def test_plot_of_every_kind(folder, capsys, kind):
         assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
 
+def test_the_version_is_that_of_the_package(capsys):
+    assert run(capsys, "--version") == (0, f"rockdda-post {rockdda.__version__}\n", "")
+
+
 def test_plot_options(folder, capsys):
     options = [
         "--field",
