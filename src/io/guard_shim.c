@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Thin POSIX shim: work that may crash is tried in a child first. Called through rockdda_io_guard only. */
-#define _XOPEN_SOURCE 700
+#define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/resource.h>
 #include <sys/time.h>
 #include <sys/types.h>
@@ -42,7 +45,7 @@ int rockdda_guard_begin(double seconds, char *message, int room)
    struct itimerval time = {{0, 0}, {0, 0}};
    int status, silent, ends[2];
    unsigned i;
-   pid_t child;
+   pid_t child, parent = getpid();
    if (pipe(ends) != 0) return NO_PROCESS;
    child = fork();
    if (child < 0) {
@@ -62,6 +65,13 @@ int rockdda_guard_begin(double seconds, char *message, int room)
    }
    close(ends[0]);
    report = ends[1];
+#ifdef __linux__
+   /* nobody would listen when the parent is killed */
+   prctl(PR_SET_PDEATHSIG, SIGKILL);
+   if (getppid() != parent) _exit(NOT_DONE);
+#else
+   (void)parent;
+#endif
    for (i = 0; i < sizeof numbers / sizeof numbers[0]; ++i) signal(numbers[i], SIG_DFL);
    silent = open("/dev/null", O_WRONLY);
    if (silent >= 0) {

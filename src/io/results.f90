@@ -393,7 +393,7 @@ contains
       call self%lock%reopen(path, error)
       if (allocated(error)) return
       call self%add_tables(blocks)
-      call check_results(path, digest, header, rows, lengths(rows), record, self%series, error)
+      call check_results(path, self%lock, digest, header, rows, lengths(rows), record, self%series, error)
       if (.not. allocated(error)) call roll_back(path, digest, put_back, error)
       if (.not. allocated(error)) call self%file%open(path, .true., error)
       if (.not. allocated(error)) call self%keep_undo(digest, error)

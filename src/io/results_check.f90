@@ -11,6 +11,7 @@ module rockdda_io_results_check
    use rockdda_io_digest, only : digest_length, fold
    use rockdda_io_guard, only : try_first, leave_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
       n_tables, n_totals
@@ -27,8 +28,9 @@ module rockdda_io_results_check
 contains
 
    !> Look at results beside a checkpoint; an error (code input) when a run cannot go on with them. Nothing is changed.
-   subroutine check_results(path, digest, header, rows, length, record, series, error)
+   subroutine check_results(path, lock, digest, header, rows, length, record, series, error)
       character(len=*), intent(in) :: path
+      type(output_lock_type), intent(inout) :: lock      !! held on the file
       character(len=digest_length), intent(in) :: digest !! of the checkpoint
       type(results_header_type), intent(in) :: header
       type(results_rows_type), intent(in) :: rows        !! at the checkpoint
@@ -42,6 +44,8 @@ contains
       call try_first(least_seconds + bytes/slowest_reading, outcome, error)
       select case (outcome)
       case (guard%in_child)
+         ! else the file stayed locked for as long as the child outlives a parent that is killed
+         call lock%release()
          call try_all(path, digest, header, rows, length, record, series, error)
          call leave_child(error)
       case (guard%no_process)

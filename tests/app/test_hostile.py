@@ -2,7 +2,9 @@
 """Models that are well formed and make no sense, damaged results, absurd sizes: a clear answer or sane results."""
 
 import math
+import os
 import unittest
+from pathlib import Path
 
 from support import GEOMETRY, ProgramTest, h5py
 
@@ -204,6 +206,29 @@ class DamageTest(ProgramTest):
         self.assertEqual(outcome.code, 2, outcome.err)
         self.assertIn("block.h5: error: the file is damaged", outcome.err)
         self.assertEqual(self.path("block.h5").read_bytes(), bad)
+
+    def test_who_is_killed_while_looking_leaves_no_lock(self):
+        """The process that tries a damaged file for its parent does not hold on to it."""
+        self.write("block.h5", self.without_sizes(self.good))
+        process = self.start_program("resume", "block.ckpt.h5", "--steps", "1")
+        self.wait_for_busy_child(process)
+        process.kill()
+        process.wait()
+        outcome = self.run_program("resume", "block.ckpt.h5", "--steps", "1", timeout=60)
+        self.assertIn("block.h5: error: the file is damaged", outcome.err)
+
+    def wait_for_busy_child(self, process):
+        """Until it has worked for some time, which it does for a second."""
+        while process.poll() is None:
+            for path in Path("/proc").glob("[0-9]*/stat"):
+                try:
+                    fields = path.read_text().rsplit(")", 1)[1].split()
+                except OSError:
+                    continue  # ended in the meantime
+                # state, number of the parent; user time
+                if int(fields[1]) == process.pid and int(fields[11]) >= 0.1 * os.sysconf("SC_CLK_TCK"):
+                    return
+        self.fail(process.communicate()[1])
 
     def test_truncated_results_are_refused(self):
         for n in (0, 1, 8, 100, 2048, len(self.good) // 2, len(self.good) - 1):
