@@ -98,7 +98,7 @@ contains
          if (word == '-h') word = '--help'
          k = find_option(word)
          if (k == 0) then
-            call problem('unknown option '//word//did_you_mean(word, known%name))
+            call problem('unknown option '//word//did_you_mean(word, known(:size(known) - 1)%name))
             cycle
          end if
          if (word == '--') then
@@ -109,7 +109,7 @@ contains
          if (known(k)%takes == takes_nothing) then
             if (has_value) call problem('option '//word//' takes no value')
          else if (.not. has_value) then
-            if (i == size(arguments)) then
+            if (.not. value_follows()) then
                call problem('option '//word//' needs a value')
                cycle
             end if
@@ -128,6 +128,12 @@ contains
       if (len(problems) > 0) call make_error(error, error_code%input, problems)
 
    contains
+
+      !> Is there a word behind this one, and is it no option? (A file with such a name is ./--name.)
+      logical function value_follows()
+         value_follows = i < size(arguments)
+         if (value_follows) value_follows = find_option(arguments(i + 1)%text) == 0
+      end function value_follows
 
       !> A word that is no option: the command, then files.
       subroutine add_word(word)

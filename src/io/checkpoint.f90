@@ -17,7 +17,7 @@ module rockdda_io_checkpoint
    use rockdda_io_archive, only : archive_type
    use rockdda_io_digest, only : digest_of_text, digest_of_file, hexadecimal, digest_length
    use rockdda_io_output_lock, only : errno_text
-   use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
+   use rockdda_io_posix, only : get_file_size, get_path_kind, is_readable, path_kind, remove_file
    use rockdda_io_results_header, only : results_header_type, results_rows_type
    implicit none
    private
@@ -258,6 +258,8 @@ contains
          call refuse('there is no such file')
       else if (get_path_kind(path) /= path_kind%file) then
          call refuse('this is not a file')
+      else if (.not. is_readable(path)) then
+         call refuse('permission denied')
       end if
       if (allocated(error)) return
       call read_last_line(path, line)

@@ -199,6 +199,12 @@ class Refused(ResumeTest):
         outcome = self.run_program("resume", "renamed.h5")
         self.assertIn("the name of a checkpoint ends in '.ckpt.h5'", outcome.err)
 
+    def test_checkpoint_that_may_not_be_read(self):
+        nobody = self.as_nobody()
+        self.path("block.ckpt.h5").chmod(0)
+        outcome = self.run_program("resume", "block.ckpt.h5", **nobody)
+        self.assertFails(outcome, 2, "block.ckpt.h5: error: permission denied")
+
     def test_damaged_or_cut(self):
         generator = random.Random(4)
         places = [0, 8, 100, len(self.checkpoint) - 2, *(generator.randrange(len(self.checkpoint)) for _ in range(8))]

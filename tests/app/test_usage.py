@@ -73,6 +73,7 @@ class Mistakes(ProgramTest):
 
     def test_missing_and_superfluous_values(self):
         self.check(["run", "a", "b", "--steps"], "option --steps needs a value")
+        self.check(["run", "a", "b", "-o", "--quiet"], "option --output needs a value")
         self.check(["run", "a", "b", "--force=yes"], "option --force takes no value")
         self.check(["run", "a", "b", "--output="], "option --output: expected a file name, found nothing")
 
