@@ -13,7 +13,7 @@ module rockdda_app_command_resume
    use rockdda_app_process, only : complain, watch_signals
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : report_failure, show_messages
-   use rockdda_app_running, only : step_until_done, end_run, summarise
+   use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end, summarise
    implicit none
    private
    public :: run_resume
@@ -32,6 +32,7 @@ contains
 
       run%start = wall_seconds()
       ! there is a checkpoint already: a signal that comes while it is read ends the run in order too
+      call prepare_sudden_end(line, run, messages)
       call watch_signals()
       if (size(line%files) /= 1) then
          call make_error(error, error_code%input, "'rockdda resume' needs one checkpoint file; found "// &
@@ -45,6 +46,7 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
+      call prepare_sudden_end(line, run, messages)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
       call run%look_at_results(is_complete)
       if (is_complete) then

@@ -11,10 +11,10 @@ module rockdda_app_command_run
    use rockdda_driver_model_input, only : model_input_type, find_files, read_model
    use rockdda_driver_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
-   use rockdda_app_process, only : watch_signals
+   use rockdda_app_process, only : watch_signals, set_writing
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : show_messages, report_failure
-   use rockdda_app_running, only : step_until_done, end_run
+   use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end
    implicit none
    private
    public :: run_run
@@ -40,13 +40,16 @@ contains
       end if
       if (is_set(input%options%max_wall)) run%deadline = run%start + input%options%max_wall
       ! nothing has been written so far, and nothing is when the input is bad; from here on a signal ends the run in
-      ! order
+      ! order, and a second one when there is a checkpoint
       call watch_signals()
+      call set_writing(.true.)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call run%open(line, input, messages, error)
       if (allocated(error) .or. messages%has_errors()) then
          call report_failure(line, messages, error, exit_code)
          return
       end if
+      call prepare_sudden_end(line, run, messages)
+      call set_writing(.false.)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
       call progress%begin(line%quiet)
       call step_until_done(run, progress, error)

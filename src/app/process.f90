@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> The process: arguments, standard streams, signals, exit. Only this module prints and stops.
 module rockdda_app_process
-   use, intrinsic :: iso_c_binding, only : c_int
+   use, intrinsic :: iso_c_binding, only : c_char, c_int
    use rockdda_base_error, only : error_type
    use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
    public :: argument_type, get_arguments, start_process, end_process
    public :: say, complain, show_status, is_terminal
-   public :: watch_signals, seen_signal, set_writing
+   public :: watch_signals, seen_signal, set_writing, set_last_words
 
    !> One word of the command line.
    type :: argument_type
@@ -31,6 +31,11 @@ module rockdda_app_process
          import :: c_int
          integer(c_int), value :: yes
       end subroutine c_set_writing
+      subroutine c_set_last_words(text, n) bind(C, name='rockdda_process_set_last_words')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: text(*)
+         integer(c_int), value :: n
+      end subroutine c_set_last_words
       integer(c_int) function c_is_terminal(descriptor) bind(C, name='rockdda_process_is_terminal')
          import :: c_int
          integer(c_int), value :: descriptor
@@ -101,8 +106,8 @@ contains
       is_terminal = c_is_terminal(2_c_int) /= 0
    end function is_terminal
 
-   !> From now on SIGTERM, SIGINT and SIGUSR1 are remembered instead of ending the program. A second SIGINT ends
-   !> it at once, unless output is being written.
+   !> From now on stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) are remembered
+   !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.
    subroutine watch_signals()
       call c_watch_signals()
    end subroutine watch_signals
@@ -114,9 +119,18 @@ contains
       case (0); name = ''
       case (1); name = 'SIGTERM'
       case (2); name = 'SIGINT'
-      case default; name = 'SIGUSR1'
+      case (3); name = 'SIGUSR1'
+      case (4); name = 'SIGUSR2'
+      case (5); name = 'SIGXCPU'
+      case default; name = 'SIGHUP'
       end select
    end function seen_signal
+
+   !> What a second SIGINT leaves on standard output.
+   subroutine set_last_words(text)
+      character(len=*), intent(in) :: text
+      call c_set_last_words(text//new_line('a'), len(text, c_int) + 1_c_int)
+   end subroutine set_last_words
 
    !> Output is being written, or no more.
    subroutine set_writing(yes)

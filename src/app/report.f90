@@ -8,7 +8,7 @@ module rockdda_app_report
    use rockdda_app_process, only : say, complain
    implicit none
    private
-   public :: show_messages, show_error, begin_json, end_json, report_failure
+   public :: show_messages, show_error, begin_json, finish_json, end_json, report_failure
 
 contains
 
@@ -72,6 +72,15 @@ contains
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(in) :: error
       logical, intent(out) :: ok
+      call finish_json(json, messages, error)
+      call say(json%text, ok)
+   end subroutine end_json
+
+   !> Add the messages and end the JSON summary.
+   subroutine finish_json(json, messages, error)
+      type(json_type), intent(inout) :: json
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
       integer :: i
       call json%put('errors', messages%n_errors + merge(1, 0, allocated(error)))
       call json%put('warnings', messages%n_warnings)
@@ -95,8 +104,7 @@ contains
       end if
       call json%close(']')
       call json%close('}')
-      call say(json%text, ok)
-   end subroutine end_json
+   end subroutine finish_json
 
    !> The end of a command that could not do its work: messages and error where they belong.
    subroutine report_failure(line, messages, error, exit_code)

@@ -10,12 +10,12 @@ module rockdda_app_running
    use rockdda_driver_run, only : run_type, first_line
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : complain, say, seen_signal, set_writing
+   use rockdda_app_process, only : complain, say, seen_signal, set_writing, set_last_words
    use rockdda_app_progress, only : progress_type
-   use rockdda_app_report, only : show_error, begin_json, end_json
+   use rockdda_app_report, only : show_error, begin_json, finish_json, end_json
    implicit none
    private
-   public :: step_until_done, end_run, summarise
+   public :: step_until_done, end_run, summarise, prepare_sudden_end
 
 contains
 
@@ -51,6 +51,29 @@ contains
                               to_string(run%sim%state%time))
       end do
    end subroutine step_until_done
+
+   !> Get ready for a second SIGINT: what the summary on standard output is then. It names the files as soon as they
+   !> are known.
+   subroutine prepare_sudden_end(line, run, messages)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(in) :: run
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable :: no_error
+      type(json_type) :: json
+      if (line%json) then
+         call begin_json(json, line, 'stopped', error_code%stopped)
+         call json%put('exit_reason', 'second SIGINT')
+         if (allocated(run%output)) call json%put('output', run%output)
+         if (allocated(run%checkpoint_file)) call json%put('checkpoint', run%checkpoint_file)
+         if (allocated(run%log_file)) call json%put('log', run%log_file)
+         call finish_json(json, messages, no_error)
+         call set_last_words(json%text)
+      else if (allocated(run%output)) then
+         call set_last_words('stopped at once'//new_line('a')//'results: '//run%output//', log: '//run%log_file)
+      else
+         call set_last_words('stopped at once')
+      end if
+   end subroutine prepare_sudden_end
 
    !> Write the last frame, close the files, and say how it ended.
    subroutine end_run(line, run, messages, error, exit_code)

@@ -111,8 +111,9 @@ contains
              '                    a checkpoint every S seconds; default: 60'//nl// &
              common_text()// &
              nl// &
-             'SIGTERM, SIGINT and SIGUSR1 end the run after the current step with everything so far in OUT.h5'//nl// &
-             'and a checkpoint (exit 4); a second SIGINT ends it at once.'//nl// &
+             'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run after the'//nl// &
+             'current step with everything so far in OUT.h5 and a checkpoint (exit 4); a second SIGINT ends'//nl// &
+             'it at once.'//nl// &
              nl// &
              'examples:'//nl// &
              '  rockdda run slope.dc slope.df'//nl// &

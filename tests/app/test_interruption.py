@@ -2,6 +2,7 @@
 """Runs that do not come to their end: signals, time limits, kills, lost or full disks, steps without a solution."""
 
 import contextlib
+import json
 import os
 import random
 import resource
@@ -65,6 +66,13 @@ class InterruptionTest(ProgramTest):
         yield
         process.send_signal(signal.SIGCONT)
 
+    @contextlib.contextmanager
+    def hangups(self, handler):
+        """What programs that are started meanwhile inherit for SIGHUP."""
+        before = signal.signal(signal.SIGHUP, handler)
+        yield
+        signal.signal(signal.SIGHUP, before)
+
     def check_ended(self, reason, name="block.h5"):
         """An orderly end before time: nothing is missing, and the last frame is the last step."""
         with self.open(name) as file:
@@ -107,9 +115,18 @@ class InterruptionTest(ProgramTest):
 
 class Stop(InterruptionTest):
     def test_signals(self):
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+        # schedulers other than Slurm say with SIGUSR2 and SIGXCPU that the time is up; SIGHUP: the terminal was closed
+        for number in (
+            signal.SIGTERM,
+            signal.SIGINT,
+            signal.SIGUSR1,
+            signal.SIGUSR2,
+            signal.SIGXCPU,
+            signal.SIGHUP,
+        ):
             with self.subTest(signal=number.name):
-                process = self.start()
+                with self.hangups(signal.SIG_DFL):  # these tests may run under nohup
+                    process = self.start()
                 process.send_signal(number)
                 out, err = self.finish(process, 4)
                 last = self.check_ended(f"signal {number.name}")
@@ -130,7 +147,31 @@ class Stop(InterruptionTest):
         out, _ = self.finish(process, 4)
         self.assertRegex(out, r'"status": "stopped", "exit_code": 4, "exit_reason": "signal SIGTERM"')
 
+    def test_closed_terminal_under_nohup(self):
+        with self.hangups(signal.SIG_IGN):
+            process = self.start("--quiet")
+        process.send_signal(signal.SIGHUP)
+        self.wait_for_steps(process, self.steps_in("block.h5") + 1)
+        process.send_signal(signal.SIGTERM)
+        self.finish(process, 4)
+        self.check_ended("signal SIGTERM")
+
     def test_second_interrupt_ends_at_once(self):
+        err = self.interrupt_twice()[1]
+        self.assertIn("stopped at once", err)
+        with self.open("wall.h5") as file:
+            self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, "running"))
+            self.assertEqual(file["frames/step"][0], 0)
+
+    def test_summary_after_a_second_interrupt(self):
+        out, _ = self.interrupt_twice()
+        self.assertEqual(out, "stopped at once\nresults: wall.h5, log: wall.log\n")
+        summary = json.loads(self.interrupt_twice("--json")[0])
+        self.assertEqual((summary["command"], summary["status"], summary["exit_code"]), ("run", "stopped", 4))
+        self.assertEqual((summary["exit_reason"], summary["checkpoint"]), ("second SIGINT", "wall.ckpt.h5"))
+        self.assertTrue(self.path(summary["checkpoint"]).exists())
+
+    def interrupt_twice(self, *more):
         # a step of this wall of 2601 blocks takes long enough for both signals to come within one
         n = 51
         lines = [f"{x} 0 {x} {n} 1" for x in range(n + 1)] + [f"0 {y} {n} {y} 1" for y in range(n + 1)]
@@ -139,21 +180,18 @@ class Stop(InterruptionTest):
         self.write("wall.df", "1 100000 1 1 0.01 0.001\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n")
         # when the first one came at the end of a step, the run was over in order before the second: then once more
         for _ in range(10):
-            process = self.start_program("run", "wall.dc", "wall.df", "--solver", "sor", "--force")
+            self.path("wall.ckpt.h5").unlink(missing_ok=True)
+            process = self.start_program("run", "wall.dc", "wall.df", "--solver", "sor", "--force", *more)
             deadline = time.monotonic() + PATIENCE
             while not self.path("wall.ckpt.h5").exists() and time.monotonic() < deadline:
                 time.sleep(0.01)
             while process.poll() is None and time.monotonic() < deadline:
                 process.send_signal(signal.SIGINT)
                 time.sleep(0.002)
-            _, err = self.finish(process, 4)
+            out, err = self.finish(process, 4)
             if "stopped at once" in err:
                 break
-            self.path("wall.ckpt.h5").unlink()
-        self.assertIn("stopped at once", err)
-        with self.open("wall.h5") as file:
-            self.assertEqual((file.attrs["complete"], file.attrs["exit_reason"]), (0, "running"))
-            self.assertEqual(file["frames/step"][0], 0)
+        return out, err
 
     def test_wall_clock_limit(self):
         for limit in ("0.3", "3", "30"):  # where a busy machine needs as long for the start, there are no steps

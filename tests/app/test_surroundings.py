@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 import unittest
+from pathlib import Path
 
 from support import GEOMETRY, PEER_ANALYSIS, PROGRAM, ProgramTest, h5py
 
@@ -30,6 +31,33 @@ class Surroundings(ProgramTest):
         _, err = process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, 1)
         self.assertIn("internal error: this is a bug in RockDDA. Please report it", err.decode())
+
+    def test_closed_streams(self):
+        """Messages do not go into the file that gets the number of a stream that is closed."""
+        for closed in ((2,), (0, 1, 2)):
+            with self.subTest(closed=closed):
+                process = subprocess.Popen(
+                    [PROGRAM, *LONG_RUN, "--max-wall", str(PATIENCE), "--force"],
+                    cwd=self.folder,
+                    stdout=subprocess.DEVNULL,
+                    preexec_fn=lambda closed=closed: [os.close(stream) for stream in closed],
+                )
+                self.wait_for_log()
+                streams = [str(Path(f"/proc/{process.pid}/fd/{stream}").readlink()) for stream in closed]
+                process.send_signal(signal.SIGTERM)
+                self.assertEqual(process.wait(PATIENCE), 4)
+                self.assertEqual(streams, ["/dev/null"] * len(closed))
+                self.path("block.log").unlink()
+
+    def test_reader_of_messages_that_leaves(self):
+        """No reason to end a run."""
+        process = self.start_program(*LONG_RUN, "--max-wall", str(PATIENCE))
+        process.stderr.close()
+        process.stdout.close()
+        self.wait_for_log()
+        process.send_signal(signal.SIGTERM)  # which is told on standard error
+        self.assertEqual(process.wait(PATIENCE), 4)
+        self.assertRegex(self.path("block.log").read_text(), r"\nend: signal SIGTERM after [^\n]*\n\Z")
 
     def test_bar_on_a_terminal(self):
         terminal, end = pty.openpty()
