@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda check: every problem of every file, computes nothing.
 module rockdda_app_command_check
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : analysis_input_type
@@ -17,15 +17,15 @@ module rockdda_app_command_check
    use rockdda_io_checkpoint, only : checkpoint_facts_type, results_path
    use rockdda_io_digest, only : digest_length
    use rockdda_io_geometry_file, only : read_geometry_file
-   use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_driver_checkpointing, only : load_checkpoint
    use rockdda_driver_model_input, only : model_input_type, read_model, recognise_file
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_file_list, only : list_files
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : argument_type, say
    use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
@@ -67,49 +67,6 @@ contains
       call summarise(line, files, kinds, messages, error, exit_code, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
-
-   !> The files to check: those named, folders replaced by the model files in them.
-   subroutine list_files(line, files, messages, error)
-      type(command_line_type), intent(in) :: line
-      type(argument_type), allocatable, intent(out) :: files(:)
-      type(diagnostics_type), intent(inout) :: messages
-      type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: problem
-      character(len=:), allocatable :: model, analysis, config
-      integer :: i
-      allocate (files(0))
-      if (size(line%files) == 0) then
-         call make_error(error, error_code%input, "'rockdda check' needs at least one file; see 'rockdda check --help'")
-         return
-      end if
-      do i = 1, size(line%files)
-         if (get_path_kind(line%files(i)%text) /= path_kind%directory) then
-            call add(line%files(i)%text)
-            cycle
-         end if
-         call find_model_files(line%files(i)%text, model, analysis, config, problem)
-         if (allocated(problem)) then
-            call messages%add_error(problem)
-         else
-            call add(model)
-            call add(analysis)
-            if (allocated(config)) call add(config)
-         end if
-      end do
-
-   contains
-
-      !> One more file.
-      subroutine add(path)
-         character(len=*), intent(in) :: path
-         type(argument_type), allocatable :: more(:)
-         allocate (more(size(files) + 1))
-         more(1:size(files)) = files
-         more(size(more))%text = path
-         call move_alloc(more, files)
-      end subroutine add
-
-   end subroutine list_files
 
    !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file?
    pure logical function is_model_run(kinds)
@@ -186,6 +143,9 @@ contains
          call read_results_info(path, results, error)
       case (8)
          call check_checkpoint(path, messages, error)
+      case (6)
+         origin%file = path
+         call messages%add(severity%error, ddaml_advice, origin)
       case default
          origin%file = path
          call messages%add(severity%error, 'this version cannot check this file, it is of the kind: '// &

@@ -2,7 +2,7 @@
 !> rockdda info: what files hold.
 module rockdda_app_command_info
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
@@ -18,15 +18,16 @@ module rockdda_app_command_info
    use rockdda_io_geometry_file, only : read_geometry_file
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
-   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_io_source, only : source_type, read_source
    use rockdda_driver_model_input, only : model_input_type, recognise_file, read_blocks, count_points
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_facts, only : facts_type
+   use rockdda_app_file_list, only : list_files
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : say
+   use rockdda_app_process, only : argument_type, say
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none
    private
@@ -40,20 +41,21 @@ contains
       integer, intent(out) :: exit_code
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
+      type(argument_type), allocatable :: files(:)
       type(facts_type), allocatable :: facts(:)
       type(json_type) :: json
       integer :: i, points(2)
       logical :: ok, printed
 
-      if (size(line%files) == 0) then
-         call make_error(error, error_code%input, "'rockdda info' needs at least one file; see 'rockdda info --help'")
+      call list_files(line, files, messages, error)
+      if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
          return
       end if
-      allocate (facts(size(line%files)))
-      call find_points(line, points)
-      do i = 1, size(line%files)
-         call describe_file(line, line%files(i)%text, points, facts(i), messages)
+      allocate (facts(size(files)))
+      call find_points(files, points)
+      do i = 1, size(files)
+         call describe_file(line, files(i)%text, points, facts(i), messages)
       end do
       exit_code = merge(error_code%input, 0, messages%has_errors())
       call show_messages(messages, merge(severity%error, severity%warning, line%quiet))
@@ -78,22 +80,22 @@ contains
 
    !> Fixed and loading points of the first model among the files, which the reader of an analysis file may need;
    !> -1 when there is none.
-   subroutine find_points(line, points)
-      type(command_line_type), intent(in) :: line
+   subroutine find_points(files, points)
+      type(argument_type), intent(in) :: files(:)
       integer, intent(out) :: points(2)
       type(model_input_type) :: input
       type(diagnostics_type) :: told_later
       type(error_type), allocatable :: error
-      integer :: kinds(size(line%files)), i
+      integer :: kinds(size(files)), i
       logical :: ok
       points = -1
       do i = 1, size(kinds)
-         call recognise_file(line%files(i)%text, kinds(i), told_later, ok)
+         call recognise_file(files(i)%text, kinds(i), told_later, ok)
       end do
       if (count(kinds == file_kind%analysis) == 0) return
       do i = 1, size(kinds)
          if (kinds(i) /= file_kind%geometry .and. kinds(i) /= file_kind%blocks) cycle
-         input%model_file = line%files(i)%text
+         input%model_file = files(i)%text
          input%model_kind = kinds(i)
          call read_blocks(input, told_later, error)
          call count_points(input, points(1), points(2))
@@ -123,6 +125,9 @@ contains
       case (5); call describe_statistics(path, facts, messages)
       case (7); call describe_results(path, facts, messages)
       case (8); call describe_checkpoint(path, facts, messages)
+      case (6)
+         origin%file = path
+         call messages%add(severity%warning, ddaml_advice, origin)
       case default
          origin%file = path
          call messages%add(severity%warning, 'this version says no more about a file of this kind: '//kind_name(kind), &

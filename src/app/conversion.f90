@@ -6,7 +6,7 @@ module rockdda_app_conversion
    use rockdda_base_strings, only : to_string
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : kind_name
+   use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_driver_model_input, only : recognise_file, stem_of
    use rockdda_app_arguments, only : command_line_type
    implicit none
@@ -36,8 +36,12 @@ contains
       if (.not. ok) return
       if (kind /= wanted) then
          origin%file = line%files(1)%text
-         call messages%add(severity%error, 'expected a '//kind_name(wanted)//', this is of the kind: '// &
-                           kind_name(kind), origin)
+         if (kind == file_kind%ddaml) then
+            call messages%add(severity%error, ddaml_advice, origin)
+         else
+            call messages%add(severity%error, 'expected a '//kind_name(wanted)//', this is of the kind: '// &
+                              kind_name(kind), origin)
+         end if
          return
       end if
       if (len(output) == 0) output = stem_of(line%files(1)%text)//ending

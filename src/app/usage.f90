@@ -166,13 +166,15 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda info FILE… [OPTION…]'//nl// &
              nl// &
-             'Says what geometry, analysis, namelist, block, result and checkpoint files hold.'//nl// &
+             'Says what geometry, analysis, namelist, block, result and checkpoint files hold (or those of the'//nl// &
+             'model in a folder).'//nl// &
              nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
              '  rockdda info slope.dc slope.df'//nl// &
-             '  rockdda info slope.h5 --json'
+             '  rockdda info slope.h5 --json'//nl// &
+             '  rockdda info inputs/incline'
    end function info_text
 
    pure function common_text() result(text)

@@ -18,7 +18,7 @@ module rockdda_driver_model_input
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_file, only : read_options_source
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : recognise, file_kind, kind_name
+   use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
    implicit none
@@ -99,8 +99,7 @@ contains
          type(origin_type) :: origin
          origin%file = path
          if (kind == file_kind%ddaml) then
-            call messages%add(severity%error, "this is a DDAML (XML) file; convert it first with 'rockdda-post "// &
-                              "convert'", origin)
+            call messages%add(severity%error, ddaml_advice, origin)
          else
             call messages%add(severity%error, &
                               'expected '//expected//', found '//with_article(kind_name(kind)), origin)

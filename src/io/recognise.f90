@@ -16,7 +16,7 @@ module rockdda_io_recognise
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
    private
-   public :: file_kind, recognise, kind_name, kind_of_ending
+   public :: file_kind, recognise, kind_name, kind_of_ending, ddaml_advice
 
    type :: file_kind_enum
       integer :: unknown = 0
@@ -30,6 +30,9 @@ module rockdda_io_recognise
       integer :: checkpoint = 8   !! of a run
    end type file_kind_enum
    type(file_kind_enum), parameter :: file_kind = file_kind_enum()
+   !> What to do with a file of DDA for Windows.
+   character(len=*), parameter :: ddaml_advice = &
+      "this is a DDAML (XML) file; convert it first with 'rockdda-post convert'"
 
 contains
 

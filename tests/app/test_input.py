@@ -149,6 +149,16 @@ class Info(ProgramTest):
         text = self.run_program("info", "block.dc").out
         self.assertIn("\n  loading points          1\n", text)
 
+    def test_folder(self):
+        outcome = self.run_program("info", ".", "--json")
+        self.assertEqual(outcome.code, 0)
+        kinds = {Path(f["file"]).name: f["kind"] for f in outcome.json["files"]}
+        self.assertEqual(kinds, {"block.dc": "geometry file", "block.df": "analysis file"})
+        self.path("block.df").unlink()
+        outcome = self.run_program("info", ".")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("found 1 geometry or block file (block.dc), no analysis file", outcome.err)
+
     def test_missing_file(self):
         outcome = self.run_program("info", "absent.dc")
         self.assertFails(outcome, 2, "absent.dc: error: no such file")
@@ -218,11 +228,12 @@ class BadInput(ProgramTest):
 
     def test_ddaml(self):
         self.write("block.dc", "<?xml version='1.0'?>\n<DDA></DDA>\n")
-        self.assertFails(
-            self.run_program("run", "block.dc", "block.df"),
-            2,
-            "block.dc: error: this is a DDAML (XML) file; convert it first with 'rockdda-post convert'",
-        )
+        advice = "this is a DDAML (XML) file; convert it first with 'rockdda-post convert'"
+        self.assertFails(self.run_program("run", "block.dc", "block.df"), 2, "block.dc: error: " + advice)
+        for command in ("check", "cut", "lines"):
+            self.assertFails(self.run_program(command, "block.dc"), 2, "block.dc: error: " + advice)
+        outcome = self.run_program("info", "block.dc")
+        self.assertEqual((outcome.code, outcome.err), (0, f"block.dc: warning: {advice}\n"))
 
     def test_text_for_a_number(self):
         self.check(

@@ -1,0 +1,60 @@
+! SPDX-License-Identifier: MIT
+!> The files of a command that takes any number of them.
+module rockdda_app_file_list
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_io_model_folder, only : find_model_files
+   use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_process, only : argument_type
+   implicit none
+   private
+   public :: list_files
+
+contains
+
+   !> The files that are named, folders replaced by the model files in them.
+   subroutine list_files(line, files, messages, error)
+      type(command_line_type), intent(in) :: line
+      type(argument_type), allocatable, intent(out) :: files(:)
+      type(diagnostics_type), intent(inout) :: messages     !! of folders that hold no model
+      type(error_type), allocatable, intent(out) :: error   !! when no file is named
+      type(error_type), allocatable :: problem
+      character(len=:), allocatable :: model, analysis, config
+      integer :: i
+      allocate (files(0))
+      if (size(line%files) == 0) then
+         call make_error(error, error_code%input, "'rockdda "//line%command// &
+                         "' needs at least one file; see 'rockdda "//line%command//" --help'")
+         return
+      end if
+      do i = 1, size(line%files)
+         if (get_path_kind(line%files(i)%text) /= path_kind%directory) then
+            call add(line%files(i)%text)
+            cycle
+         end if
+         call find_model_files(line%files(i)%text, model, analysis, config, problem)
+         if (allocated(problem)) then
+            call messages%add_error(problem)
+         else
+            call add(model)
+            call add(analysis)
+            if (allocated(config)) call add(config)
+         end if
+      end do
+
+   contains
+
+      !> One more file.
+      subroutine add(path)
+         character(len=*), intent(in) :: path
+         type(argument_type), allocatable :: more(:)
+         allocate (more(size(files) + 1))
+         more(1:size(files)) = files
+         more(size(more))%text = path
+         call move_alloc(more, files)
+      end subroutine add
+
+   end subroutine list_files
+
+end module rockdda_app_file_list
