@@ -32,6 +32,12 @@ def test_same_file_as_the_program(program, tmp_path, name):
     assert again.report.area_difference == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", ["tunnel", "slope", "survey"])
+def test_the_points_of_the_shipped_networks_lie_in_rock(name):
+    network = rockdda.lines(INPUTS / f"{name}.dl")
+    assert len(network.cut().measured_points) == len(network.measured)
+
+
 def test_lattice_from_a_mapping():
     network = rockdda.lines(LATTICE)
     assert network.n_boundary == 4
