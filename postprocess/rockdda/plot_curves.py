@@ -263,6 +263,7 @@ def iterations(
     """
     import matplotlib.pyplot as plt
     from matplotlib.ticker import MaxNLocator
+    from matplotlib.transforms import ScaledTranslation
 
     units = Units.parse(units)
     table = results.history()
@@ -274,19 +275,33 @@ def iterations(
             panels = np.asarray(axes)
         panels[0].step(step, table["dt"], where="mid", color=PALETTE[0])
         panels[0].set_ylabel(units.label("time step", "time"))
-        panels[0].set_ylim(bottom=0)
+        panels[0].set_ylim(0, 1.08 * float(table["dt"].max()) if len(table) else 1.0)
         nice_ticks(panels[0].yaxis, 4)
         panels[1].step(step, table["open_close_iterations"], where="mid", label="open–close rounds", color=PALETTE[1])
         panels[1].step(step, table["attempts"], where="mid", label="attempts", color=PALETTE[2], ls=(0, (4, 1.5)))
+        lines = list(panels[1].lines)
+        place = panels[1].transAxes
         if table["solver_iterations"].any():
             beside = panels[1].twinx()
-            beside.step(step, table["solver_iterations"], where="mid", color=PALETTE[3], lw=0.8)
-            beside.set_ylabel("solver iterations", color=PALETTE[3])
-            beside.spines.right.set_visible(True)
+            lines += beside.step(
+                step,
+                table["solver_iterations"],
+                where="mid",
+                label="solver iterations (right)",
+                color=PALETTE[3],
+                lw=0.8,
+            )
+            beside.set_ylim(bottom=0)
+            beside.tick_params(axis="y", colors=PALETTE[3])
+            beside.spines.right.set(visible=True, color=PALETTE[3])
+            nice_ticks(beside.yaxis, 4)
+            place += ScaledTranslation(0.4, 0, panels[1].figure.dpi_scale_trans)  # behind the numbers of that axis
         panels[1].set_ylabel("number")
         panels[1].set_ylim(bottom=0)
         panels[1].yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        _legend(panels[1])
+        panels[1].legend(
+            handles=lines, loc="upper left", bbox_to_anchor=(1.01, 1.03), bbox_transform=place, handlelength=2.2
+        )
         names = ("locked", "sliding", "open")
         colours = [STATES[name] for name in names]
         panels[2].stackplot(step, *(table[name] for name in names), labels=names, colors=colours, linewidth=0)

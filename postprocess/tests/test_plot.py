@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
+from places import INPUTS
 from rockdda import plot as pictures
 from rockdda.plot_style import STATES, Units, limits_of, style
 from synthetic import write_wall
@@ -176,6 +177,20 @@ def test_iterations(wall):
     panels = pictures.iterations(wall)
     np.testing.assert_array_equal(panels[1].lines[0].get_ydata(), wall["history/open_close_iterations"])
     assert len(panels[2].collections) == 3
+    assert panels[0].get_ylim()[1] > 1.05 * wall["history/dt"].max()  # the line is not on the frame
+
+
+@pytest.mark.usefixtures("native")
+def test_iterations_of_a_solver_stand_clear_of_the_legend(tmp_path):
+    results = rockdda.run(INPUTS / "flat_arch", solver="pcg", steps=3, output=tmp_path / "pcg.h5")
+    panels = pictures.iterations(results)
+    figure = panels[1].figure
+    figure.canvas.draw()
+    (beside,) = [axes for axes in figure.axes if axes not in panels]
+    legend = panels[1].get_legend()
+    assert [text.get_text() for text in legend.get_texts()][-1] == "solver iterations (right)"
+    numbers = [text.get_window_extent() for text in beside.get_yticklabels()]
+    assert max(box.x1 for box in numbers) < legend.get_window_extent().x0
 
 
 def test_small_multiples_share_one_scale(wall, flat_arch):
