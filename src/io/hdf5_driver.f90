@@ -11,7 +11,7 @@ module rockdda_io_hdf5_driver
    implicit none
    private
    public :: use_driver, use_driver_for_trial, walk, commit_pieces, sync_pieces, drop_pieces, begin_undo, &
-      roll_back, undo_path, digest_length
+      check_undo, roll_back, undo_path, digest_length
 
    !> Bytes of a digest (SHA-256).
    integer, parameter :: digest_length = 32
@@ -54,6 +54,12 @@ module rockdda_io_hdf5_driver
          integer(c_int64_t), value :: file
          character(kind=c_char), intent(in) :: path(*), digest(*)
       end function c_keep_undo
+
+      integer(c_int) function c_undo_is_whole(undo, digest, whole) bind(C, name='rockdda_undo_is_whole')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: undo(*), digest(*)
+         integer(c_int), intent(out) :: whole
+      end function c_undo_is_whole
 
       integer(c_int) function c_roll_back(results, undo, digest, done) bind(C, name='rockdda_undo_roll_back')
          import :: c_char, c_int
@@ -127,6 +133,21 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call explain(c_keep_undo(int(file, c_int64_t), path//c_null_char, digest), path, error)
    end subroutine begin_undo
+
+   !> An error (code input) when the undo file of that checkpoint has been damaged or cut off.
+   subroutine check_undo(results, digest, error)
+      character(len=*), intent(in) :: results
+      character(len=digest_length), intent(in) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: status, whole
+      status = c_undo_is_whole(undo_path(results)//c_null_char, digest, whole)
+      if (status /= 0) then
+         call make_error(error, error_code%input, undo_path(results)//': error: '//errno_text(status))
+      else if (whole == 0) then
+         call make_error(error, error_code%input, undo_path(results)// &
+                         ': error: this file is damaged, and without it the results do not lead back to the checkpoint')
+      end if
+   end subroutine check_undo
 
    !> Put a results file that nobody has open back to the state of the checkpoint with this digest. Nothing happens
    !> when there is no undo file of that checkpoint.

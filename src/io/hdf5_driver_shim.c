@@ -13,9 +13,11 @@
  * The undo file holds the pages of the results that have changed since the last checkpoint, as they were then. It
  * reaches the disk before the results are changed, so that they can be put back exactly, whatever ended the run:
  *
- *   header  "RDDAUNDO", length of the results then (8 bytes), digest of the checkpoint (32), check sum (8)
+ *   header  "RDDAUND2", length of the results then (8 bytes), digest of the checkpoint (32), check sum (8)
+ *   count   number of the finished records (8), check sum (8)
  *   record  number of the page (8), check sum (8), the page (4096)          as many as were saved
  *
+ * Records behind those that are counted may be unfinished: the results were not changed after them.
  * Numbers are little endian or as the machine has them: an undo file is for the machine that wrote it. */
 #define _GNU_SOURCE
 #include "hdf5_driver_shim.h"

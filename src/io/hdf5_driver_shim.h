@@ -11,10 +11,14 @@ enum { ROCKDDA_PAGE = 4096, ROCKDDA_DIGEST = 32 };
 typedef struct {
    int fd;               /* -1: no undo file is kept */
    uint64_t length;      /* of the results at the checkpoint */
+   uint64_t count;       /* finished records */
    unsigned char *saved; /* one bit for each page */
    unsigned char *waiting;
    size_t n_waiting, room;
 } rockdda_undo_t;
+
+/* Can the undo file of that checkpoint be trusted? One that is missing, or of another checkpoint, is not needed. */
+int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *whole);
 
 /* Continue the undo file of this checkpoint, or begin one whose state is the present one. */
 int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned char *digest, uint64_t length);

@@ -13,7 +13,7 @@ module rockdda_io_results
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_hdf5_driver, only : undo_path, roll_back, digest_length
+   use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_results_check, only : check_results, cut_tables, total_of_model
@@ -393,7 +393,9 @@ contains
       call self%lock%reopen(path, error)
       if (allocated(error)) return
       call self%add_tables(blocks)
-      call check_results(path, self%lock, digest, header, rows, lengths(rows), record, self%series, error)
+      call check_undo(path, digest, error)
+      if (.not. allocated(error)) call check_results(path, self%lock, digest, header, rows, lengths(rows), record, &
+                                                     self%series, error)
       if (.not. allocated(error)) call roll_back(path, digest, put_back, error)
       if (.not. allocated(error)) call self%file%open(path, .true., error)
       if (.not. allocated(error)) call self%keep_undo(digest, error)

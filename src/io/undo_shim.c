@@ -9,8 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HEADER = 8 + 8 + ROCKDDA_DIGEST + 8, RECORD = 8 + 8 + ROCKDDA_PAGE };
-static const char magic[9] = "RDDAUNDO";
+enum { COUNT = 8 + 8 + ROCKDDA_DIGEST + 8, HEADER = COUNT + 8 + 8, RECORD = 8 + 8 + ROCKDDA_PAGE };
+static const char magic[9] = "RDDAUND2";
 
 int rockdda_read_at(int fd, unsigned char *bytes, size_t n, uint64_t addr)
 {
@@ -75,15 +75,27 @@ static uint64_t pages_of(uint64_t length)
    return (length + ROCKDDA_PAGE - 1) / ROCKDDA_PAGE;
 }
 
+/* Is the fixed part of a header that of an undo file, with no byte wrong? */
+static int is_header(const unsigned char *header)
+{
+   return memcmp(header, magic, 8) == 0 && get_number(header + COUNT - 8) == check_sum(header, COUNT - 8, start_sum);
+}
+
 /* Is this the undo file of that checkpoint? Its length of the results. */
 static int is_of(int fd, const unsigned char *digest, uint64_t *length)
 {
    unsigned char header[HEADER];
    if (rockdda_read_at(fd, header, HEADER, 0) != 0) return 0;
-   if (memcmp(header, magic, 8) != 0 || memcmp(header + 16, digest, ROCKDDA_DIGEST) != 0) return 0;
-   if (get_number(header + HEADER - 8) != check_sum(header, HEADER - 8, start_sum)) return 0;
+   if (!is_header(header) || memcmp(header + 16, digest, ROCKDDA_DIGEST) != 0) return 0;
    *length = get_number(header + 8);
    return 1;
+}
+
+/* The number of finished records with its check sum. */
+static void put_count(unsigned char *place, uint64_t count)
+{
+   put_number(place, count);
+   put_number(place + 8, check_sum(place, 8, start_sum));
 }
 
 /* Read record k. 1: there is one; 0: the end, or a record that was not finished (then nothing was changed after it). */
@@ -94,6 +106,34 @@ static int read_record(int fd, uint64_t k, unsigned char *record)
    if (fstat(fd, &info) != 0 || place + RECORD > (uint64_t)info.st_size) return 0;
    if (rockdda_read_at(fd, record, RECORD, place) != 0) return 0;
    return get_number(record + 8) == check_sum(record + 16, ROCKDDA_PAGE, check_sum(record, 8, start_sum));
+}
+
+int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *whole)
+{
+   static const unsigned char zeros[HEADER] = {0};
+   unsigned char header[HEADER], record[RECORD];
+   struct stat info;
+   uint64_t k = 0;
+   int fd = open(path, O_RDONLY | O_CLOEXEC), problem = 0;
+   *whole = 1;
+   if (fd < 0) return errno == ENOENT ? 0 : errno;
+   if (fstat(fd, &info) != 0) problem = errno;
+   if (!problem) problem = rockdda_read_at(fd, header, HEADER, 0);
+   if (problem) {
+      close(fd);
+      return problem;
+   }
+   if (!is_header(header)) {
+      /* it reached the disk before the first record was finished: not there after a crash of the machine, or spoiled */
+      *whole = info.st_size <= HEADER || memcmp(header, zeros, HEADER) == 0;
+   } else if (memcmp(header + 16, digest, ROCKDDA_DIGEST) == 0) {
+      if (get_number(header + COUNT + 8) != check_sum(header + COUNT, 8, start_sum))
+         *whole = 0;
+      else
+         while (*whole && k < get_number(header + COUNT)) *whole = read_record(fd, k++, record);
+   }
+   close(fd);
+   return 0;
 }
 
 int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned char *digest, uint64_t length)
@@ -113,11 +153,14 @@ int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned cha
          if (page < pages_of(undo->length)) undo->saved[page / 8] |= (unsigned char)(1 << (page % 8));
       }
       if (ftruncate(undo->fd, (off_t)(HEADER + k * RECORD)) != 0) problem = errno;
+      undo->count = k;
    } else if (!problem) {
       memcpy(header, magic, 8);
       put_number(header + 8, length);
       memcpy(header + 16, digest, ROCKDDA_DIGEST);
-      put_number(header + HEADER - 8, check_sum(header, HEADER - 8, start_sum));
+      put_number(header + COUNT - 8, check_sum(header, COUNT - 8, start_sum));
+      put_count(header + COUNT, 0);
+      undo->count = 0;
       if (ftruncate(undo->fd, 0) != 0) problem = errno;
       if (!problem) problem = rockdda_write_at(undo->fd, header, HEADER, 0);
    }
@@ -153,6 +196,7 @@ int rockdda_undo_save(rockdda_undo_t *undo, int fd, uint64_t addr, size_t size)
 
 int rockdda_undo_flush(rockdda_undo_t *undo)
 {
+   unsigned char count[16];
    off_t end;
    int problem;
    if (undo->fd < 0 || undo->n_waiting == 0) return 0;
@@ -160,8 +204,18 @@ int rockdda_undo_flush(rockdda_undo_t *undo)
    if (end < 0) return errno;
    problem = rockdda_write_at(undo->fd, undo->waiting, undo->n_waiting, (uint64_t)end);
    if (!problem && fdatasync(undo->fd) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP) problem = errno;
-   if (!problem) undo->n_waiting = 0;
-   else if (ftruncate(undo->fd, end) != 0) errno = 0; /* what is left of it is no record */
+   if (!problem) {
+      /* From here on a record that is missing or wrong has been spoiled by somebody. Where this number does not reach
+       * the disk before a crash of the machine it is too small, which does no harm. */
+      put_count(count, undo->count + undo->n_waiting / RECORD);
+      problem = rockdda_write_at(undo->fd, count, sizeof count, COUNT);
+   }
+   if (!problem) {
+      undo->count += undo->n_waiting / RECORD;
+      undo->n_waiting = 0;
+   } else if (ftruncate(undo->fd, end) != 0) {
+      errno = 0; /* what is left of it is no record */
+   }
    return problem;
 }
 

@@ -399,8 +399,8 @@ class DamagedResults(ResumeTest):
             self.assertEqual(outcome.code, 2, outcome.err)
         self.assertLess(child_seconds() - start, 8)
 
-    def test_damage_while_an_undo_file_waits(self):
-        """After a kill the results are put back in memory first: refused, they are as the kill left them."""
+    def kill_a_run(self):
+        """What a kill leaves when there are pages in the undo file: length of the results at the checkpoint, pages."""
         process = self.start_program(*BLOCK, "--steps", "100000000", "--quiet", "--force", "--checkpoint-every", "0.1")
         deadline = time.monotonic() + PATIENCE
         saved: set[int] = set()
@@ -413,16 +413,21 @@ class DamagedResults(ResumeTest):
             os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
             content = undo.read_bytes() if undo.exists() else b""
             length = int.from_bytes(content[8:16], "little")
-            # a header of 56 bytes, records of 8 + 8 + 4096
-            saved = {int.from_bytes(content[k : k + 8], "little") for k in range(56, len(content) - 4111, 4112)}
+            # a header of 72 bytes, records of 8 + 8 + 4096
+            saved = {int.from_bytes(content[k : k + 8], "little") for k in range(72, len(content) - 4111, 4112)}
             if saved and length > 200000:
                 break
             process.send_signal(signal.SIGCONT)
         process.kill()
         process.communicate()
-        good = {path.name: path.read_bytes() for path in self.folder.glob("block.*")}
         self.assertTrue(saved)
         self.assertGreater(length, 200000)
+        return length, saved
+
+    def test_damage_while_an_undo_file_waits(self):
+        """After a kill the results are put back in memory first: refused, they are as the kill left them."""
+        length, saved = self.kill_a_run()
+        good = {path.name: path.read_bytes() for path in self.folder.glob("block.*")}
         # a page in the undo file is put back whatever is wrong with it: spoil all others
         damaged = bytearray(good["block.h5"])
         for page in set(range(length // 4096)) - saved:
@@ -442,6 +447,34 @@ class DamagedResults(ResumeTest):
         # the file as the kill left it is good
         self.write("block.h5", good["block.h5"])
         self.good("resume", "block.ckpt.h5", "--steps", "1", "--quiet")
+
+    def test_damaged_undo_file(self):
+        """Pages that are not put back would leave an index that belongs to other data."""
+        self.kill_a_run()
+        good = {path.name: path.read_bytes() for path in self.folder.glob("block.*")}
+        undo = good["block.h5.undo"]
+        message = (
+            "block.h5.undo: error: this file is damaged, and without it the results do not lead back to the checkpoint"
+        )
+        generator = random.Random(5)
+        places = [0, 8, 16, 48, 56, 64, 72, 80, 88, len(undo) - 1, *(generator.randrange(len(undo)) for _ in range(10))]
+        for place in places:
+            with self.subTest(place=place):
+                damaged = bytearray(undo)
+                damaged[place] ^= 1 << generator.randrange(8)
+                self.write("block.h5.undo", bytes(damaged))
+                self.refused(message, "block.ckpt.h5")
+        for length in (73, len(undo) - 4112, len(undo) - 1):
+            self.write("block.h5.undo", undo[:length])
+            self.refused(message, "block.ckpt.h5")
+        self.write("block.h5.undo", b"something else" * 100)
+        self.refused(message, "block.ckpt.h5")
+        # of an unfinished record nothing is needed, and after a crash of the machine there may be zeros only
+        for ending in (b"x", bytes(4112), b"x" * 9000):
+            for name, content in good.items():
+                self.write(name, content)
+            self.write("block.h5.undo", undo + ending)
+            self.good("resume", "block.ckpt.h5", "--steps", "1", "--quiet")
 
 
 class Interrupted(ResumeTest):
