@@ -8,7 +8,7 @@
 # MODEL is a folder with a geometry or block file, an analysis file and at most one .nml. Five minutes before the limit
 # Slurm sends USR1; rockdda ends its step, writes a checkpoint and leaves with code 4; the job is put back into the
 # queue and goes on where it stopped. Started once more, by hand or after a crash of the node, it goes on too, or says
-# that the run is done.
+# that the run is done. Cancelled (SIGTERM), it ends in the same order and stays out of the queue.
 #
 # With $SCRATCH_DIR set the run works in a folder there, and the results are copied back when it ends, however it ends.
 #
@@ -67,17 +67,32 @@ else
 fi
 
 say "${command[*]}"
-srun "${command[@]}" --quiet --json >"$stem.json.part"
-code=$?
+srun "${command[@]}" --quiet --json >"$stem.json.part" &
+run=$!
+# A job that is cancelled gets SIGTERM as a whole, this script too: stay until the run has written its checkpoint.
+trap 'signalled=yes; kill -TERM "$run" 2>/dev/null' TERM INT HUP
+signalled=yes
+while [ -n "$signalled" ]; do
+  signalled=
+  wait "$run"
+  code=$?
+done
 mv -- "$stem.json.part" "$stem.json"
 if [ "$work" != "$stem" ]; then
   copy "$work" "$stem" || { say "cannot copy the results back; they are left in $folder"; trap - EXIT; exit 5; }
 fi
 fact() { sed -n 's/.*"'"$1"'": \([0-9]*\)[,}].*/\1/p' "$stem.json"; }
+reason() { sed -n 's/.*"exit_reason": "\([^"]*\)".*/\1/p' "$stem.json"; }
 
 case $code in
   0) say "done after $(fact steps) steps" ;;
-  4)
+  4 | 138) # 128 + SIGUSR1: the time was over before the run could begin
+    case $(reason) in
+      *SIGTERM | *SIGINT | *SIGHUP)
+        say "cancelled ($(reason)) after step $(fact steps); start the job again to go on"
+        exit 4
+        ;;
+    esac
     if [ "$(fact steps)" = "$(fact first_step)" ]; then
       say "stopped before a single step was done: a longer --time is needed"
       exit 4

@@ -21,12 +21,14 @@ pytestmark = pytest.mark.skipif(not PROGRAM.exists(), reason="the program is not
 STEPS = 8000
 OPTIONS = ["--steps", str(STEPS), "--save-every", "700"]
 
-# srun starts the program and sends USR1 when the time of the job is nearly over, or kills it as a crash would; the
-# clock starts when the program has got ready for signals, for a crash when there is something to go on from
+# srun starts the program and sends USR1 when the time of the job is nearly over, or kills it as a crash would, or sends
+# TERM to all of the job as scancel does (CANCEL); the clock starts when the program has got ready for signals, for a
+# crash when there is something to go on from. Signals for srun are handed on to the program.
 SRUN = """\
 #!/usr/bin/env bash
 "$@" &
 program=$!
+trap 'signalled=yes; kill -TERM $program' TERM
 is_ready() {
   if [ "${SIGNAL:-USR1}" = KILL ]; then
     ls -l "/proc/$program/fd" | grep -q '[.]undo$'
@@ -37,11 +39,18 @@ is_ready() {
 (
   until is_ready; do sleep 0.02; done
   sleep "$LIMIT"
-  kill -"${SIGNAL:-USR1}" $program
+  case ${SIGNAL:-USR1} in
+    CANCEL) kill -TERM $program $PPID ;;
+    *) kill -"${SIGNAL:-USR1}" $program ;;
+  esac
 ) >/dev/null 2>&1 &
 clock=$!
-wait $program
-code=$?
+signalled=yes
+while [ -n "$signalled" ]; do
+  signalled=
+  wait $program
+  code=$?
+done
 kill $clock 2>/dev/null
 exit $code
 """
@@ -152,6 +161,34 @@ def test_job_goes_on_after_a_crash(cluster, scratch):
     assert differences(cluster.whole("one"), cluster.folder / "results/one.h5") == []
     names = sorted(path.name for path in (cluster.folder / "results").iterdir())
     assert names == ["one.ckpt.h5", "one.h5", "one.json", "one.log"]
+
+
+@pytest.mark.parametrize("scratch", [False, True])
+def test_job_that_is_cancelled(cluster, scratch):
+    more = {"SCRATCH_DIR": os.fspath(cluster.folder)} if scratch else {}
+    options = ["--steps", "100000000", "--save-every", "700"]
+    outcome = cluster.submit("job.sh", "models/one", "results/one.h5", *options, LIMIT="0.1", SIGNAL="CANCEL", **more)
+    assert outcome.returncode == 4, outcome.stderr + outcome.stdout
+    assert "cancelled (signal SIGTERM) after step " in outcome.stdout
+    assert cluster.requeued() == []
+    results = cluster.folder / "results"
+    assert sorted(path.name for path in results.iterdir()) == ["one.ckpt.h5", "one.h5", "one.json", "one.log"]
+    assert not list(cluster.folder.glob("rockdda-*")), "the scratch folder is gone"
+    # submitted again it goes on
+    steps = json.loads((results / "one.json").read_text())["steps"]
+    cluster.submit("job.sh", "models/one", "results/one.h5", *options, LIMIT="0.1", SIGNAL="CANCEL", **more)
+    assert json.loads((results / "one.json").read_text())["first_step"] == steps
+
+
+def test_time_that_is_over_before_the_run_can_begin(cluster):
+    # srun's stand-in for the program: it gets the signal while it still reads its model
+    slow = cluster.folder / "bin" / "slow"
+    slow.write_text("#!/usr/bin/env bash\nkill -USR1 $$\n")
+    slow.chmod(0o755)
+    outcome = cluster.submit("job.sh", "models/one", "one.h5", ROCKDDA=os.fspath(slow))
+    assert outcome.returncode == 4
+    assert "a longer --time is needed" in outcome.stdout
+    assert cluster.requeued() == []
 
 
 def test_job_begins_again_when_nothing_is_lost_by_it(cluster):
