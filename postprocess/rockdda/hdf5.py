@@ -151,6 +151,10 @@ class GrowingFile:
         """Another one: another file has taken its place."""
         return self._state[1] if self._state is not None else 0
 
+    def has_changed(self) -> bool:
+        """Since it was first used, or last forgotten?"""
+        return self._state is not None and self._state != _state_of(self.path)
+
     def forget(self) -> None:
         """Look at the file afresh."""
         self._drop()

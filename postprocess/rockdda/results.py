@@ -75,6 +75,7 @@ class Results:
         self._attributes: dict[str, Any] = {}
         self._run: tuple[Any, int] | None = None
         self._n_steps = self._n_frames = 0
+        self._last_frame = -1  # its step
         check_signature(self.path)
         self._read_sizes()
 
@@ -109,7 +110,7 @@ class Results:
     def _read_sizes(self) -> None:
         self._source.forget()
 
-        def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int]:
+        def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int, int]:
             attributes = {name: plain(value) for name, value in file.attrs.items()}
             check_format(self.path, attributes)
             for group, names in (("model", MODEL_TABLES), ("history", HISTORY_TABLES), ("frames", FRAME_TABLES)):
@@ -125,10 +126,14 @@ class Results:
                 frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
             # a reader may come while the last rows are written: no frame without its history
             last = int(file["history/step"][steps - 1]) if steps > 0 else 0
-            frames = int(np.searchsorted(file["frames/step"][:frames], last, side="right"))
-            return attributes, steps, frames, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
+            kept = file["frames/step"][:frames]
+            frames = int(np.searchsorted(kept, last, side="right"))
+            last = int(kept[frames - 1]) if frames > 0 else -1
+            return attributes, steps, frames, last, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
 
-        attributes, self._n_steps, self._n_frames, self._n_blocks, self._n_vertices = self._source.use(read)
+        attributes, self._n_steps, self._n_frames, self._last_frame, self._n_blocks, self._n_vertices = (
+            self._source.use(read)
+        )
         self._source.complete = bool(attributes.get("complete", 0))
         run = (attributes.get("created"), self._source.inode)
         if run != self._run:  # the file of another run has taken the place of the older one
@@ -237,7 +242,20 @@ class Results:
         if length is not None and start + len(rows) < min(length, stop):
             message = f"{path} has lost rows since the file was opened: refresh() takes in what is left"
             raise InputError(message, self.path)
+        if path.startswith("frames/") and (length is None or start < length <= stop):
+            self._check_last_frame()
         return rows
+
+    def _check_last_frame(self) -> None:
+        """The frame with which a run ended is no frame of its plan: it goes when the run goes on."""
+        if self._n_frames == 0 or self.exit_reason == "running" or not self._source.has_changed():
+            return
+        step = self._source.rows("frames/step", self._n_frames - 1, self._n_frames)
+        if len(step) == 0 or step[0] != self._last_frame:
+            message = (
+                "the run has gone on since it was opened, without its last frame: refresh() takes in what is there"
+            )
+            raise InputError(message, self.path)
 
     def _no_such_array(self, path: str) -> KeyError:
         return KeyError(f"{self.path} has no array {path!r}; it has: {', '.join(self.keys())}")

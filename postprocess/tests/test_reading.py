@@ -338,6 +338,48 @@ def test_a_file_that_never_rests_is_said(flat_arch, tmp_path, monkeypatch):
         _ = results["history/energy"]
 
 
+def test_a_run_that_goes_on_after_its_end(program, tmp_path):
+    """Its last frame goes: a view that still shows it says so, and does not take another frame for it."""
+    run = [
+        program,
+        "run",
+        INPUTS / "free_fall",
+        "-o",
+        tmp_path / "x.h5",
+        "--steps",
+        "7",
+        "--save-every",
+        "5",
+        "--quiet",
+    ]
+    subprocess.run(run, check=True, capture_output=True)
+    results = rockdda.open(tmp_path / "x.h5")
+    assert results.steps.tolist() == [0, 5, 7]
+    first = results.frames[0].polygons()[0]
+    resume = [program, "resume", tmp_path / "x.ckpt.h5", "--quiet", "--steps"]
+    # 9 is the last frame of that, then 10
+    for steps, frames in (("2", [0, 5, 9]), ("1", [0, 5, 10])):
+        subprocess.run([*resume, steps], check=True, capture_output=True)
+        for read in (
+            lambda: results.steps,
+            lambda: results["frames/vertices"],
+            lambda: results["frames/contact_force"],
+            lambda: results.frames[-1].polygons(),
+            lambda: results.block_rows("stress", 0),
+        ):
+            with pytest.raises(rockdda.InputError, match=r"without its last frame: refresh\(\) takes in"):
+                read()
+        # what is the same is shown
+        assert np.array_equal(results.frames[0].polygons()[0], first)
+        assert len(results["history/step"]) < frames[-1]
+        assert results.refresh()
+        assert results.steps.tolist() == frames
+    # a longer run of the same plan keeps its frames
+    subprocess.run([*resume, "5"], check=True, capture_output=True)
+    assert results.steps.tolist() == [0, 5, 10]
+    results.close()
+
+
 def test_reading_while_the_run_goes_on(program, tmp_path):
     path = tmp_path / "running.h5"
     command = [program, "run", INPUTS / "jointed_slope", "-o", path, "--t-end", "1000"]
