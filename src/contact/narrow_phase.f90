@@ -19,14 +19,14 @@
 !> of the two corners has the only one then.
 module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    implicit none
    private
-   public :: candidate_type, candidate_list_type, search_limits_type, search_pair
+   public :: search_limits_type, search_pair
 
    !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
    !> that runs the other way when they are face to face.
@@ -43,25 +43,6 @@ module rockdda_contact_narrow_phase
       real(wp) :: sine = 0         !! sine of the angle tolerance
       real(wp) :: cosine = 1       !! cosine of the angle tolerance
    end type search_limits_type
-
-   !> A row of the table to be.
-   type :: candidate_type
-      integer :: vertex = 0, edge = 0
-      integer :: partner_vertex = 0, partner_edge = 0   !! identity of the partner row, 0 none
-      integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
-   end type candidate_type
-
-   !> Growing list of candidate rows and the scratch of the pair search.
-   type :: candidate_list_type
-      integer :: n = 0
-      type(candidate_type), allocatable :: rows(:)
-      integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
-      integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
-      integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
-      integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
-   contains
-      procedure :: collect
-   end type candidate_list_type
 
 contains
 
@@ -250,10 +231,7 @@ contains
             alias_edge(k) = edge(closed(k))
          end if
       end do
-      list%n_corners = list%n_corners + 1
-      if (.not. allocated(list%corner_pairs)) allocate (list%corner_pairs(2, 16))
-      if (list%n_corners > size(list%corner_pairs, 2)) call grow_pairs(list%corner_pairs)
-      list%corner_pairs(:, list%n_corners) = [a, b]
+      call list%add_corners(a, b)
       ! edges that run away from the two corners in opposite directions and overlap have a row at each end
       ends = 0
       do g = 1, n_groups
@@ -276,15 +254,15 @@ contains
          ends(g) = k
       end do
       if (n_groups == 1) then
-         call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1)))
-         if (ends(1) > 0) call append(list, candidate_type(vertex(ends(1)), edge(ends(1))))
+         call list%append(candidate_type(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1)))
+         if (ends(1) > 0) call list%append(candidate_type(vertex(ends(1)), edge(ends(1))))
       else
-         call append(list, candidate_type(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), &
+         call list%append(candidate_type(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), &
                                           alias_vertex(1), alias_edge(1)))
-         call append(list, candidate_type(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), &
+         call list%append(candidate_type(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), &
                                           alias_vertex(2), alias_edge(2)))
          do g = 1, 2
-            if (ends(g) > 0) call append(list, candidate_type(vertex(ends(g)), edge(ends(g)), &
+            if (ends(g) > 0) call list%append(candidate_type(vertex(ends(g)), edge(ends(g)), &
                                                               vertex(chosen(3 - g)), edge(chosen(3 - g))))
          end do
       end if
@@ -355,10 +333,10 @@ contains
       if (list%n_corners > 0) then
          zone = min(limits%zone, 0.25_wp*length)
          if (s <= zone) then
-            if (is_corner_pair(list, v, first, side)) return
+            if (list%has_corners(v, first, side)) return
          end if
          if (length - s <= zone) then
-            if (is_corner_pair(list, v, last, side)) return
+            if (list%has_corners(v, last, side)) return
          end if
       end if
       concave_first = outlines%concave(first)
@@ -384,7 +362,7 @@ contains
             if (neighbour_decides(topology%edge_out(last))) return
          end if
       end if
-      call append(list, candidate_type(v, e))
+      call list%append(candidate_type(v, e))
 
    contains
 
@@ -427,22 +405,6 @@ contains
       end do
    end function is_inside
 
-   !> Was this vertex already paired with that corner?
-   pure logical function is_corner_pair(list, v, corner, side)
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: v, corner, side
-      integer :: k
-      is_corner_pair = .false.
-      do k = 1, list%n_corners
-         if (side == 1) then
-            is_corner_pair = list%corner_pairs(1, k) == v .and. list%corner_pairs(2, k) == corner
-         else
-            is_corner_pair = list%corner_pairs(2, k) == v .and. list%corner_pairs(1, k) == corner
-         end if
-         if (is_corner_pair) return
-      end do
-   end function is_corner_pair
-
    !> Outward normal of an edge of a counter-clockwise block.
    pure function outward(t) result(n)
       real(wp), intent(in) :: t(2)
@@ -456,52 +418,5 @@ contains
       type(search_limits_type), intent(in) :: limits
       is_outside = dot_product(outof, n) >= -limits%sine .and. -dot_product(into, n) >= -limits%sine
    end function is_outside
-
-   !> Append a candidate row.
-   pure subroutine append(list, row)
-      type(candidate_list_type), intent(inout) :: list
-      type(candidate_type), intent(in) :: row
-      type(candidate_type), allocatable :: larger(:)
-      if (.not. allocated(list%rows)) allocate (list%rows(64))
-      if (list%n == size(list%rows)) then
-         allocate (larger(2*list%n))
-         larger(1:list%n) = list%rows
-         call move_alloc(larger, list%rows)
-      end if
-      list%n = list%n + 1
-      list%rows(list%n) = row
-   end subroutine append
-
-   !> The rows of several lists, one after the other.
-   subroutine collect(self, lists)
-      class(candidate_list_type), intent(inout) :: self
-      type(candidate_list_type), intent(in) :: lists(:)
-      integer :: k, n, first(size(lists))
-      n = 0
-      do k = 1, size(lists)
-         first(k) = n
-         n = n + lists(k)%n
-      end do
-      if (allocated(self%rows)) then
-         if (size(self%rows) < n) deallocate (self%rows)
-      end if
-      if (.not. allocated(self%rows)) allocate (self%rows(n + n/4 + 16))
-      self%n = n
-      !$omp parallel do default(none) shared(self, lists, first) private(k) schedule(static) &
-      !$omp if (n > parallel_contacts)
-      do k = 1, size(lists)
-         if (lists(k)%n > 0) self%rows(first(k) + 1:first(k) + lists(k)%n) = lists(k)%rows(1:lists(k)%n)
-      end do
-      !$omp end parallel do
-   end subroutine collect
-
-   !> Double the length of a list of pairs.
-   pure subroutine grow_pairs(array)
-      integer, allocatable, intent(inout) :: array(:, :)
-      integer, allocatable :: larger(:, :)
-      allocate (larger(2, 2*size(array, 2)))
-      larger(:, 1:size(array, 2)) = array
-      call move_alloc(larger, array)
-   end subroutine grow_pairs
 
 end module rockdda_contact_narrow_phase

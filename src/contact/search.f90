@@ -13,7 +13,8 @@ module rockdda_contact_search
    use rockdda_contact_history, only : contact_history_type, new_contact_history
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
-   use rockdda_contact_narrow_phase, only : candidate_list_type, search_limits_type, search_pair
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_narrow_phase, only : search_limits_type, search_pair
    implicit none
    private
    public :: contact_search_type, search_limits_type

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Rows of a contact table to be, as the narrow phase finds them: a list that grows, and the scratch of the search for
+!> one pair of blocks, which is kept from pair to pair.
+module rockdda_contact_candidates
+   use rockdda_base_parallel, only : parallel_contacts
+   implicit none
+   private
+   public :: candidate_type, candidate_list_type
+
+   !> A row of the table to be.
+   type :: candidate_type
+      integer :: vertex = 0, edge = 0
+      integer :: partner_vertex = 0, partner_edge = 0   !! identity of the partner row, 0 none
+      integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
+   end type candidate_type
+
+   !> Growing list of candidate rows and the scratch of the pair search.
+   type :: candidate_list_type
+      integer :: n = 0
+      type(candidate_type), allocatable :: rows(:)
+      integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
+      integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
+      integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
+      integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
+   contains
+      procedure :: append
+      procedure :: add_corners
+      procedure :: has_corners
+      procedure :: collect
+   end type candidate_list_type
+
+contains
+
+   !> Append a candidate row.
+   pure subroutine append(self, row)
+      class(candidate_list_type), intent(inout) :: self
+      type(candidate_type), intent(in) :: row
+      type(candidate_type), allocatable :: larger(:)
+      if (.not. allocated(self%rows)) allocate (self%rows(64))
+      if (self%n == size(self%rows)) then
+         allocate (larger(2*self%n))
+         larger(1:self%n) = self%rows
+         call move_alloc(larger, self%rows)
+      end if
+      self%n = self%n + 1
+      self%rows(self%n) = row
+   end subroutine append
+
+   !> Vertex a of the first block of the pair and vertex b of the second meet.
+   pure subroutine add_corners(self, a, b)
+      class(candidate_list_type), intent(inout) :: self
+      integer, intent(in) :: a, b
+      integer, allocatable :: larger(:, :)
+      if (.not. allocated(self%corner_pairs)) allocate (self%corner_pairs(2, 16))
+      if (self%n_corners == size(self%corner_pairs, 2)) then
+         allocate (larger(2, 2*self%n_corners))
+         larger(:, 1:self%n_corners) = self%corner_pairs
+         call move_alloc(larger, self%corner_pairs)
+      end if
+      self%n_corners = self%n_corners + 1
+      self%corner_pairs(:, self%n_corners) = [a, b]
+   end subroutine add_corners
+
+   !> Was this vertex already paired with that corner?
+   pure logical function has_corners(self, v, corner, side)
+      class(candidate_list_type), intent(in) :: self
+      integer, intent(in) :: v, corner
+      integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
+      integer :: k
+      has_corners = .false.
+      do k = 1, self%n_corners
+         if (side == 1) then
+            has_corners = self%corner_pairs(1, k) == v .and. self%corner_pairs(2, k) == corner
+         else
+            has_corners = self%corner_pairs(2, k) == v .and. self%corner_pairs(1, k) == corner
+         end if
+         if (has_corners) return
+      end do
+   end function has_corners
+
+   !> The rows of several lists, one after the other.
+   subroutine collect(self, lists)
+      class(candidate_list_type), intent(inout) :: self
+      type(candidate_list_type), intent(in) :: lists(:)
+      integer :: k, n, first(size(lists))
+      n = 0
+      do k = 1, size(lists)
+         first(k) = n
+         n = n + lists(k)%n
+      end do
+      if (allocated(self%rows)) then
+         if (size(self%rows) < n) deallocate (self%rows)
+      end if
+      if (.not. allocated(self%rows)) allocate (self%rows(n + n/4 + 16))
+      self%n = n
+      !$omp parallel do default(none) shared(self, lists, first) private(k) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do k = 1, size(lists)
+         if (lists(k)%n > 0) self%rows(first(k) + 1:first(k) + lists(k)%n) = lists(k)%rows(1:lists(k)%n)
+      end do
+      !$omp end parallel do
+   end subroutine collect
+
+end module rockdda_contact_candidates
