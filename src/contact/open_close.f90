@@ -21,7 +21,6 @@ module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_mixing, only : mixing_type
    use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength
    implicit none
    private
@@ -54,22 +53,14 @@ module rockdda_contact_open_close
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
-      ! search for the friction forces of given states
-      integer :: n_sliding = 0
-      integer, allocatable :: sliding(:)      !! (n_sliding of them) rows that slide
-      type(mixing_type), private :: mixing
-      real(wp), allocatable, private :: value(:), value_miss(:), value_used(:)  !! (n_sliding of them)
    contains
       procedure :: begin
       procedure :: judge
       procedure :: foresee
       procedure :: deepest_force
       procedure :: count_unsettled
-      procedure :: begin_friction
-      procedure :: improve_friction
-      procedure :: take_used_friction
-      procedure :: lawful_forces
       procedure :: forces_between
+      procedure :: friction_limit
    end type open_close_type
 
 contains
@@ -274,69 +265,8 @@ contains
       end do
    end subroutine count_unsettled
 
-   !> Begin to look for the friction forces that agree with the normal forces of the states as they are.
-   pure subroutine begin_friction(self, table)
-      class(open_close_type), intent(inout) :: self
-      type(contact_table_type), intent(in) :: table
-      integer :: c
-      self%n_sliding = 0
-      do c = 1, table%n
-         if (self%state(c) /= contact_state%sliding) cycle
-         self%n_sliding = self%n_sliding + 1
-         self%sliding(self%n_sliding) = c
-      end do
-      call self%mixing%restart(size(self%sliding))
-   end subroutine begin_friction
-
-   !> Compare the friction forces of the last solve with the limits at its motion, before any state is judged, and
-   !> replace them by a better guess for the same states. `worst` is the largest miss of a force used.
-   pure subroutine improve_friction(self, table, laws, settings, worst)
-      class(open_close_type), intent(inout) :: self
-      type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
-      type(judge_settings_type), intent(in) :: settings
-      real(wp), intent(out) :: worst                  !! [force]
-      integer :: c, i, n
-      n = self%n_sliding
-      worst = 0
-      do i = 1, n
-         c = self%sliding(i)
-         self%value(i) = self%friction(c)
-         self%value_used(i) = self%value(i)
-         self%value_miss(i) = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), .false., &
-                                       self%slip(c), settings) - self%value(i)
-         worst = max(worst, abs(self%value_miss(i)))
-      end do
-      if (.not. worst > 0) return
-      call self%mixing%improve(self%value(1:n), self%value_miss(1:n))
-      do i = 1, n
-         self%friction(self%sliding(i)) = max(0.0_wp, self%value(i))
-      end do
-   end subroutine improve_friction
-
-   !> Back to the friction forces that the last solve used.
-   pure subroutine take_used_friction(self)
-      class(open_close_type), intent(inout) :: self
-      integer :: i
-      do i = 1, self%n_sliding
-         self%friction(self%sliding(i)) = self%value_used(i)
-      end do
-   end subroutine take_used_friction
-
-   !> Forces that a contact would have with a given motion (normal compression positive, shear against the slip
-   !> positive) if it followed its law there, whatever its trial state; partners as in the judgement.
-   pure subroutine lawful_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
-      type(judge_settings_type), intent(in) :: settings
-      integer, intent(in) :: c                        !! row
-      real(wp), intent(in) :: gap, partner_gap, slip  !! [length]
-      real(wp), intent(out) :: normal, shear          !! [force]
-      call find_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
-   end subroutine lawful_forces
-
-   !> The lawful forces of all contacts at the fraction a of the way from a motion to the present one.
+   !> Forces that all contacts would have at the fraction a of the way from a motion to the present one if they followed
+   !> their laws there, whatever their trial states.
    subroutine forces_between(self, table, laws, settings, a, gap, slip, force)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
@@ -366,15 +296,27 @@ contains
       !$omp end parallel do
    end subroutine forces_between
 
-   !> `lawful_forces`, for callers in this module.
+   !> Friction force that a sliding contact should have at the motion of the last solve [force].
+   pure real(wp) function friction_limit(self, table, laws, settings, c)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      friction_limit = strength(laws(table%joint(c)), table, c, -settings%k_n*self%gap(c), .false., self%slip(c), &
+                                settings)
+   end function friction_limit
+
+   !> Forces that a contact would have with a given motion (normal compression positive, shear against the slip
+   !> positive) if it followed its law there, whatever its trial state; partners as in the judgement.
    pure subroutine find_forces(self, table, laws, settings, c, gap, partner_gap, slip, normal, shear)
       type(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)
       type(judge_settings_type), intent(in) :: settings
-      integer, intent(in) :: c
-      real(wp), intent(in) :: gap, partner_gap, slip
-      real(wp), intent(out) :: normal, shear
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, partner_gap, slip  !! [length]
+      real(wp), intent(out) :: normal, shear          !! [force]
       real(wp) :: hold, limit
       normal = 0
       shear = 0
@@ -429,16 +371,13 @@ contains
          if (size(self%state) >= n) return
          deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, self%friction, self%friction_used, &
                      self%miss, self%gap, self%slip, self%changes, &
-                     self%state_used, self%sign_used, self%drag, self%normal_drag, self%sliding, self%value, &
-                     self%value_miss, self%value_used)
+                     self%state_used, self%sign_used, self%drag, self%normal_drag)
       end if
       m = n + n/4 + 16
-      allocate (self%state(m), self%slip_sign(m), self%changes(m), self%state_used(m), &
-                self%sign_used(m), self%sliding(m), source=0)
+      allocate (self%state(m), self%slip_sign(m), self%changes(m), self%state_used(m), self%sign_used(m), source=0)
       allocate (self%bonded(m), source=.false.)
       allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%miss(m), &
-                self%gap(m), self%slip(m), self%drag(m), self%normal_drag(m), &
-                self%value(m), self%value_miss(m), self%value_used(m), source=0.0_wp)
+                self%gap(m), self%slip(m), self%drag(m), self%normal_drag(m), source=0.0_wp)
    end subroutine make_room
 
    !> New state of an open contact.

@@ -7,6 +7,7 @@ module rockdda_stepping_links
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_friction_search, only : friction_search_type
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type
    use rockdda_assembly_contact_spring, only : spring_vectors, dashpot_coefficient
@@ -154,14 +155,15 @@ contains
       end do
    end subroutine set_link_forces
 
-   !> The friction forces alone, where all states are those of the last solve: rows from `begin_friction`.
-   subroutine set_friction_forces(trial, equations)
+   !> The friction forces alone, where all states are those of the last solve.
+   subroutine set_friction_forces(search, trial, equations)
+      type(friction_search_type), intent(in) :: search   !! knows the rows
       type(open_close_type), intent(in) :: trial
       type(equations_type), intent(inout) :: equations
       integer :: c, i
-      !$omp parallel do default(none) shared(trial, equations) private(c, i) if (trial%n_sliding > parallel_contacts)
-      do i = 1, trial%n_sliding
-         c = trial%sliding(i)
+      !$omp parallel do default(none) shared(search, trial, equations) private(c, i) if (search%n > parallel_contacts)
+      do i = 1, search%n
+         c = search%rows(i)
          call equations%set_link(c, equations%stiffness(:, c), &
                                  [equations%force(1, c), -trial%slip_sign(c)*trial%friction(c)])
       end do
@@ -188,16 +190,17 @@ contains
       along = t(1) + t(2)
    end function along
 
-   !> Predicted gap and slip of the sliding contacts: rows from `begin_friction`.
-   subroutine predict_sliding(table, equations, trial)
+   !> Predicted gap and slip of the contacts whose friction forces are searched for.
+   subroutine predict_sliding(table, equations, search, trial)
       type(contact_table_type), intent(in) :: table
       type(equations_type), intent(in) :: equations
+      type(friction_search_type), intent(in) :: search   !! knows the rows
       type(open_close_type), intent(inout) :: trial
       integer :: c, i
-      !$omp parallel do default(none) shared(table, equations, trial) private(c, i) &
-      !$omp if (trial%n_sliding > parallel_contacts)
-      do i = 1, trial%n_sliding
-         c = trial%sliding(i)
+      !$omp parallel do default(none) shared(table, equations, search, trial) private(c, i) &
+      !$omp if (search%n > parallel_contacts)
+      do i = 1, search%n
+         c = search%rows(i)
          call predict_contact(table, equations, c, trial%gap(c), trial%slip(c))
       end do
       !$omp end parallel do

@@ -16,6 +16,7 @@ module rockdda_stepping_simulation
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    use rockdda_contact_search, only : contact_search_type, search_limits_type
+   use rockdda_contact_friction_search, only : friction_search_type
    use rockdda_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_contact_open_close, only : open_close_type, judge_settings_type
    use rockdda_assembly_kinematics, only : move_point
@@ -42,12 +43,9 @@ module rockdda_stepping_simulation
    !> by the second one when the rounds given have not done better.
    real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
    integer, parameter :: fine_rounds = 10
-   !> Within a round the misfit of friction and normal forces is brought down by this factor, in at most so many solves.
-   real(wp), parameter :: friction_reduction = 0.03_wp
+   !> The misfit of friction and normal forces is brought down in at most so many solves a round.
    integer, parameter :: friction_solves = 12
-   !> Where one correction leaves no more than this share of the misfit, the last one is left to the next round, when
-   !> there must be one. Models of so few blocks, for which a solve costs nothing, are spared that.
-   real(wp), parameter :: weak_answer = 0.3_wp
+   !> Models of so few blocks, for which a solve costs nothing, leave no correction of friction to the next round.
    integer, parameter :: few_blocks = 30
    !> A predicted motion is taken when its residual is below this share of that of the last motion.
    real(wp), parameter :: good_prediction = 0.1_wp
@@ -81,11 +79,10 @@ module rockdda_stepping_simulation
       type(contact_search_type) :: search       !! search%pairs%keep = .false.: never with pairs of an earlier step
       type(contact_table_type), private :: table
       type(open_close_type), private :: trial
+      type(friction_search_type), private :: friction
       type(bolt_round_type), private :: bolts
       type(step_loads_type), private :: loads
       type(line_search_type), private :: line
-      real(wp), private :: friction_answer = 1  !! share of the misfit of friction that a correction left, this attempt
-      real(wp), private :: friction_start = 0   !! misfit that the last round began with [force]
       real(wp), allocatable, private :: largest(:)   !! (nb)
    contains
       procedure :: init
@@ -294,8 +291,7 @@ contains
       self%bolts%stretch = 0
       if (is_first .and. .not. settings%peer .and. abs(dt - self%control%last_dt) <= 0 .and. &
           abs(self%control%k01(self%parameters) - 1) <= 0) call self%predict_motion(dt, settings)
-      self%friction_answer = 1
-      self%friction_start = huge(1.0_wp)
+      call self%friction%forget()
       n_changes = 1
       n_bolts = 0
       n_shortened = 0
@@ -376,7 +372,7 @@ contains
       integer :: n_assembled
       solved = .false.
       if (friction_only) then
-         call set_friction_forces(self%trial, self%equations)
+         call set_friction_forces(self%friction, self%trial, self%equations)
       else
          call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, &
                               self%bolts, dt, self%equations)
@@ -405,7 +401,7 @@ contains
          return
       end if
       if (friction_only) then
-         call predict_sliding(self%table, self%equations, self%trial)
+         call predict_sliding(self%table, self%equations, self%friction, self%trial)
       else
          call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
       end if
@@ -422,26 +418,17 @@ contains
       logical, intent(out) :: solved
       character(len=:), allocatable, intent(inout) :: detail
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: worst, goal, first, small
+      real(wp) :: worst, small
       integer :: k
-      logical :: is_weak
+      logical :: is_enough
       solved = .true.
-      call self%trial%begin_friction(self%table)
+      call self%friction%begin(self%table, self%trial)
       do k = 1, friction_solves
-         call self%trial%improve_friction(self%table, self%laws, settings, worst)
-         if (k == 1) then
-            small = friction_tolerance*self%trial%deepest_force(self%table%n, settings)
-            goal = max(friction_reduction*worst, 0.5_wp*small)
-            is_weak = self%friction_answer <= weak_answer .and. worst < self%friction_start
-            self%friction_start = worst
-            first = worst
-         else if (k == 2) then
-            self%friction_answer = worst/first
-            is_weak = self%friction_answer <= weak_answer
-         end if
-         is_weak = is_weak .and. self%blocks%n_blocks > few_blocks
-         if (worst <= goal .or. (is_weak .and. worst > small .and. self%friction_answer*worst <= goal)) then
-            call self%trial%take_used_friction()
+         call self%friction%improve(self%table, self%laws, settings, self%trial, worst)
+         if (k == 1) small = friction_tolerance*self%trial%deepest_force(self%table%n, settings)
+         call self%friction%assess(worst, small, self%blocks%n_blocks > few_blocks, is_enough)
+         if (is_enough) then
+            call self%friction%take_used(self%trial)
             exit
          end if
          call self%solve_round(dt, .true., .false., iterations, solved, detail, error)
