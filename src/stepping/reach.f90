@@ -2,14 +2,16 @@
 !> How far the contact search of a step has to look.
 module rockdda_stepping_reach
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_search, only : search_limits_type
    use rockdda_stepping_control, only : step_control_type
    implicit none
    private
-   public :: predicted_reach, quantised
+   public :: predicted_reach, search_limits, quantised
 
 contains
 
@@ -47,9 +49,40 @@ contains
       if (4*expected < reach) reach = min(quantised(4*expected, parameters%w0), reach)
    end function predicted_reach
 
+   !> Distances and angles of a search for contacts that looks this far, and further where contacts of the last step ask
+   !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
+   !> corner, and a bond that is stretched further than blocks will move in this step must not be lost.
+   type(search_limits_type) function search_limits(contacts, parameters, reach) result(limits)
+      type(contact_table_type), intent(in) :: contacts   !! of the last step
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: reach                      !! [length]
+      real(wp) :: deepest, widest, pulled
+      integer :: c
+      deepest = 0
+      widest = 0
+      pulled = 0
+      !$omp parallel do default(none) shared(contacts) private(c) reduction(max:deepest, widest, pulled) &
+      !$omp schedule(static) if (contacts%n > parallel_contacts)
+      do c = 1, contacts%n
+         deepest = max(deepest, contacts%normal_force(c))
+         if (.not. contacts%bonded(c)) cycle
+         widest = max(widest, abs(contacts%shear(c)))
+         pulled = max(pulled, -contacts%normal_force(c))
+      end do
+      !$omp end parallel do
+      deepest = deepest/parameters%normal_stiffness
+      widest = max(widest, pulled/parameters%normal_stiffness)
+      limits%reach = reach
+      if (2*widest > reach) limits%reach = quantised(2*widest, parameters%w0)
+      limits%zone = max(0.5_wp*limits%reach, quantised(2*deepest, parameters%w0))
+      limits%penetration = max(limits%reach, 0.3_wp*parameters%search_distance, 2*deepest)
+      limits%sine = sin(parameters%angle_tolerance)
+      limits%cosine = cos(parameters%angle_tolerance)
+   end function search_limits
+
    !> The next power of two times w0, at least 1e-7 w0.
    pure real(wp) function quantised(length, w0)
-      real(wp), intent(in) :: length, w0
+      real(wp), intent(in) :: length, w0   !! [length]
       quantised = w0*2.0_wp**ceiling(log(max(length/w0, 1.0e-7_wp))/log(2.0_wp))
    end function quantised
 

@@ -31,7 +31,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
       attach_line_loads
-   use rockdda_stepping_reach, only : predicted_reach, quantised
+   use rockdda_stepping_reach, only : predicted_reach, search_limits, quantised
    use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
    implicit none
    private
@@ -215,30 +215,8 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach
       type(search_limits_type) :: limits
-      real(wp) :: deepest, widest, pulled
-      integer :: c, pattern_id
-      ! a corner that lies deep behind a face must not count as one that has left the region of the other's corner, and
-      ! a bond that is stretched further than blocks will move in this step must not be lost
-      deepest = 0
-      widest = 0
-      pulled = 0
-      !$omp parallel do default(none) shared(self) private(c) reduction(max:deepest, widest, pulled) schedule(static) &
-      !$omp if (self%contacts%n > parallel_contacts)
-      do c = 1, self%contacts%n
-         deepest = max(deepest, self%contacts%normal_force(c))
-         if (.not. self%contacts%bonded(c)) cycle
-         widest = max(widest, abs(self%contacts%shear(c)))
-         pulled = max(pulled, -self%contacts%normal_force(c))
-      end do
-      !$omp end parallel do
-      deepest = deepest/self%parameters%normal_stiffness
-      widest = max(widest, pulled/self%parameters%normal_stiffness)
-      limits%reach = reach
-      if (2*widest > reach) limits%reach = quantised(2*widest, self%parameters%w0)
-      limits%zone = max(0.5_wp*limits%reach, quantised(2*deepest, self%parameters%w0))
-      limits%penetration = max(limits%reach, 0.3_wp*self%parameters%search_distance, 2*deepest)
-      limits%sine = sin(self%parameters%angle_tolerance)
-      limits%cosine = cos(self%parameters%angle_tolerance)
+      integer :: pattern_id
+      limits = search_limits(self%contacts, self%parameters, reach)
       call self%times%lap(phase%other)
       call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%table)
