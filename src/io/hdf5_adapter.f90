@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> The adapter to the HDF5 library. This module, rockdda_io_hdf5_file and rockdda_io_hdf5_extras are the only ones
-!> that use it.
+!> The adapter to the HDF5 library: datasets and tables, and what rockdda_io_hdf5_file (files, groups) and
+!> rockdda_io_hdf5_attributes make. Nobody else uses the library but rockdda_io_hdf5_extras and rockdda_io_hdf5_driver,
+!> for what its Fortran interface lacks.
 !>
 !> Files have the library's default (oldest) format, which stays readable after a kill once it was flushed.
 !> Arrays travel as flat lists with their shape in Fortran order; readers that count in C order (h5py) see the
@@ -17,7 +18,8 @@ module rockdda_io_hdf5_adapter
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
    use rockdda_io_hdf5_extras, only : write_chunk
-   use rockdda_io_hdf5_file, only : hdf5_handle_type, hdf5_version, new_space, new_text_type, take_text
+   use rockdda_io_hdf5_attributes, only : hdf5_attributes_type
+   use rockdda_io_hdf5_file, only : hdf5_version, new_space, new_text_type, take_text
    implicit none
    private
    public :: hdf5_file_type, hdf5_version
@@ -27,7 +29,7 @@ module rockdda_io_hdf5_adapter
    !> Bytes of memory in which a text is turned over; the library takes and clears 1 MiB if it is not told.
    integer(hsize_t), parameter :: text_buffer = 4096
 
-   type, extends(hdf5_handle_type) :: hdf5_file_type
+   type, extends(hdf5_attributes_type) :: hdf5_file_type
    contains
       procedure :: get_shape
       generic :: write => write_reals, write_integers, write_text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure, opening
-!> files without a lock, writing a chunk as it is. Used by rockdda_io_hdf5_adapter only.
+!> files without a lock, writing a chunk as it is. Used by the other modules of that name only.
 module rockdda_io_hdf5_extras
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int32_t, c_int64_t, c_size_t, &
       c_funptr, c_funloc, c_loc, c_f_pointer, c_associated, c_bool
