@@ -25,18 +25,18 @@ module rockdda_driver_run
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
-   use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
    use rockdda_io_digest, only : digest_length
    use rockdda_io_hdf5_driver, only : undo_path
    use rockdda_io_log, only : log_type, log_path
-   use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_results, only : results_type
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_timestamp, only : utc_now, wall_seconds
    use rockdda_driver_checkpointing, only : save_checkpoint, load_checkpoint
    use rockdda_driver_frame_plan, only : frame_plan_type, new_frame_plan
-   use rockdda_driver_model_input, only : model_input_type, run_request_type, stem_of
+   use rockdda_driver_model_input, only : model_input_type, run_request_type
+   use rockdda_driver_output_choice, only : choose_output
+   use rockdda_driver_turn, only : take_turn, end_turn
    implicit none
    private
    public :: run_type, first_line
@@ -82,13 +82,6 @@ module rockdda_driver_run
          reopen_files, end_files
    end type run_type
 
-   interface
-      subroutine take_turn() bind(C, name='rockdda_driver_take_turn')
-      end subroutine take_turn
-      subroutine end_turn() bind(C, name='rockdda_driver_end_turn')
-      end subroutine end_turn
-   end interface
-
 contains
 
    !> Choose where the results go and put the simulation into its state at time 0. Nothing is written.
@@ -101,61 +94,6 @@ contains
       call choose_output(request, input, self%output, error)
       if (.not. allocated(error)) call self%sim%init(input%blocks, input%parameters, error)
    end subroutine prepare
-
-   !> Where the results go: the command line, the options, or the analysis file's stem; never over an input file,
-   !> and over an older result only by force.
-   subroutine choose_output(request, input, output, error)
-      class(run_request_type), intent(in) :: request
-      type(model_input_type), intent(in) :: input
-      character(len=:), allocatable, intent(out) :: output
-      type(error_type), allocatable, intent(out) :: error
-      output = stem_of(input%analysis_file)//'.h5'
-      if (allocated(input%options%output_file)) then
-         if (len_trim(input%options%output_file) > 0) output = trim(input%options%output_file)
-      end if
-      if (.not. input%in_memory) call keep_apart(output)
-      if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(log_path(output))
-      if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(checkpoint_path(output))
-      if (.not. allocated(error)) call keep_neighbour(output, error)
-      if (allocated(error)) return
-      if (request%force) return
-      if (get_path_kind(output) == path_kind%file) &
-         call make_error(error, error_code%input, output//': the file exists; use --force to overwrite it')
-
-   contains
-
-      !> An output is no input.
-      subroutine keep_apart(path)
-         character(len=*), intent(in) :: path
-         logical :: same(3)
-         same(1) = is_same_file(path, input%model_file)
-         same(2) = is_same_file(path, input%analysis_file)
-         same(3) = is_same_file(path, input%config_file)
-         if (any(same)) call make_error(error, error_code%input, path//': the output would overwrite an input file')
-      end subroutine keep_apart
-
-   end subroutine choose_output
-
-   !> Names of results that differ in nothing but the ending have one checkpoint: one of other results that are there
-   !> stays, whatever the user says about overwriting these.
-   subroutine keep_neighbour(output, error)
-      character(len=*), intent(in) :: output
-      type(error_type), allocatable, intent(out) :: error
-      type(checkpoint_info_type) :: info
-      type(error_type), allocatable :: no_checkpoint
-      character(len=:), allocatable :: checkpoint, neighbour
-      checkpoint = checkpoint_path(output)
-      if (get_path_kind(checkpoint) /= path_kind%file) return
-      call take_turn()
-      call read_checkpoint_info(checkpoint, info, no_checkpoint)
-      call end_turn()
-      if (allocated(no_checkpoint)) return
-      neighbour = results_path(checkpoint, info%facts%results_ending)
-      if (neighbour == output) return
-      if (get_path_kind(neighbour) /= path_kind%file) return
-      call make_error(error, error_code%input, output//': these results would have the checkpoint '//checkpoint// &
-                      ', which is that of '//neighbour//'; take another name')
-   end subroutine keep_neighbour
 
    !> Create results and log with everything known at the start, the first frame, and the first checkpoint: from here
    !> on there is something to go on from, whatever happens.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One thread at a time may use HDF5, which keeps state of its own: the turn of a thread. Used by rockdda_driver_run. */
+/* One thread at a time may use HDF5, which keeps state of its own: the turn of a thread. Used by rockdda_driver_turn. */
 #include <pthread.h>
 
 static pthread_mutex_t turn = PTHREAD_MUTEX_INITIALIZER;
