@@ -39,6 +39,7 @@ module validation_model
       procedure :: add_block_material
       procedure :: add_joint_material
       procedure :: add_block
+      procedure :: add_held_block
       procedure :: add_fixed
       procedure :: add_loading
       procedure :: add_measured
@@ -154,6 +155,18 @@ contains
       self%blocks%vertex_offset = [self%blocks%vertex_offset, nv + n]
       self%blocks%n_blocks = self%blocks%n_blocks + 1
    end subroutine add_block
+
+   !> Add a block that is held at all its corners.
+   subroutine add_held_block(self, polygon, material)
+      class(model_type), intent(inout) :: self
+      real(wp), intent(in) :: polygon(:, :)         !! (2, n) counter-clockwise
+      integer, intent(in), optional :: material     !! default 1
+      integer :: i
+      call self%add_block(polygon, material)
+      do i = 1, size(polygon, 2)
+         call self%add_fixed(polygon(:, i), self%blocks%n_blocks)
+      end do
+   end subroutine add_held_block
 
    !> Add a fixed point, with the rows t x y of its prescribed movement.
    subroutine add_fixed(self, point, block, rows)
