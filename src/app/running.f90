@@ -95,8 +95,10 @@ contains
       if (allocated(error)) call show_error(error)
       if (exit_code == error_code%stopped) call complain('rockdda: stopped ('//run%reason//') after step '// &
          to_string(run%sim%state%step)//"; 'rockdda resume "//run%checkpoint_file//"' continues")
-      if (exit_code == error_code%computation) call complain('rockdda: the results up to step '// &
-         to_string(run%sim%state%step)//' are kept in '//run%output)
+      if (exit_code == error_code%internal) call complain('rockdda: internal error: this is a bug in RockDDA. '// &
+         'Please report it with the command line, the input files and the lines above')
+      if (exit_code == error_code%computation .or. exit_code == error_code%internal) &
+         call complain('rockdda: the results up to step '//to_string(run%sim%state%step)//' are kept in '//run%output)
       if (exit_code == error_code%output) then
          if (get_path_kind(run%output) == path_kind%file) &
             call complain('rockdda: the results up to the last flush are kept in '//run%output)
