@@ -100,10 +100,11 @@ contains
       if (exit_code == error_code%computation .or. exit_code == error_code%internal) &
          call complain('rockdda: the results up to step '//to_string(run%sim%state%step)//' are kept in '//run%output)
       if (exit_code == error_code%output) then
-         if (get_path_kind(run%output) == path_kind%file) &
+         if (run%has_results()) then
             call complain('rockdda: the results up to the last flush are kept in '//run%output)
-         if (get_path_kind(run%checkpoint_file) == path_kind%file) &
-            call complain("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
+            if (get_path_kind(run%checkpoint_file) == path_kind%file) &
+               call complain("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
+         end if
       end if
       call summarise(line, run, messages, error, exit_code, ok)
       if (.not. ok .and. exit_code == 0) exit_code = error_code%output

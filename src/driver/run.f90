@@ -75,6 +75,7 @@ module rockdda_driver_run
       procedure :: load => load_run
       procedure :: reopen => reopen_run
       procedure :: look_at_results
+      procedure :: has_results
       procedure :: keep
       procedure :: close => close_run
       procedure :: fraction_done
@@ -172,6 +173,18 @@ contains
       self%first_step = self%sim%state%step
       self%last_logged = self%sim%state%step
    end subroutine load_run
+
+   !> Are the results of this run in their place? Files may go, and others take their names.
+   logical function has_results(self)
+      class(run_type), intent(in) :: self
+      type(results_info_type) :: info
+      type(error_type), allocatable :: unreadable
+      call take_turn()
+      call read_results_info(self%output, info, unreadable)
+      call end_turn()
+      has_results = .not. allocated(unreadable)
+      if (has_results) has_results = info%created == self%facts%header%created
+   end function has_results
 
    !> Has a run that was loaded done everything, and do its results say so? Then what helps to go on goes away.
    subroutine look_at_results(self, is_complete)

@@ -260,7 +260,18 @@ class Output(InterruptionTest):
         self.assertTrue(out.startswith("error: "), out)
         self.assertIn("block.h5: the file was removed or replaced while it was being written", err)
         self.assertNotIn("are kept in block.h5", err)
+        self.assertNotIn("continues", err)
         self.assertFalse(self.path("block.h5").exists())
+
+    def test_file_is_replaced(self):
+        process = self.start("--quiet")
+        with self.paused(process):
+            self.path("block.h5").unlink()
+            self.write("block.h5", "something else")
+        _, err = self.finish(process, 5)
+        message = "rockdda: error: block.h5: the file was removed or replaced while it was being written\n"
+        self.assertEqual(err, message)
+        self.assertEqual(self.path("block.h5").read_text(), "something else")
 
     def test_folder_is_removed(self):
         self.path("out").mkdir()
