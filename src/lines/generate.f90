@@ -12,7 +12,7 @@ module rockdda_lines_generate
    use rockdda_geometry_polygons, only : point_in_polygon, distance_to_outline, polygon_area
    use rockdda_geometry_segments, only : segments_cross
    use rockdda_lines_clipping, only : rock_type, clip_segment
-   use rockdda_lines_joint_sets, only : direction_of, line_positions, line_traces, is_endless, expected_traces
+   use rockdda_lines_joint_sets, only : direction_of, line_positions, line_traces, is_endless
    use rockdda_lines_outlines, only : opening_outline, inner_point, crosses_itself, counter_clockwise
    use rockdda_lines_statistics, only : statistics_type, joint_set_type
    use rockdda_model_geometry_input, only : geometry_input_type
@@ -20,8 +20,9 @@ module rockdda_lines_generate
    private
    public :: generate_lines, lines_report_type, set_report_type
 
-   !> More traces than this are a mistake.
-   real(wp), parameter :: most_traces = 5.0e6_wp
+   !> More traces than this are a mistake: all sets together, in the region and (regions that lie across their sets)
+   !> in the extent in which they are drawn.
+   real(wp), parameter :: most_traces = 1.0e6_wp, most_drawn = 5.0e6_wp
 
    !> What was drawn for one set.
    type :: set_report_type
@@ -193,18 +194,39 @@ contains
       type(statistics_type), intent(in) :: statistics
       type(rock_type), intent(in) :: rock
       type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: t(2), across(2), along(2), amount
+      real(wp) :: t(2), across(2), along(2), area, n_lines, cell, drawn, all_drawn, all_traces
       integer :: i
+      character(len=:), allocatable :: others
+      area = polygon_area(rock%region%vertices)
+      all_drawn = 0
+      all_traces = 0
+      others = ''
       do i = 1, size(statistics%sets)
          associate (set => statistics%sets(i))
             t = direction_of(set%inclination)
             across = range_along(rock%region%vertices, [-t(2), t(1)])
             along = range_along(rock%region%vertices, t)
-            amount = expected_traces(set, across(2) - across(1), along(2) - along(1))
-            if (set%ends_at > 0) amount = amount*((along(2) - along(1))/statistics%sets(set%ends_at)%spacing + 1)
-            if (amount > most_traces) call messages%add(severity%error, '&joint_set '//to_string(i)// &
-               ' would make about '//to_string(amount, 3)//' traces; at most '//to_string(most_traces, 3)// &
-               ' can be drawn', set%origin)
+            n_lines = (across(2) - across(1))/set%spacing + 1
+            if (set%ends_at > 0) then
+               cell = statistics%sets(set%ends_at)%spacing
+            else
+               cell = set%trace + merge(0.0_wp, set%bridge, is_endless(set))
+            end if
+            drawn = n_lines*((along(2) - along(1))/cell + 1)
+            all_drawn = all_drawn + drawn
+            all_traces = all_traces + min(drawn, n_lines + area/set%spacing/cell)
+            if (all_traces > most_traces) then
+               call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would make about '// &
+                                 to_string(all_traces, 3)//' traces; at most '//to_string(most_traces, 3)// &
+                                 ' can be made', set%origin)
+               return
+            else if (all_drawn > most_drawn) then
+               call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would draw about '// &
+                                 to_string(all_drawn, 3)//' traces around the region; at most '// &
+                                 to_string(most_drawn, 3)//' can be drawn', set%origin)
+               return
+            end if
+            others = ' and those before it'
          end associate
       end do
    end subroutine check_amount

@@ -12,7 +12,7 @@ module rockdda_lines_joint_sets
    use rockdda_lines_statistics, only : joint_set_type, law
    implicit none
    private
-   public :: direction_of, line_positions, line_traces, varied, is_endless, expected_traces
+   public :: direction_of, line_positions, line_traces, varied, is_endless
 
    !> Lines of irregular spacing (and traces of irregular length) begin this many means outside, so that what is
    !> seen does not know where they began.
@@ -43,14 +43,6 @@ contains
       type(joint_set_type), intent(in) :: set
       is_endless = set%trace >= huge(1.0_wp)
    end function is_endless
-
-   !> How many traces a set will have in a region of this size, about.
-   pure real(wp) function expected_traces(set, across, along)
-      type(joint_set_type), intent(in) :: set
-      real(wp), intent(in) :: across, along    !! extent of the region along the set's normal and direction [L]
-      expected_traces = across/set%spacing + 1
-      if (.not. is_endless(set)) expected_traces = expected_traces*(along/(set%trace + set%bridge) + 1)
-   end function expected_traces
 
    !> A length of the given mean.
    subroutine varied(stream, mean, kind, randomness, value)
