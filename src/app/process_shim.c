@@ -4,14 +4,23 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+/* In a build that counts the lines run: write the counts, which _exit would drop. */
+extern void __gcov_dump(void) __attribute__((weak));
+
+void rockdda_guard_out_of_memory(void);
+int rockdda_memory_is_there(size_t bytes);
+void rockdda_process_out_of_memory(size_t bytes);
 
 static volatile sig_atomic_t signal_seen = 0; /* first stop signal */
 static volatile sig_atomic_t writing = 0;     /* output is being written: do not leave now */
 static volatile sig_atomic_t leaving = 0;     /* leave when it is written */
 static volatile sig_atomic_t orderly = 0;     /* the program chose to end */
+static volatile sig_atomic_t watching = 0;    /* a run is under way */
 
 /* What stands on standard output when the process leaves at once, NULL when nothing is to. */
 static char *volatile last_words = NULL;
@@ -27,6 +36,13 @@ static const char bug_message[] =
 static const char stop_message[] =
    "\nrockdda: stopped at once; the results hold everything up to their last flush, 'rockdda resume' continues from the\n"
    "last checkpoint\n";
+
+static const char memory_message[] =
+   "; give the program more (ulimit -v, --mem of a batch system), or a smaller model\n";
+static const char kept_message[] = "rockdda: the results so far are kept\n";
+
+/* Where memory counts as used up, and where libraries may wait for more of it. */
+enum { NEXT_TO_NOTHING = 16 << 20, SCARCE = 256 << 20 };
 
 static void tell(int stream, const char *text)
 {
@@ -44,18 +60,44 @@ static void say(const char *text)
    tell(STDERR_FILENO, text);
 }
 
+/* The system refused memory, 0: nobody knows how much. Ends the process, without asking for more. */
+void rockdda_process_out_of_memory(size_t bytes)
+{
+   char digits[24];
+   char *first = digits + sizeof digits - 1;
+   orderly = 1;
+   rockdda_guard_out_of_memory();
+   say("\nrockdda: out of memory");
+   if (bytes > 0) {
+      *first = '\0';
+      for (; bytes > 0; bytes /= 10) *--first = (char)('0' + bytes % 10);
+      say(": ");
+      say(first);
+      say(" bytes more are refused");
+   }
+   say(memory_message);
+   if (watching) say(kept_message);
+   if (__gcov_dump) __gcov_dump();
+   _exit(3);
+}
+
+/* The program did not choose to end: a library, or the run-time library of Fortran, gave up. */
+static void give_up(void)
+{
+   if (!rockdda_memory_is_there(NEXT_TO_NOTHING)) rockdda_process_out_of_memory(0);
+   say(bug_message);
+   _exit(1);
+}
+
 static void at_end(void)
 {
-   if (orderly) return;
-   say(bug_message); /* the run-time library ended the program */
-   _exit(1);
+   if (!orderly) give_up();
 }
 
 static void on_crash(int number)
 {
    (void)number;
-   say(bug_message);
-   _exit(1);
+   give_up();
 }
 
 static void leave(void)
@@ -72,6 +114,17 @@ static void on_stop(int number)
       leaving = 1;
    }
    if (signal_seen == 0) signal_seen = number;
+}
+
+/* Where a crash is handled: the stack itself may be what is used up. */
+static void prepare_stack(void)
+{
+   static char room[1 << 16];
+   stack_t stack;
+   memset(&stack, 0, sizeof stack);
+   stack.ss_sp = room;
+   stack.ss_size = sizeof room;
+   sigaltstack(&stack, NULL);
 }
 
 static void handle(int number, void (*handler)(int), int flags)
@@ -100,8 +153,9 @@ void rockdda_process_start(void)
    occupy_streams();
    atexit(at_end);
 #if !defined(__SANITIZE_ADDRESS__)
-   handle(SIGSEGV, on_crash, SA_RESETHAND);
-   handle(SIGBUS, on_crash, SA_RESETHAND);
+   prepare_stack();
+   handle(SIGSEGV, on_crash, SA_RESETHAND | SA_ONSTACK);
+   handle(SIGBUS, on_crash, SA_RESETHAND | SA_ONSTACK);
    handle(SIGFPE, on_crash, SA_RESETHAND);
    handle(SIGILL, on_crash, SA_RESETHAND);
    handle(SIGABRT, on_crash, SA_RESETHAND);
@@ -114,11 +168,17 @@ void rockdda_process_start(void)
 void rockdda_process_exit(int code)
 {
    orderly = 1;
+   /* threads of OpenBLAS ask for memory until there is some, and its end waits for its threads */
+   if (!rockdda_memory_is_there(SCARCE)) {
+      if (__gcov_dump) __gcov_dump();
+      _exit(code);
+   }
    exit(code);
 }
 
 void rockdda_process_watch_signals(void)
 {
+   watching = 1;
    struct sigaction before;
    int i;
    for (i = 0; i < N_STOP_SIGNALS; i++) {

@@ -22,17 +22,20 @@ module rockdda_base_error
 
    type :: error_type
       integer :: code = 1                    !! one of error_code%...
+      logical :: is_lasting = .false.        !! a smaller time step does not help: memory is lacking
       character(len=:), allocatable :: message !! one or more lines, no trailing newline
    end type error_type
 
 contains
 
    !> Allocate `error` with a code and a message.
-   pure subroutine make_error(error, code, message)
+   pure subroutine make_error(error, code, message, is_lasting)
       type(error_type), allocatable, intent(out) :: error !! the new error
       integer, intent(in) :: code                         !! one of error_code%...
       character(len=*), intent(in) :: message             !! what happened, to whom, what was expected
+      logical, intent(in), optional :: is_lasting         !! a smaller time step does not help
       allocate (error)
+      if (present(is_lasting)) error%is_lasting = is_lasting
       error%code = code
       error%message = message
    end subroutine make_error

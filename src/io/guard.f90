@@ -25,6 +25,7 @@ module rockdda_io_guard
       integer :: crashed = 2         !! or did not end
       integer :: no_process = 3      !! there could be no child: nothing was tried
       integer :: refused = 4         !! with an error
+      integer :: no_memory = 5       !! with an error: the work needs more than there is
    end type guard_enum
    !> What `try_first` returns.
    type(guard_enum), parameter :: guard = guard_enum()
@@ -52,11 +53,12 @@ contains
    subroutine try_first(seconds, outcome, error)
       real(wp), intent(in) :: seconds  !! processor time that the work may take
       integer, intent(out) :: outcome  !! one of guard%...
-      type(error_type), allocatable, intent(out) :: error   !! that of the child, code input
+      type(error_type), allocatable, intent(out) :: error   !! that of the child
       character(len=longest) :: message
       message = ''
       outcome = int(c_begin(real(seconds, c_double), message, int(longest, c_int)))
       if (outcome == guard%refused) call make_error(error, error_code%input, trim(message))
+      if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_lasting=.true.)
    end subroutine try_first
 
    !> End the child; an error goes to the parent. Does not return.

@@ -14,10 +14,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4 };
+enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4, NO_MEMORY = 5 };
 
 /* How the child ends when its work is done; no library that gives up ends so. */
-enum { DONE = 117, NOT_DONE = 118 };
+enum { DONE = 117, NOT_DONE = 118, REFUSED_MEMORY = 119 };
+
+int rockdda_memory_is_there(size_t bytes);
+
+/* Where memory counts as used up. */
+enum { NEXT_TO_NOTHING = 16 << 20 };
 
 /* In the child: where its message goes. */
 static int report = -1;
@@ -37,7 +42,7 @@ static void listen_to(int from, char *message, int room)
 }
 
 /* IN_CHILD in a child that is to do the work. In the parent, when the child has ended: CAME_THROUGH, CRASHED (or it
- * did not end), REFUSED with its message, blank behind it. */
+ * did not end), REFUSED with its message, blank behind it, NO_MEMORY. */
 int rockdda_guard_begin(double seconds, char *message, int room)
 {
    static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGPROF, SIGALRM};
@@ -61,7 +66,8 @@ int rockdda_guard_begin(double seconds, char *message, int room)
          if (errno != EINTR) return NO_PROCESS;
       if (WIFEXITED(status) && WEXITSTATUS(status) == DONE) return CAME_THROUGH;
       if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_DONE) return REFUSED;
-      return CRASHED;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == REFUSED_MEMORY) return NO_MEMORY;
+      return rockdda_memory_is_there(NEXT_TO_NOTHING) ? CRASHED : NO_MEMORY;
    }
    close(ends[0]);
    report = ends[1];
@@ -85,6 +91,14 @@ int rockdda_guard_begin(double seconds, char *message, int room)
    setitimer(ITIMER_PROF, &time, NULL);
    alarm(10U + 20U * (unsigned)seconds);
    return IN_CHILD;
+}
+
+void rockdda_guard_out_of_memory(void);
+
+/* Memory is refused: the end of the child; nothing is done in the parent. */
+void rockdda_guard_out_of_memory(void)
+{
+   if (report >= 0) _exit(REFUSED_MEMORY);
 }
 
 /* In a build that counts the lines run: write the counts, which _exit would drop. */

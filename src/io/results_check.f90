@@ -52,6 +52,8 @@ contains
          call try_all(path, digest, header, rows, length, record, series, error)
       case (guard%crashed)
          call make_error(error, error_code%input, path//': the file is damaged: HDF5 does not get through it')
+      case (guard%no_memory)
+         error%message = path//': '//error%message//' while it is read'
       end select
    end subroutine check_results
 

@@ -44,6 +44,10 @@ contains
       case (guard%crashed)
          call make_error(error, error_code%input, path//': error: the file is damaged: HDF5 does not get through it')
          return
+      case (guard%no_memory)
+         call move_alloc(ignored, error)
+         error%message = path//': error: '//error%message//' while it is read'
+         return
       end select
       call file%open(path, .false., error)
       if (allocated(error)) then

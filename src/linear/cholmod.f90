@@ -11,6 +11,7 @@ module rockdda_linear_cholmod
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_direct, only : direct_solver_type, least_pivot
+   use rockdda_linear_workspace, only : check_workspace
    use rockdda_linear_residual, only : not_positive_definite
    use rockdda_linear_products, only : n_stored_blocks
    implicit none
@@ -96,7 +97,11 @@ contains
          end if
          deallocate (self%row_start)
       end if
-      if (.not. c_associated(self%handle)) self%handle = rockdda_cholmod_new()
+      if (.not. c_associated(self%handle)) then
+         call check_workspace('cholmod', error)
+         if (allocated(error)) return
+         self%handle = rockdda_cholmod_new()
+      end if
       if (.not. c_associated(self%handle)) then
          call report_status(cholmod_out_of_memory, 'start', error)
          return
@@ -211,7 +216,8 @@ contains
       character(len=*), intent(in) :: what        !! what was being done
       type(error_type), allocatable, intent(out) :: error
       if (status == cholmod_out_of_memory) then
-         call make_error(error, error_code%computation, 'CHOLMOD '//what//': out of memory; choose pcg')
+         call make_error(error, error_code%computation, 'CHOLMOD '//what//': out of memory; choose pcg', &
+                         is_lasting=.true.)
       else
          call make_error(error, error_code%internal, 'CHOLMOD '//what//' failed with status '//to_string(int(status)))
       end if

@@ -6,6 +6,7 @@ module rockdda_linear_dense
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_direct, only : direct_solver_type, least_pivot
+   use rockdda_linear_workspace, only : check_workspace
    use rockdda_linear_residual, only : not_positive_definite
    implicit none
    private
@@ -80,7 +81,11 @@ contains
       if (allocated(self%a)) then
          if (size(self%a, 1) /= 6*matrix%n) deallocate (self%a)
       end if
-      if (.not. allocated(self%a)) allocate (self%a(6*matrix%n, 6*matrix%n))
+      if (.not. allocated(self%a)) then
+         call check_workspace('dense', error)
+         if (allocated(error)) return
+         allocate (self%a(6*matrix%n, 6*matrix%n))
+      end if
       self%a = 0
       do i = 1, matrix%n
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1

@@ -146,16 +146,22 @@ class Case:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def preloaded(folder: Path, name: str) -> Path:
+    """A library to be preloaded, made in this folder."""
+    library = folder / f"{name}.so"
+    source = Path(__file__).with_name(f"{name}.c")
+    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, source], check=True)
+    return library
+
+
 @dataclass
 class Faults:
-    """The preloaded library of fault.c."""
+    """Files that fail: the preloaded library of fault.c."""
 
     folder: Path
 
     def __post_init__(self) -> None:
-        self.library = self.folder / "fault.so"
-        source = Path(__file__).with_name("fault.c")
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", self.library, source], check=True)
+        self.library = preloaded(self.folder, "fault")
 
     def environment(self, at: int, kind: str) -> dict[str, str]:
         return {
@@ -172,3 +178,28 @@ class Faults:
         if outcome.returncode != 0:
             raise RuntimeError(outcome.stderr.decode())
         return int((self.folder / "calls").read_text())
+
+
+@dataclass
+class Refusals:
+    """Memory that is refused: the preloaded library of refuse.c."""
+
+    folder: Path
+
+    def __post_init__(self) -> None:
+        self.library = preloaded(self.folder, "refuse")
+
+    def environment(self, at: int) -> dict[str, str]:
+        """No memory from request number `at` on; 0: there is always some."""
+        return {
+            **os.environ,
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "LD_PRELOAD": os.fspath(self.library),
+            "REFUSE_AT": str(at),
+            "REFUSE_COUNT": os.fspath(self.folder / "requests"),
+        }
+
+    def count(self) -> int:
+        """Requests of the last process that ended in order."""
+        return int((self.folder / "requests").read_text())
