@@ -80,7 +80,11 @@ contains
       if (is_set(options%t_end)) then
          parameters%t_end = options%t_end
          ! with only an end time given, the analysis file's number of steps is not a limit
-         if (.not. is_set(options%steps)) parameters%n_steps = huge(1)
+         if (.not. is_set(options%steps)) then
+            parameters%n_steps = huge(1)
+            call messages%add(severity%note, 'end time '//to_string(options%t_end)//' replaces the number of steps '// &
+                              to_string(analysis%n_steps)//' of the analysis file')
+         end if
       end if
 
       parameters%k01 = analysis%k01
@@ -90,7 +94,7 @@ contains
       parameters%dt_min = 1.0e-3_wp*parameters%dt_max
       if (peer_dialect) parameters%dt_min = 1.0e-2_wp*parameters%dt_max
       if (is_set(options%dt_min)) parameters%dt_min = options%dt_min
-      if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
+      if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, '&time dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max))
       parameters%displacement_ratio = analysis%displacement_ratio
       call override('displacement ratio (g2)', options%displacement_ratio, parameters%displacement_ratio)
@@ -138,7 +142,11 @@ contains
       if (allocated(options%line_loads)) parameters%line_loads = options%line_loads
       if (allocated(options%stages)) parameters%stages = options%stages
       if (is_set(options%mass_damping)) parameters%mass_damping = options%mass_damping
-      if (is_set(options%gravity)) parameters%gravity = options%gravity
+      if (is_set(options%gravity)) then
+         parameters%gravity = options%gravity
+         call messages%add(severity%note, 'gravity '//to_string(options%gravity)// &
+                           ' replaces weight over density of the analysis file')
+      end if
       parameters%base = options%base
       allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
       if (allocated(analysis%fixed_tables)) then
@@ -151,7 +159,8 @@ contains
       parameters%solver_method = text_or(options%method, '')
       parameters%preconditioner = text_or(options%preconditioner, '')
       parameters%solver_tolerance = real_or(options%tolerance, 1.0e-10_wp)
-      parameters%sor_factor = real_or(options%omega, analysis%sor_factor)
+      parameters%sor_factor = analysis%sor_factor
+      call override('SOR factor', options%omega, parameters%sor_factor)
 
    contains
 

@@ -226,7 +226,7 @@ contains
       real(wp) :: largest, ratio
       integer :: k, c
       text = text//'contacts still change after '//to_string(parameters%max_open_close)// &
-             ' open-close rounds. Those that changed most often:'
+             ' open-close rounds'//new_line('a')//'  those that changed most often:'
       allocate (told(table%n), source=.false.)
       do k = 1, min(most_listed, table%n)
          c = maxloc(trial%changes(1:table%n), dim=1, mask=.not. told)

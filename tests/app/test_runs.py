@@ -2,6 +2,7 @@
 """What a run does with its options, where it writes, what its summary and its log say."""
 
 import os
+import re
 import unittest
 
 from results_case import ENERGY_COLUMNS, INPUTS, ResultsTest, read
@@ -116,6 +117,27 @@ class Options(ResultsTest):
             "run", "block.dc", "block.df", "--config=run.nml", "--steps=3", "--solver=dense", "--json"
         )
         self.assertEqual((outcome.json["steps"], outcome.json["solver"]), (3, "dense"))
+
+    def test_the_log_names_every_value_of_the_files_that_an_option_replaces(self):
+        self.write(
+            "run.nml",
+            "&run t_end = 0.02 / &time k01 = 0.9, displacement_ratio = 0.02 / &contact stiffness = 2e8 /\n"
+            "&solver omega = 1.2 / &load gravity = 9 /\n",
+        )
+        self.run_model("block.dc", "block.df", "--config", "run.nml")
+        log = self.path("out.log").read_text()
+        replaced = re.findall(r"^note: (.*) replaces (.*) of the analysis file$", log, re.M)
+        self.assertEqual(
+            replaced,
+            [
+                ("end time 0.02", "the number of steps 20"),
+                ("k01 0.9", "1"),
+                ("displacement ratio (g2) 0.02", "0.01"),
+                ("contact stiffness (g0) 2e+08", "1e+08"),
+                ("gravity 9", "weight over density"),
+                ("SOR factor 1.2", "1.4"),
+            ],
+        )
 
     def test_output_of_the_namelist(self):
         self.write("run.nml", "&output file = 'sub/named.h5' /\n")
