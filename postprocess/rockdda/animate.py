@@ -97,6 +97,7 @@ def _draw(
         figure = cast("Figure", axes.figure)
         stamp = title if title is not None else results.title
         first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
+        enlarged = f"displacements × {scale:g}" if scale != 1 else ""
         clock = axes.set_title(" ")
         (bar,) = axes.plot([], [], color="#0072B2", lw=2.5, transform=axes.transAxes, clip_on=False)
         figure.get_layout_engine().execute(figure)  # type: ignore[union-attr]
@@ -112,7 +113,7 @@ def _draw(
                     share = (now.time - first) / (last - first) if last > first else 1.0
                     bar.set_data([0, share], [1.005, 1.005])
                     time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
-                    clock.set_text(", ".join(part for part in (stamp, time) if part))
+                    clock.set_text(", ".join(part for part in (stamp, time, enlarged) if part))
                     writer.grab_frame()
                     if progress is not None:
                         progress(k + 1, len(frames))

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
+from matplotlib.text import Text
 from PIL import Image
 from synthetic import write_wall
 
@@ -63,6 +64,15 @@ def test_without_a_name_a_film_is_named_after_its_results(wall, tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     path = wall.animate(every=6, dpi=30)
     assert (path.name, [file.name for file in tmp_path.iterdir()]) == (f"{wall.path.stem}.mp4", [path.name])
+
+
+def test_a_film_says_how_much_displacements_are_enlarged(wall, tmp_path, monkeypatch):
+    said, write = [], Text.set_text
+    monkeypatch.setattr(Text, "set_text", lambda text, words: (said.append(words), write(text, words)))
+    wall.animate(tmp_path / "a.gif", every=6, dpi=30)
+    assert f"{wall.title}, t = {wall.times[-1]:.4f}" in said
+    wall.animate(tmp_path / "b.gif", every=6, dpi=30, scale=100)
+    assert f"{wall.title}, t = {wall.times[-1]:.4f}, displacements × 100" in said
 
 
 def test_mp4_has_all_frames_and_even_sides(wall, tmp_path):
