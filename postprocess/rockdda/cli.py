@@ -262,9 +262,10 @@ def main(arguments: list[str] | None = None) -> int:
     usage_error = typer.BadParameter.__mro__[1]
     click_error = usage_error.__mro__[1]
     try:
-        code = app(arguments, standalone_mode=False)
+        code = app(arguments, prog_name="rockdda-post", standalone_mode=False)
     except click_error as error:  # type: ignore[misc]
-        typer.echo(f"rockdda-post: error: {error.format_message()}", err=True)  # type: ignore[attr-defined]
+        text = error.format_message() or "no command given"  # type: ignore[attr-defined]
+        typer.echo(f"rockdda-post: error: {text}", err=True)
         return BAD_INPUT
     except InputError as error:
         text = str(error)

@@ -49,6 +49,12 @@ def test_the_version_is_that_of_the_package(capsys):
     assert run(capsys, "--version") == (0, f"rockdda-post {rockdda.__version__}\n", "")
 
 
+def test_nothing_is_answered_with_the_help(capsys):
+    code, out, err = run(capsys)
+    assert (code, err) == (2, "rockdda-post: error: no command given\n")
+    assert "Usage: rockdda-post " in out
+
+
 def test_plot_options(folder, capsys):
     options = [
         "--field",
