@@ -167,6 +167,9 @@ void rockdda_process_start(void)
 
 void rockdda_process_exit(int code)
 {
+   char *words = last_words;
+   last_words = NULL;
+   free(words);
    orderly = 1;
    /* threads of OpenBLAS ask for memory until there is some, and its end waits for its threads */
    if (!rockdda_memory_is_there(SCARCE)) {

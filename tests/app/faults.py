@@ -155,6 +155,32 @@ def preloaded(folder: Path, name: str) -> Path:
 
 
 @dataclass
+class LibraryFaults:
+    """The preloaded library of library_fault.c."""
+
+    folder: Path
+
+    def __post_init__(self) -> None:
+        self.library = self.folder / "library_fault.so"
+        source = Path(__file__).with_name("library_fault.c")
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", self.library, source], check=True, capture_output=True)
+
+    def environment(self, function: str, at: int, status: int = 0) -> dict[str, str]:
+        return {
+            **os.environ,
+            "LD_PRELOAD": os.fspath(self.library),
+            "FAULT_FUNCTION": function,
+            "FAULT_AT": str(at),
+            "FAULT_STATUS": str(status),
+            "FAULT_COUNT": os.fspath(self.folder / "calls"),
+        }
+
+    def calls(self) -> int:
+        """Of the function, in the program that ended last."""
+        return int((self.folder / "calls").read_text())
+
+
+@dataclass
 class Faults:
     """Files that fail: the preloaded library of fault.c."""
 

@@ -7,14 +7,12 @@ library_fault.c is preloaded and makes a function of theirs fail.
 import json
 import os
 import shutil
-import subprocess
 import unittest
-from pathlib import Path
 
 from support import PROGRAM, ProgramTest, h5py
 
 if h5py is not None:
-    from faults import MEMORY, Case, differences
+    from faults import MEMORY, Case, LibraryFaults, differences
 
 #: A status of CHOLMOD.
 OUT_OF_MEMORY, INVALID = -2, -4
@@ -44,25 +42,8 @@ class LibraryTest(ProgramTest):
         super().setUp()
         if "-fsanitize" in self.run_program("--version").out:
             self.skipTest("the sanitizers want to be loaded first")
-        source = Path(__file__).with_name("library_fault.c")
-        self.library = self.path("fault.so")
-        outcome = subprocess.run(
-            ["cc", "-shared", "-fPIC", "-O1", "-o", self.library, source], capture_output=True, check=False
-        )
-        self.assertEqual(outcome.returncode, 0, outcome.stderr)
-
-    def fault(self, function, at, status=0):
-        return {
-            **os.environ,
-            "LD_PRELOAD": os.fspath(self.library),
-            "FAULT_FUNCTION": function,
-            "FAULT_AT": str(at),
-            "FAULT_STATUS": str(status),
-            "FAULT_COUNT": os.fspath(self.path("calls")),
-        }
-
-    def calls(self):
-        return int(self.path("calls").read_text())
+        faults = LibraryFaults(self.folder)
+        self.fault, self.calls = faults.environment, faults.calls
 
 
 class Cholmod(LibraryTest):

@@ -169,6 +169,14 @@ class Refused(ResumeTest):
         outcome = self.run_program("resume", "block.ckpt.h5", **nobody)
         self.assertFails(outcome, 2, "block.ckpt.h5: error: permission denied")
 
+    def test_undo_file_that_may_not_be_read(self):
+        nobody = self.as_nobody()
+        for name in self.files():
+            self.path(name).chmod(0o666)
+        self.write("block.h5.undo", "anything").chmod(0)
+        outcome = self.run_program("resume", "block.ckpt.h5", "--steps", "1", "--quiet", **nobody)
+        self.assertFails(outcome, 2, "block.h5.undo: error: Permission denied")
+
     def test_damaged_or_cut(self):
         generator = random.Random(4)
         places = [0, 8, 100, len(self.checkpoint) - 2, *(generator.randrange(len(self.checkpoint)) for _ in range(8))]
