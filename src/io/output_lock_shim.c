@@ -5,6 +5,7 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -59,12 +60,14 @@ static int lock_existing(const char *path, int *fd)
    return OUTPUT_BUSY;
 }
 
-/* Create and lock a new file; with force an existing one is removed first, unless a running process writes it.
- * 0, OUTPUT_EXISTS, OUTPUT_BUSY, OUTPUT_SPECIAL or an errno value. */
+/* Create and lock a new file; with force an existing one is removed first, unless a running process writes it. Where
+ * the path is a link the file is that to which it leads, and the link stays. 0, OUTPUT_EXISTS, OUTPUT_BUSY,
+ * OUTPUT_SPECIAL or an errno value. */
 int rockdda_output_create(const char *path, int force, int *fd)
 {
    struct stat info;
-   int old = -1, problem;
+   int old = -1, problem, exclusive = O_EXCL;
+   char *target = NULL;
    *fd = -1;
    if (stat(path, &info) == 0) {
       if (S_ISDIR(info.st_mode)) return EISDIR;
@@ -72,14 +75,19 @@ int rockdda_output_create(const char *path, int force, int *fd)
       if (!force) return OUTPUT_EXISTS;
       problem = lock_existing(path, &old);
       if (problem != OUTPUT_OK) return problem;
-      if (unlink(path) != 0) {
+      target = realpath(path, NULL);
+      if (!target || unlink(target) != 0) {
          problem = errno;
+         free(target);
          close(old);
          return problem;
       }
+   } else if (lstat(path, &info) == 0) {
+      exclusive = 0; /* a link to a file that is not there yet */
    }
-   *fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+   *fd = open(target ? target : path, O_RDWR | O_CREAT | exclusive | O_CLOEXEC, 0666);
    problem = *fd < 0 ? (errno == EEXIST ? OUTPUT_EXISTS : errno) : lock_whole_file(*fd);
+   free(target);
    if (old >= 0) close(old);
    return problem;
 }
