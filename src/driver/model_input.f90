@@ -127,7 +127,7 @@ contains
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      integer :: before
+      integer :: before, i
       call read_config(input, messages)
       call apply_to_options(request, input%options)
       call read_blocks(input, messages, error)
@@ -141,7 +141,12 @@ contains
       end if
       if (messages%has_errors() .or. .not. input%has_blocks) return
       call choose_solver(input%options, messages)
+      before = messages%n
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
+      ! an option that does not go with the analysis file
+      do i = before + 1, messages%n
+         if (messages%items(i)%severity == severity%error) messages%items(i)%origin%file = input%config_file
+      end do
       if (len(input%parameters%title) == 0) input%parameters%title = stem_of(input%analysis_file)
    end subroutine read_model
 
