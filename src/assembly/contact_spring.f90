@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Gap and slip of one contact as functions of the unknowns of its two blocks, and the dashpot beside its springs.
+!> How gap and slip of one contact change with the unknowns of its two blocks, and the dashpot beside its springs.
 !>
 !> Source: Shi's contact submatrices (thesis Eqs. 3.14-3.21), written with vectors: a length x between two
 !> blocks changes by e.d_a + g.d_b in a step, to first order. A spring of stiffness k along it then gives
@@ -13,49 +13,25 @@ module rockdda_assembly_contact_spring
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: contact_vectors, spring_vectors, dashpot_coefficient, dashpot_dissipation
+   public :: spring_vectors, dashpot_coefficient, dashpot_dissipation
 
 contains
 
-   !> Gap and first derivatives of gap and slip of one contact: vertex p of block a, edge s to q of block b.
+   !> First derivatives of gap (1) and slip (2) of one contact: vertex p of block a, an edge of block b.
    !>
-   !> Normal: the gap is (p - s).n. Its exact first derivative, the turning of the edge included, is n.(motion
-   !> of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided by the length.
+   !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
+   !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
+   !> by the length.
    !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p,
    !> so that the couple of the two shear forces is zero. A rigid motion of both blocks together changes
    !> neither, to first order.
-   pure subroutine contact_vectors(p, s, q, centroid_a, centroid_b, gap, normal, tangent, e_n, g_n, e_t, g_t)
-      real(wp), intent(in) :: p(2)           !! vertex of block a [length]
-      real(wp), intent(in) :: s(2), q(2)     !! start and end of the edge of block b, apart [length]
-      real(wp), intent(in) :: centroid_a(2)  !! [length]
-      real(wp), intent(in) :: centroid_b(2)  !! [length]
-      real(wp), intent(out) :: gap           !! > 0 open, < 0 overlapping [length]
-      real(wp), intent(out) :: normal(2)     !! outward unit normal of the edge
-      real(wp), intent(out) :: tangent(2)    !! unit vector along the edge
-      real(wp), intent(out) :: e_n(6)        !! d(gap)/d(d_a)
-      real(wp), intent(out) :: g_n(6)        !! d(gap)/d(d_b)
-      real(wp), intent(out) :: e_t(6)        !! d(slip)/d(d_a), slip > 0: p moves along the tangent
-      real(wp), intent(out) :: g_t(6)        !! d(slip)/d(d_b)
-      real(wp) :: e(6, 2), g(6, 2)
-      tangent = q - s
-      tangent = tangent/sqrt(tangent(1)**2 + tangent(2)**2)
-      normal = [tangent(2), -tangent(1)]
-      gap = dot_product(p - s, normal)
-      call spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
-      e_n = e(:, 1)
-      e_t = e(:, 2)
-      g_n = g(:, 1)
-      g_t = g(:, 2)
-   end subroutine contact_vectors
-
-   !> The derivatives of `contact_vectors` where gap and normal are known: of the gap (1) and of the slip (2).
    pure subroutine spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
       real(wp), intent(in) :: p(2)           !! vertex of block a [length]
-      real(wp), intent(in) :: gap            !! [length]
+      real(wp), intent(in) :: gap            !! > 0 open, < 0 overlapping [length]
       real(wp), intent(in) :: normal(2)      !! outward unit normal of the edge
       real(wp), intent(in) :: centroid_a(2)  !! [length]
       real(wp), intent(in) :: centroid_b(2)  !! [length]
-      real(wp), intent(out) :: e(6, 2)       !! with respect to d_a
+      real(wp), intent(out) :: e(6, 2)       !! with respect to d_a; slip > 0: p moves along the edge
       real(wp), intent(out) :: g(6, 2)       !! with respect to d_b
       real(wp) :: tangent(2)
       tangent = [-normal(2), normal(1)]
