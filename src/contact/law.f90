@@ -150,13 +150,11 @@ contains
       if (bonded) shear_strength = shear_strength + law%cohesion*length
    end function shear_strength
 
-   !> Largest tensile force of a contact: t l while it is bonded.
-   elemental real(wp) function tensile_strength(law, length, bonded)
+   !> Largest tensile force t l of a contact that has neither opened nor slipped yet; later it has none.
+   elemental real(wp) function tensile_strength(law, length)
       type(contact_law_type), intent(in) :: law
       real(wp), intent(in) :: length        !! contact length [length]
-      logical, intent(in) :: bonded         !! has neither opened nor slipped yet
-      tensile_strength = 0
-      if (bonded) tensile_strength = law%tension*length
+      tensile_strength = law%tension*length
    end function tensile_strength
 
 end module rockdda_contact_law

@@ -21,7 +21,7 @@ module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength
+   use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength, tensile_strength
    implicit none
    private
    public :: open_close_type, judge_settings_type
@@ -324,7 +324,7 @@ contains
          if (.not. closes(self, table, settings, c, gap, partner_gap)) return
       else
          hold = settings%open_tolerance
-         if (self%bonded(c)) hold = hold + laws(table%joint(c))%tension*table%length(c)/settings%k_n
+         if (self%bonded(c)) hold = hold + tensile_strength(laws(table%joint(c)), table%length(c))/settings%k_n
          if (gap > hold) return
          if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) return
       end if
@@ -414,7 +414,7 @@ contains
       real(wp) :: shear, limit, hold
       integer :: p
       hold = settings%open_tolerance
-      if (self%bonded(c)) hold = hold + laws(table%joint(c))%tension*table%length(c)/settings%k_n
+      if (self%bonded(c)) hold = hold + tensile_strength(laws(table%joint(c)), table%length(c))/settings%k_n
       new = self%state(c)
       p = table%partner(c)
       if (self%gap(c) > hold) new = contact_state%open
