@@ -13,7 +13,7 @@ module rockdda_assembly_inertia
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: add_inertia, new_velocity, kinetic_energy, add_mass_damping, mass_damping_dissipation
+   public :: add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation
 
 contains
 
@@ -36,13 +36,6 @@ contains
       real(wp) :: v(6)
       v = (2/dt)*d - velocity
    end function new_velocity
-
-   !> Kinetic energy 1/2 v.M v.
-   pure real(wp) function kinetic_energy(m, velocity)
-      real(wp), intent(in) :: m(6, 6)        !! mass matrix
-      real(wp), intent(in) :: velocity(6)
-      kinetic_energy = 0.5_wp*dot_product(velocity, matmul(m, velocity))
-   end function kinetic_energy
 
    !> Damping force -alpha M d/dt of one step: alpha/dt M to the stiffness.
    pure subroutine add_mass_damping(alpha, m, dt, k)

@@ -31,7 +31,6 @@ module rockdda_geometry_grid
    contains
       procedure :: build_boxes
       procedure :: build_segments
-      procedure :: query_box
       procedure :: query_segment
       procedure :: query_point
    end type grid_type
@@ -105,21 +104,6 @@ contains
          call end_pass(self, pass)
       end do
    end subroutine build_segments
-
-   !> Items that share a cell with a box.
-   pure subroutine query_box(self, box, query)
-      class(grid_type), intent(in) :: self
-      real(wp), intent(in) :: box(4)           !! xmin, ymin, xmax, ymax
-      type(grid_query_type), intent(inout) :: query
-      integer :: ix, iy
-      call begin_query(self, query)
-      if (self%n_items == 0) return
-      do iy = self%raster%row(box(2)), self%raster%row(box(4))
-         do ix = self%raster%column(box(1)), self%raster%column(box(3))
-            call collect(self, ix + (iy - 1)*self%raster%nx, query)
-         end do
-      end do
-   end subroutine query_box
 
    !> Items that share a cell with a segment, or with its surroundings up to a margin.
    pure subroutine query_segment(self, p, q, margin, query)

@@ -1,15 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Writes geometry and analysis input as legacy text files that read back exactly.
+!> Writes geometry input as a legacy text file that reads back exactly.
 module rockdda_io_legacy_writer
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type
-   use rockdda_model_analysis_input, only : analysis_input_type, dialect, time_table_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_text_output, only : text_writer_type, exact_text
    implicit none
    private
-   public :: write_geometry_file, write_analysis_file
+   public :: write_geometry_file
 
 contains
 
@@ -58,69 +57,6 @@ contains
       end subroutine write_rows
 
    end subroutine write_geometry_file
-
-   !> Write an analysis file in one dialect. Dialect peer leaves out g0 and the time-dependent values.
-   subroutine write_analysis_file(path, analysis, way, error)
-      character(len=*), intent(in) :: path
-      type(analysis_input_type), intent(in) :: analysis
-      integer, intent(in) :: way           !! dialect%peer or dialect%g0
-      type(error_type), allocatable, intent(out) :: error
-      type(text_writer_type) :: writer
-      integer :: i
-      call writer%open(path, error)
-      if (allocated(error)) return
-      call writer%line(exact_text(analysis%k01)//'  # k01: 0 static to 1 dynamic')
-      call writer%line(to_string(analysis%n_steps)//'  # time steps')
-      call writer%line(to_string(size(analysis%block_materials))//'  # block materials')
-      call writer%line(to_string(size(analysis%joint_materials))//'  # joint materials')
-      call writer%line(exact_text(analysis%displacement_ratio)//'  # g2: allowed displacement ratio')
-      call writer%line(exact_text(analysis%dt_max)//'  # g1: largest time step')
-      if (way == dialect%g0) then
-         call writer%line(exact_text(analysis%stiffness)//'  # g0: contact stiffness, 0 automatic')
-         if (allocated(analysis%fixed_tables)) call write_counts(analysis%fixed_tables)
-         if (allocated(analysis%loading_tables)) call write_counts(analysis%loading_tables)
-         if (allocated(analysis%fixed_tables)) call write_tables(analysis%fixed_tables)
-         if (allocated(analysis%loading_tables)) call write_tables(analysis%loading_tables)
-      end if
-      do i = 1, size(analysis%block_materials)
-         associate (material => analysis%block_materials(i))
-            call writer%line(row_text([material%density, material%weight, material%youngs_modulus, &
-                                       material%poisson_ratio])//'  # density, weight, E, nu')
-            call writer%line(row_text(material%stress)//'  # initial stress s11 s22 s12')
-            call writer%line(row_text(material%stress_gradient)//'  # its gradient with y')
-            call writer%line(row_text(material%velocity)//'  # initial velocity vx vy vr')
-         end associate
-      end do
-      do i = 1, size(analysis%joint_materials)
-         call writer%line(row_text([analysis%joint_materials(i)%friction_angle, analysis%joint_materials(i)%cohesion, &
-                                    analysis%joint_materials(i)%tension])//'  # friction angle, cohesion, tension')
-      end do
-      call writer%line(exact_text(analysis%sor_factor)//'  # SOR factor')
-      call writer%close(error)
-
-   contains
-
-      !> Number of rows of each table.
-      subroutine write_counts(tables)
-         type(time_table_type), intent(in) :: tables(:)
-         integer :: k
-         do k = 1, size(tables)
-            call writer%line(to_string(size(tables(k)%rows, 2)))
-         end do
-      end subroutine write_counts
-
-      !> Rows of all tables.
-      subroutine write_tables(tables)
-         type(time_table_type), intent(in) :: tables(:)
-         integer :: k, row
-         do k = 1, size(tables)
-            do row = 1, size(tables(k)%rows, 2)
-               call writer%line(row_text(tables(k)%rows(:, row)))
-            end do
-         end do
-      end subroutine write_tables
-
-   end subroutine write_analysis_file
 
    !> Numbers in a row.
    pure function row_text(values) result(text)

@@ -12,7 +12,7 @@ module rockdda_io_namelist_parser
    use rockdda_io_source, only : source_type
    implicit none
    private
-   public :: namelist_type, group_type, entry_type, value_type, value_kind, parse_namelist, find_entry, beside
+   public :: namelist_type, group_type, entry_type, value_kind, parse_namelist, find_entry, beside
 
    type :: value_kind_enum
       integer :: number = 1

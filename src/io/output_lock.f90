@@ -19,7 +19,6 @@ module rockdda_io_output_lock
       procedure :: reopen => reopen_output
       procedure :: check => check_place
       procedure :: release => release_output
-      procedure :: is_held
    end type output_lock_type
 
    integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2, status_special = -3
@@ -102,12 +101,6 @@ contains
       if (self%handle >= 0) call c_release(self%handle)
       self%handle = -1
    end subroutine release_output
-
-   !> Is a file owned?
-   pure logical function is_held(self)
-      class(output_lock_type), intent(in) :: self
-      is_held = self%handle >= 0
-   end function is_held
 
    !> Do two paths name one existing file?
    logical function is_same_file(one, other)

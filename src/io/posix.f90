@@ -7,7 +7,7 @@ module rockdda_io_posix
    use rockdda_base_kinds, only : i8, wp
    implicit none
    private
-   public :: path_kind, get_path_kind, get_file_size, is_readable, is_writable, list_directory
+   public :: path_kind, get_path_kind, get_file_size, is_readable, list_directory
    public :: rename_file, remove_file, file_name_type, format_real
 
    type :: path_kind_enum
@@ -96,12 +96,6 @@ contains
       character(len=*), intent(in) :: path
       is_readable = c_may_access(trim(path)//c_null_char, 4_c_int) /= 0
    end function is_readable
-
-   !> May this process write the path?
-   logical function is_writable(path)
-      character(len=*), intent(in) :: path
-      is_writable = c_may_access(trim(path)//c_null_char, 2_c_int) /= 0
-   end function is_writable
 
    !> All names in a folder, sorted by character code, without `.` and `..`; ok is false when it cannot be read.
    subroutine list_directory(path, names, ok)

@@ -13,7 +13,7 @@ module rockdda_io_record_reader
    use rockdda_io_numbers, only : is_whole
    implicit none
    private
-   public :: record_reader_type, record_type, largest_coordinate, smallest_length, largest_value
+   public :: record_reader_type, largest_coordinate, smallest_length, largest_value
    public :: counted, append_in_order, note_comment
 
    !> Larger coordinates cannot be meant (and their fourth powers must stay finite).

@@ -23,7 +23,6 @@ module rockdda_io_source
       integer :: n_lines = 0
       integer, allocatable :: line_start(:)   !! (n_lines) position of the first byte of each line in text
    contains
-      procedure :: line_text
       procedure :: origin => origin_at
       procedure :: file_origin
    end type source_type
@@ -139,16 +138,6 @@ contains
       if (n > 1 .and. source%line_start(n) > len(source%text)) n = n - 1
       source%n_lines = n
    end subroutine new_source
-
-   !> Text of a line without its line end.
-   pure function line_text(self, line) result(text)
-      class(source_type), intent(in) :: self
-      integer, intent(in) :: line                !! 1-based
-      character(len=:), allocatable :: text
-      integer :: first, last
-      call line_range(self, line, first, last)
-      text = self%text(first:last)
-   end function line_text
 
    !> Where a line begins and ends in the text, without its line end; last < first for an empty one.
    pure subroutine line_range(source, line, first, last)

@@ -5,7 +5,7 @@ module rockdda_io_timestamp
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: utc_now, utc_text, wall_seconds
+   public :: utc_now, wall_seconds
 
 contains
 

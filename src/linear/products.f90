@@ -1,16 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Products with the symmetric block matrix, and sums in a fixed order.
+!> Products with the symmetric block matrix.
 module rockdda_linear_products
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: multiply, residual_vector, rounding_level, sum_of_products, n_stored_blocks, find_block, &
+   public :: multiply, rounding_level, n_stored_blocks, find_block, &
       add_product, add_transposed_product, add_both_products
-
-   !> Blocks whose terms are added up together; the partial sums are then added in order, so that the
-   !> result does not depend on the number of threads.
-   integer, parameter :: chunk = 256
 
 contains
 
@@ -60,15 +56,6 @@ contains
          y(:, i) = own
       end do
    end subroutine multiply
-
-   !> r = f - K x.
-   pure subroutine residual_vector(matrix, x, f, r)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in), contiguous :: x(:, :), f(:, :)   !! (6, n)
-      real(wp), intent(out), contiguous :: r(:, :)           !! (6, n)
-      call multiply(matrix, x, r)
-      r = f - r
-   end subroutine residual_vector
 
    !> w = |K| |x| + |f|, entry by entry: epsilon times w is what rounding alone does to f - K x.
    pure subroutine rounding_level(matrix, x, f, w)
@@ -126,16 +113,5 @@ contains
       end do
       y = sums
    end subroutine add_both_products
-
-   !> Sum of a(i,b) b(i,b) over all unknowns, in an order that depends on the size alone.
-   pure real(wp) function sum_of_products(a, b) result(total)
-      real(wp), intent(in), contiguous :: a(:, :), b(:, :)   !! (6, n)
-      integer :: first, last
-      total = 0
-      do first = 1, size(a, 2), chunk
-         last = min(first + chunk - 1, size(a, 2))
-         total = total + sum(a(:, first:last)*b(:, first:last))
-      end do
-   end function sum_of_products
 
 end module rockdda_linear_products

@@ -29,7 +29,7 @@ module rockdda_linear_residual
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
    private
-   public :: residual_type, rounding_limit, not_positive_definite, not_finite
+   public :: residual_type, not_positive_definite, not_finite
 
    !> Largest relative rounding error of K x at which a solution still counts.
    real(wp), parameter :: rounding_limit = 1.0e-6_wp

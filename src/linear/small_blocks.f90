@@ -5,7 +5,7 @@ module rockdda_linear_small_blocks
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_block, &
+   public :: factorize_block, solve_lower, solve_block, &
       invert_lower
 
 contains
@@ -130,24 +130,5 @@ contains
       end do
       inverse = transpose(rows)
    end subroutine invert_lower
-
-   !> The inverse of a symmetric block from its factor, exactly symmetric.
-   pure subroutine invert_block(l, inverse)
-      real(wp), intent(in) :: l(6, 6)          !! from `factorize_block`
-      real(wp), intent(out) :: inverse(6, 6)   !! A^-1
-      real(wp) :: m(6, 6)
-      integer :: i, j
-      m = 0
-      do j = 1, 6
-         m(j, j) = 1
-         call solve_lower(l, m(:, j))
-      end do
-      do j = 1, 6
-         do i = j, 6
-            inverse(i, j) = dot_product(m(i:6, i), m(i:6, j))
-            inverse(j, i) = inverse(i, j)
-         end do
-      end do
-   end subroutine invert_block
 
 end module rockdda_linear_small_blocks

@@ -48,8 +48,6 @@ module rockdda_model_blocks
       type(bolt_set_type) :: bolts
    contains
       procedure :: n_vertices
-      procedure :: next_vertex
-      procedure :: previous_vertex
    end type block_system_type
 
 contains
@@ -60,21 +58,5 @@ contains
       n_vertices = 0
       if (allocated(self%vertex_offset)) n_vertices = self%vertex_offset(self%n_blocks + 1)
    end function n_vertices
-
-   !> The vertex after `vertex` on block `block`, counter-clockwise.
-   pure integer function next_vertex(self, block, vertex)
-      class(block_system_type), intent(in) :: self
-      integer, intent(in) :: block, vertex
-      next_vertex = vertex + 1
-      if (vertex == self%vertex_offset(block + 1)) next_vertex = self%vertex_offset(block) + 1
-   end function next_vertex
-
-   !> The vertex before `vertex` on block `block`.
-   pure integer function previous_vertex(self, block, vertex)
-      class(block_system_type), intent(in) :: self
-      integer, intent(in) :: block, vertex
-      previous_vertex = vertex - 1
-      if (vertex == self%vertex_offset(block) + 1) previous_vertex = self%vertex_offset(block + 1)
-   end function previous_vertex
 
 end module rockdda_model_blocks

@@ -20,7 +20,7 @@ module rockdda_stepping_loads
    use rockdda_assembly_points, only : add_point_spring
    implicit none
    private
-   public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, fixed_target, &
+   public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
       attach_line_loads
 
    !> Elasticity of the block materials.

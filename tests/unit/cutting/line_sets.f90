@@ -13,7 +13,7 @@ module line_sets
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    implicit none
    private
-   public :: new_geometry, add_rectangle, cut, area_of, corners_of, n_corners, fault_of, random_type
+   public :: new_geometry, add_rectangle, cut, area_of, corners_of, n_corners, next_vertex, fault_of, random_type
 
    !> The same numbers on every machine (a 32-bit linear congruential generator, high bits).
    type :: random_type
@@ -142,9 +142,9 @@ contains
          real(wp) :: p(2), q(2), r(2), s(2)
          real(wp), parameter :: rounding = 1.0e-14_wp
          p = blocks%vertices(:, k)
-         q = blocks%vertices(:, blocks%next_vertex(i, k))
+         q = blocks%vertices(:, next_vertex(blocks, i, k))
          r = blocks%vertices(:, l)
-         s = blocks%vertices(:, blocks%next_vertex(i, l))
+         s = blocks%vertices(:, next_vertex(blocks, i, l))
          ! edges on one line have sides of either sign at the level of rounding
          edges_cross = min(side_of_line(p, q, r), side_of_line(p, q, s)) < -rounding .and. &
                        max(side_of_line(p, q, r), side_of_line(p, q, s)) > rounding .and. &
@@ -175,6 +175,14 @@ contains
       nodes = nodes(:, 1:n)
    end subroutine number_nodes
 
+   !> The vertex after `vertex` on block `block`, counter-clockwise.
+   pure integer function next_vertex(blocks, block, vertex)
+      type(block_system_type), intent(in) :: blocks
+      integer, intent(in) :: block, vertex
+      next_vertex = vertex + 1
+      if (vertex == blocks%vertex_offset(block + 1)) next_vertex = blocks%vertex_offset(block) + 1
+   end function next_vertex
+
    !> All block edges split at the nodes on them: (from, to, block) of the parts; bridges left out.
    subroutine split_edges(blocks, nodes, node_of, ends)
       type(block_system_type), intent(in) :: blocks
@@ -193,7 +201,7 @@ contains
          do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
             if (blocks%edge_joint(k) == 0) cycle
             a = node_of(k)
-            b = node_of(blocks%next_vertex(i, k))
+            b = node_of(next_vertex(blocks, i, k))
             p = nodes(:, a)
             q = nodes(:, b)
             n = 0
