@@ -11,6 +11,7 @@
 module rockdda_contact_broad_phase
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_base_room, only : reserve
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
@@ -178,17 +179,6 @@ contains
       end associate
       call sort_pairs(n, n_pairs, pairs, work)
    end subroutine find_close_pairs
-
-   !> Make room for n numbers; a quarter more, so that it seldom happens. Contents are lost when it does.
-   pure subroutine reserve(array, n)
-      integer, allocatable, intent(inout) :: array(:)
-      integer, intent(in) :: n
-      if (allocated(array)) then
-         if (size(array) >= n) return
-         deallocate (array)
-      end if
-      allocate (array(n + n/4 + 16))
-   end subroutine reserve
 
    !> Add one pair, growing the list when needed.
    pure subroutine append_pair(first, second, pairs, n_pairs)

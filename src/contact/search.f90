@@ -7,6 +7,7 @@
 module rockdda_contact_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_room, only : reserve
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
@@ -109,10 +110,7 @@ contains
       integer, allocatable, intent(inout) :: order(:)
       integer :: c, v, k, l
       if (.not. allocated(start)) allocate (start(nv + 1))
-      if (allocated(order)) then
-         if (size(order) < list%n) deallocate (order)
-      end if
-      if (.not. allocated(order)) allocate (order(list%n + list%n/4 + 16))
+      call reserve(order, list%n)
       start = 0
       do c = 1, list%n
          start(list%rows(c)%vertex + 1) = start(list%rows(c)%vertex + 1) + 1

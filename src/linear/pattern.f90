@@ -5,6 +5,7 @@
 !> block number, leave every row ascending and the duplicates of a pair side by side.
 module rockdda_linear_pattern
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : reserve
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
@@ -54,7 +55,7 @@ contains
       matrix%pattern_id = matrix%pattern_id + 1
       matrix%row_start(1:n + 1) = work%row_start(1:n + 1)
       n_stored = matrix%row_start(n + 1) - 1
-      call reserve(matrix, n_stored)
+      call reserve_blocks(matrix, n_stored)
       matrix%column(1:n_stored) = work%column(1:n_stored)
    end subroutine build_with
 
@@ -62,23 +63,12 @@ contains
    pure subroutine make_room(work, n, m)
       type(pattern_work_type), intent(inout) :: work
       integer, intent(in) :: n, m
-      call reserve_integers(work%start, n + 1)
-      call reserve_integers(work%row_start, n + 1)
-      call reserve_integers(work%by_large, m)
-      call reserve_integers(work%by_small, m)
-      call reserve_integers(work%column, n + m)
+      call reserve(work%start, n + 1)
+      call reserve(work%row_start, n + 1)
+      call reserve(work%by_large, m)
+      call reserve(work%by_small, m)
+      call reserve(work%column, n + m)
    end subroutine make_room
-
-   !> Room for n numbers, and a quarter more when it has to grow; contents are then lost.
-   pure subroutine reserve_integers(array, n)
-      integer, allocatable, intent(inout) :: array(:)
-      integer, intent(in) :: n
-      if (allocated(array)) then
-         if (size(array) >= n) return
-         deallocate (array)
-      end if
-      allocate (array(n + n/4))
-   end subroutine reserve_integers
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.
    pure subroutine sort_pairs(n, m, pairs, slots, start, by_large, by_small, row_start, column)
@@ -158,7 +148,7 @@ contains
    end function is_same_pattern
 
    !> Make room for the stored blocks; what is there is kept only when it is large enough.
-   subroutine reserve(matrix, n_stored)
+   subroutine reserve_blocks(matrix, n_stored)
       type(block_matrix_type), intent(inout) :: matrix
       integer, intent(in) :: n_stored  !! number of stored blocks
       integer :: room
@@ -171,6 +161,6 @@ contains
       allocate (matrix%column(room), matrix%values(6, 6, room))
       matrix%column = 0
       matrix%values = 0.0_wp
-   end subroutine reserve
+   end subroutine reserve_blocks
 
 end module rockdda_linear_pattern
