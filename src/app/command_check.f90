@@ -3,7 +3,7 @@
 module rockdda_app_command_check
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
@@ -204,14 +204,5 @@ contains
       call say(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
                counted(messages%n_warnings, 'warning'), ok)
    end subroutine summarise
-
-   !> "1 file", "2 files"
-   pure function counted(n, noun) result(text)
-      integer, intent(in) :: n
-      character(len=*), intent(in) :: noun
-      character(len=:), allocatable :: text
-      text = to_string(n)//' '//noun
-      if (n /= 1) text = text//'s'
-   end function counted
 
 end module rockdda_app_command_check

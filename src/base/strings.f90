@@ -5,7 +5,7 @@ module rockdda_base_strings
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: to_string, to_exact_string, lower_case
+   public :: to_string, to_exact_string, counted, lower_case
 
    !> Shortest text that a person would write for a number.
    interface to_string
@@ -114,5 +114,14 @@ contains
          if (c >= iachar('A') .and. c <= iachar('Z')) lower(i:i) = achar(c + 32)
       end do
    end function lower_case
+
+   !> "1 number", "3 numbers".
+   pure function counted(n, noun) result(text)
+      integer, intent(in) :: n
+      character(len=*), intent(in) :: noun
+      character(len=:), allocatable :: text
+      text = to_string(n)//' '//noun
+      if (n /= 1) text = text//'s'
+   end function counted
 
 end module rockdda_base_strings

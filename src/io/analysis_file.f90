@@ -2,12 +2,12 @@
 !> Reader of analysis files (.df, .ana), both dialects. Format: docs/file-formats.md.
 module rockdda_io_analysis_file
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_io_analysis_body, only : read_analysis_header, read_analysis_body
    use rockdda_io_counting, only : analysis_needs, fits_geometry, find_g0_points, g0_points_fit, plain_numbers
-   use rockdda_io_record_reader, only : record_reader_type, counted, append_in_order, note_comment
+   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise

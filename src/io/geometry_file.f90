@@ -2,12 +2,12 @@
 !> Reader of geometry files (.dc, .geo). Format: docs/file-formats.md.
 module rockdda_io_geometry_file
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_counting, only : geometry_needs, fits_analysis
    use rockdda_io_record_reader, only : record_reader_type, largest_coordinate, smallest_length, largest_value, &
-                                        counted, append_in_order, note_comment
+                                        append_in_order, note_comment
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none

@@ -14,7 +14,7 @@ module rockdda_io_record_reader
    implicit none
    private
    public :: record_reader_type, largest_coordinate, smallest_length, largest_value
-   public :: counted, append_in_order, note_comment
+   public :: append_in_order, note_comment
 
    !> Larger coordinates cannot be meant (and their fourth powers must stay finite).
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
@@ -329,14 +329,5 @@ contains
       if (len(object) > 0) text = text//' of '//object
       if (number > 0) text = text//' '//to_string(number)
    end function full_name
-
-   !> "1 number", "3 numbers".
-   pure function counted(n, noun) result(text)
-      integer, intent(in) :: n
-      character(len=*), intent(in) :: noun
-      character(len=:), allocatable :: text
-      text = to_string(n)//' '//noun
-      if (n /= 1) text = text//'s'
-   end function counted
 
 end module rockdda_io_record_reader
