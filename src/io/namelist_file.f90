@@ -21,6 +21,11 @@ module rockdda_io_namelist_file
    !> More open-close rounds than this cannot be meant: a step would not end.
    integer, parameter :: most_open_close = 1000
 
+   !> How many of the groups that may be repeated have been read.
+   type :: groups_read_type
+      integer :: line_loads = 0, joint_laws = 0, stages = 0
+   end type groups_read_type
+
 contains
 
    !> Read and check a file of run options; every problem is added to `messages`.
@@ -41,21 +46,25 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(diagnostics_type) :: found
       type(namelist_type) :: namelist
+      type(groups_read_type) :: done
       integer :: i
-      allocate (options%line_loads(0), options%joint_laws(0), options%stages(0))
       call parse_namelist(source, namelist, found)
+      allocate (options%line_loads(n_groups(namelist, 'line_load')), &
+                options%joint_laws(n_groups(namelist, 'joint_law')), &
+                options%stages(n_groups(namelist, 'stage')))
       do i = 1, namelist%n
-         call read_group(namelist, namelist%groups(i), options, found)
+         call read_group(namelist, namelist%groups(i), options, done, found)
       end do
       call check_stages(namelist, options, found)
       call append_in_order(messages, found)
    end subroutine read_options_source
 
    !> One group.
-   subroutine read_group(namelist, group, options, messages)
+   subroutine read_group(namelist, group, options, done, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
       type(run_options_type), intent(inout) :: options
+      type(groups_read_type), intent(inout) :: done
       type(diagnostics_type), intent(inout) :: messages
       type(line_load_type) :: line_load
       type(joint_law_type) :: joint_law
@@ -94,56 +103,31 @@ contains
          call require_name(namelist, group, 'ends', messages)
          call require_name(namelist, group, 'force_start', messages)
          if (find_entry(group, 'force_end') == 0) line_load%force_end = line_load%force_start
-         call add_line_load(options%line_loads, line_load)
+         done%line_loads = done%line_loads + 1
+         options%line_loads(done%line_loads) = line_load
       case ('joint_law')
          call require_name(namelist, group, 'material', messages)
-         call add_joint_law(options%joint_laws, joint_law)
+         done%joint_laws = done%joint_laws + 1
+         options%joint_laws(done%joint_laws) = joint_law
       case ('stage')
          if (find_entry(group, 'until_step') > 0 .and. find_entry(group, 'until_time') > 0) &
             call messages%add(severity%error, &
             '&stage: give until_step or until_time, not both', namelist%origin(group%place))
-         call add_stage(options%stages, stage)
+         done%stages = done%stages + 1
+         options%stages(done%stages) = stage
       end select
    end subroutine read_group
 
-   !> One more line load.
-   subroutine add_line_load(list, item)
-      type(line_load_type), allocatable, intent(inout) :: list(:)
-      type(line_load_type), intent(in) :: item
-      type(line_load_type), allocatable :: larger(:)
-      integer :: n
-      n = size(list)
-      allocate (larger(n + 1))
-      larger(1:n) = list
-      larger(n + 1) = item
-      call move_alloc(larger, list)
-   end subroutine add_line_load
-
-   !> One more joint law.
-   subroutine add_joint_law(list, item)
-      type(joint_law_type), allocatable, intent(inout) :: list(:)
-      type(joint_law_type), intent(in) :: item
-      type(joint_law_type), allocatable :: larger(:)
-      integer :: n
-      n = size(list)
-      allocate (larger(n + 1))
-      larger(1:n) = list
-      larger(n + 1) = item
-      call move_alloc(larger, list)
-   end subroutine add_joint_law
-
-   !> One more stage.
-   subroutine add_stage(list, item)
-      type(stage_type), allocatable, intent(inout) :: list(:)
-      type(stage_type), intent(in) :: item
-      type(stage_type), allocatable :: larger(:)
-      integer :: n
-      n = size(list)
-      allocate (larger(n + 1))
-      larger(1:n) = list
-      larger(n + 1) = item
-      call move_alloc(larger, list)
-   end subroutine add_stage
+   !> Number of groups of one name.
+   pure integer function n_groups(namelist, name)
+      type(namelist_type), intent(in) :: namelist
+      character(len=*), intent(in) :: name
+      integer :: i
+      n_groups = 0
+      do i = 1, namelist%n
+         if (namelist%groups(i)%name == name) n_groups = n_groups + 1
+      end do
+   end function n_groups
 
    !> Was entry i's name given before in the group? (`harmonic` may be repeated.)
    pure logical function is_repeated(group, i)
