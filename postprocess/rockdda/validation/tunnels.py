@@ -38,7 +38,6 @@ DENSITY, MODULUS = PUBLISHED["parameters"]["density"], PUBLISHED["parameters"]["
 STIFFNESS, TIME_STEP = PUBLISHED["parameters"]["stiffness"], PUBLISHED["parameters"]["dt"][1]
 GRAVITY = 9.81
 WIDTH, BOTTOM, TOP = 40, -16.5, 33.5  # of the rock; the crown is at 0
-CONFIDENCE = 0.95
 LOOSE = 0.5  # m: what has moved further has fallen into the opening
 
 
