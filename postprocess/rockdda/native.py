@@ -31,16 +31,15 @@ MOST_SHOWN = 50
 PathLike = str | os.PathLike[str]
 
 
-def _api() -> Any:
-    """The procedures of the extension."""
+def _extension() -> Any:
+    """The extension, or an error that says how to get it."""
     try:
-        extension = load()
+        return load()
     except ImportError as error:
         raise ImportError(
             "the compiled part of rockdda is missing or does not fit this Python; `pip install .` in the source folder "
             f"builds it (results can be read without it): {error}"
         ) from error
-    return extension.rockdda_python_api
 
 
 def load() -> ModuleType:
@@ -59,7 +58,8 @@ class Session:
     """A model and its run on the Fortran side; freed when it is no longer used."""
 
     def __init__(self) -> None:
-        self._api = _api()
+        extension = _extension()
+        self._api, self._values = extension.rockdda_python_api, extension.rockdda_python_values
         self.handle = int(self._api.create())
         self._told = 0  # messages
         self._end = weakref.finalize(self, self._api.destroy, self.handle)
@@ -214,27 +214,27 @@ class Session:
             "blocks vertices fixed loading measured bolts contacts step frames steps "
             "lines dropped_lines shortened_lines islands holes"
         )
-        return dict(zip(names.split(), (int(n) for n in self._api.sizes(self.handle)), strict=True))
+        return dict(zip(names.split(), (int(n) for n in self._values.sizes(self.handle)), strict=True))
 
     def geometry_sizes(self) -> dict[str, int]:
         """Numbers of things in the geometry."""
         names = ["lines", "boundary", "materials", "bolts", "fixed", "loading", "measured", "holes", "sets"]
-        return dict(zip(names, (int(n) for n in self._api.geometry_sizes(self.handle)), strict=True))
+        return dict(zip(names, (int(n) for n in self._values.geometry_sizes(self.handle)), strict=True))
 
     def analysis_sizes(self) -> dict[str, int]:
         """Numbers of things in the analysis."""
         names = ["blocks", "joints", "tables", "rows", "steps", "dialect"]
-        return dict(zip(names, (int(n) for n in self._api.analysis_sizes(self.handle)), strict=True))
+        return dict(zip(names, (int(n) for n in self._values.analysis_sizes(self.handle)), strict=True))
 
     def facts(self) -> dict[str, float]:
         """Numbers by name; energies by their own names."""
         names = ["time", "dt", "fraction", "block_area", "hole_area", "enclosed_area"]
         names += self.text(ENERGIES).split()
-        return dict(zip(names, (float(x) for x in self._api.facts(self.handle)), strict=True))
+        return dict(zip(names, (float(x) for x in self._values.facts(self.handle)), strict=True))
 
     def array(self, what: str, *arguments: int) -> list[npt.NDArray[Any]]:
         """Arrays of one of the procedures that give some; the first axis counts blocks, vertices, points, …"""
-        found = getattr(self._api, what)(self.handle, *arguments)
+        found = getattr(self._values, what)(self.handle, *arguments)
         arrays = [np.asarray(array) for array in (found if isinstance(found, tuple) else (found,))]
         for i, array in enumerate(arrays):
             arrays[i] = array.T.astype(np.int64) if array.dtype.kind == "i" else array.T

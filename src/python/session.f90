@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> What a Python object holds on the Fortran side: a model and, once it is started, a run.
 !>
-!> The flat layer (api.f90) hands addresses of sessions to Python as opaque integers. Each session belongs to one
-!> Python object, which uses it from one thread at a time; different sessions do not share anything.
+!> The flat layer (api.f90, values.f90) hands addresses of sessions to Python as opaque integers. Each session belongs
+!> to one Python object, which uses it from one thread at a time; different sessions do not share anything.
 module rockdda_python_session
 !$ use omp_lib, only : omp_get_max_threads, omp_set_num_threads
    use, intrinsic :: iso_c_binding, only : c_int64_t, c_intptr_t, c_ptr, c_loc, c_f_pointer
