@@ -25,6 +25,7 @@ contains
       end select
    end function usage_text
 
+   !> Help of the program.
    pure function program_text() result(text)
       character(len=:), allocatable :: text
       text = 'RockDDA: discontinuous deformation analysis of block systems'//nl// &
@@ -47,6 +48,7 @@ contains
              exit_text()
    end function program_text
 
+   !> Help of `rockdda lines`.
    pure function lines_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda lines MODEL.dl [-o MODEL.dc] [OPTION…]'//nl// &
@@ -67,6 +69,7 @@ contains
              '  rockdda lines tunnel.dl --json | python3 -m json.tool'
    end function lines_text
 
+   !> Help of `rockdda cut`.
    pure function cut_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda cut MODEL.dc [-o MODEL.blk] [OPTION…]'//nl// &
@@ -85,6 +88,7 @@ contains
              '  rockdda cut slope.dc --json | python3 -m json.tool'
    end function cut_text
 
+   !> Help of `rockdda run`.
    pure function run_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda run MODEL.blk MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
@@ -122,6 +126,7 @@ contains
              '  rockdda run slope.dc slope.df --config slope.nml --max-wall 3600'
    end function run_text
 
+   !> Help of `rockdda resume`.
    pure function resume_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda resume OUT.ckpt.h5 [--steps N] [OPTION…]'//nl// &
@@ -146,6 +151,7 @@ contains
              '  rockdda resume slope.ckpt.h5 --max-wall 3600 --quiet --json'
    end function resume_text
 
+   !> Help of `rockdda check`.
    pure function check_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda check FILE… [OPTION…]'//nl// &
@@ -162,6 +168,7 @@ contains
              '  rockdda check slope.df --dialect peer --json'
    end function check_text
 
+   !> Help of `rockdda info`.
    pure function info_text() result(text)
       character(len=:), allocatable :: text
       text = 'usage: rockdda info FILE… [OPTION…]'//nl// &
@@ -177,6 +184,7 @@ contains
              '  rockdda info inputs/incline'
    end function info_text
 
+   !> Options of all commands.
    pure function common_text() result(text)
       character(len=:), allocatable :: text
       text = 'options of all commands:'//nl// &
@@ -187,6 +195,7 @@ contains
              '  --help            this text'//nl
    end function common_text
 
+   !> Exit codes.
    pure function exit_text() result(text)
       character(len=:), allocatable :: text
       text = 'exit codes:'//nl// &

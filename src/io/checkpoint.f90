@@ -151,6 +151,7 @@ contains
 
    contains
 
+      !> The error of a call to the system that failed.
       subroutine explain(status)
          integer(c_int), intent(in) :: status
          if (status /= 0) call make_error(error, error_code%output, self%path//': '//errno_text(status))
@@ -208,6 +209,7 @@ contains
 
    contains
 
+      !> An error that names the file.
       subroutine refuse(why)
          character(len=*), intent(in) :: why
          call make_error(error, error_code%input, path//': '//why)
@@ -274,6 +276,7 @@ contains
 
    contains
 
+      !> An error that names the file.
       subroutine refuse(why)
          character(len=*), intent(in) :: why
          call make_error(error, error_code%input, path//': '//why)

@@ -26,6 +26,7 @@ module rockdda_io_hdf5_extras
    end type reason_type
 
    interface
+      !> Call `visit` for each record of the stack of errors; these return < 0 on failure.
       integer(c_int) function c_walk(stack, direction, visit, client) bind(C, name='H5Ewalk2')
          import :: c_int, c_int64_t, c_funptr, c_ptr
          integer(c_int64_t), value :: stack
@@ -34,6 +35,7 @@ module rockdda_io_hdf5_extras
          type(c_ptr), value :: client
       end function c_walk
 
+      !> Lock files when they are opened, or do not.
       integer(c_int) function c_set_file_locking(access, use_locking, ignore_when_disabled) &
          bind(C, name='H5Pset_file_locking')
          import :: c_int, c_int64_t, c_bool
@@ -41,6 +43,7 @@ module rockdda_io_hdf5_extras
          logical(c_bool), value :: use_locking, ignore_when_disabled
       end function c_set_file_locking
 
+      !> Write the bytes of a chunk as they are.
       integer(c_int) function c_write_chunk(dataset, transfer, filters_left_out, offset, n_bytes, values) &
          bind(C, name='H5Dwrite_chunk')
          import :: c_int, c_int32_t, c_int64_t, c_size_t, c_ptr

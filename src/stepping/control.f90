@@ -82,7 +82,8 @@ contains
    pure subroutine accepted(self, parameters, dt, displacement, shortened, k01_used)
       class(step_control_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
-      real(wp), intent(in) :: dt, displacement
+      real(wp), intent(in) :: dt             !! step [time]
+      real(wp), intent(in) :: displacement   !! largest of any vertex [length]
       logical, intent(in) :: shortened     !! dt was shortened to land on an end: keep the dt that was wanted
       real(wp), intent(in) :: k01_used
       real(wp) :: limit, wanted
@@ -100,7 +101,8 @@ contains
    !> Smaller step after one that moved too far.
    pure real(wp) function cut_for_displacement(parameters, dt, displacement) result(smaller)
       type(parameters_type), intent(in) :: parameters
-      real(wp), intent(in) :: dt, displacement
+      real(wp), intent(in) :: dt             !! step [time]
+      real(wp), intent(in) :: displacement   !! largest of any vertex [length]
       real(wp) :: limit
       limit = parameters%displacement_ratio*parameters%w0
       smaller = max(parameters%dt_min, dt*max(parameters%cut_factor, min(0.9_wp, 0.8_wp*limit/displacement)))

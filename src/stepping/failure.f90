@@ -111,7 +111,7 @@ contains
 
    !> The equations could not be solved.
    subroutine tell_no_solution(dt, detail, blocks, parameters, state, text)
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       character(len=*), intent(in) :: detail
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -177,7 +177,7 @@ contains
 
    !> A block flies off.
    subroutine tell_thrown(dt, blocks, parameters, state, table, x, text)
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state

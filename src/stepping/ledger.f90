@@ -151,7 +151,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)
       type(block_state_type), intent(in) :: state
       type(open_close_type), intent(in) :: trial
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(contact_table_type), intent(inout) :: table
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
       integer :: p, n
@@ -186,7 +186,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)
       type(block_state_type), intent(in) :: state
       type(open_close_type), intent(in) :: trial
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(contact_table_type), intent(inout) :: table
       real(wp), intent(out) :: sums(n_sums)   !! carried, friction, dissipated, discarded, geometry, stored
       real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
@@ -263,7 +263,7 @@ contains
       type(material_matrices_type), intent(in) :: matrices
       type(block_state_type), intent(in) :: state
       type(step_loads_type), intent(in) :: loads
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       real(wp), intent(in) :: d(:, :)            !! (6, nb) unknowns of the step
       integer :: i, p, n
       n = n_pieces(blocks%n_blocks)

@@ -93,7 +93,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(open_close_type), intent(inout) :: trial
       real(wp) :: damping(2)
       integer :: c
@@ -115,7 +115,7 @@ contains
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(equations_type), intent(inout) :: equations
       real(wp) :: damping(2), stiffness(2), force(2)
       integer :: c, l

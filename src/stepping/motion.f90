@@ -105,7 +105,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(material_matrices_type), intent(in) :: matrices
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
       type(block_state_type), intent(inout) :: state
       real(wp) :: momentum(6), v(6), spin, polar

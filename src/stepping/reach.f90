@@ -22,7 +22,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state
       type(step_control_type), intent(in) :: control
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       real(wp) :: fastest, acceleration, expected, arm
       integer :: i
       acceleration = 0

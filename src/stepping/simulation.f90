@@ -234,12 +234,14 @@ contains
    !> One attempt: open-close rounds with a fixed dt.
    subroutine try_step(self, dt, reach, is_first, at_floor, outcome, rounds, iterations, displacement, detail, error)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt, reach
+      real(wp), intent(in) :: dt        !! step [time]
+      real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
       logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
       logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
-      integer, intent(out) :: outcome, rounds
-      integer, intent(inout) :: iterations
-      real(wp), intent(out) :: displacement
+      integer, intent(out) :: outcome            !! one of attempt%...
+      integer, intent(out) :: rounds             !! of the open-close loop
+      integer, intent(inout) :: iterations       !! of the solver, in this step so far
+      real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       character(len=:), allocatable, intent(out) :: detail
       type(error_type), allocatable, intent(out) :: error
       type(judge_settings_type) :: settings
@@ -317,7 +319,7 @@ contains
    !> (stiff springs, long steps) it does not.
    subroutine predict_motion(self, dt, settings)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(judge_settings_type), intent(in) :: settings
       real(wp) :: ratio
       call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
@@ -339,7 +341,7 @@ contains
    !> the states of the last solve, of those that slide.
    subroutine solve_round(self, dt, friction_only, new_states, iterations, solved, detail, error)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       logical, intent(in) :: friction_only   !! only friction forces found within the round differ from the last solve
       logical, intent(in) :: new_states   !! else only friction forces differ from the last solve: K is the same
       integer, intent(inout) :: iterations
@@ -390,7 +392,7 @@ contains
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
    subroutine settle_friction(self, dt, settings, iterations, solved, detail, error)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       type(judge_settings_type), intent(in) :: settings
       integer, intent(inout) :: iterations
       logical, intent(out) :: solved
@@ -432,7 +434,7 @@ contains
    !> Book the energies, move the blocks, fill the record.
    subroutine accept(self, dt, shortened, displacement)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: dt   !! step [time]
       logical, intent(in) :: shortened
       real(wp), intent(in) :: displacement
       real(wp) :: k01, kinetic_predicted, strain_predicted, kinetic_moved, strain_moved
