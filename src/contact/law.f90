@@ -20,7 +20,7 @@ module rockdda_contact_law
    use rockdda_model_options, only : joint_law_type
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength, tensile_strength
+   public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength
 
    type :: contact_law_enum
       integer :: coulomb = 1
@@ -149,12 +149,5 @@ contains
       shear_strength = friction_coefficient(law, slip_rate, slip)*max(normal_force, 0.0_wp)
       if (bonded) shear_strength = shear_strength + law%cohesion*length
    end function shear_strength
-
-   !> Largest tensile force t l of a contact that has neither opened nor slipped yet; later it has none.
-   elemental real(wp) function tensile_strength(law, length)
-      type(contact_law_type), intent(in) :: law
-      real(wp), intent(in) :: length        !! contact length [length]
-      tensile_strength = law%tension*length
-   end function tensile_strength
 
 end module rockdda_contact_law

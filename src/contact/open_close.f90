@@ -21,7 +21,7 @@ module rockdda_contact_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength, tensile_strength
+   use rockdda_contact_law, only : contact_law_type, contact_law, shear_strength
    implicit none
    private
    public :: open_close_type, judge_settings_type
@@ -317,15 +317,13 @@ contains
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap, slip  !! [length]
       real(wp), intent(out) :: normal, shear          !! [force]
-      real(wp) :: hold, limit
+      real(wp) :: limit
       normal = 0
       shear = 0
       if (self%state(c) == contact_state%open) then
          if (.not. closes(self, table, settings, c, gap, partner_gap)) return
       else
-         hold = settings%open_tolerance
-         if (self%bonded(c)) hold = hold + tensile_strength(laws(table%joint(c)), table%length(c))/settings%k_n
-         if (gap > hold) return
+         if (gap > opening_gap(self, table, laws, settings, c)) return
          if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) return
       end if
       normal = -settings%k_n*gap
@@ -334,6 +332,17 @@ contains
       shear = max(-limit, min(limit, shear))
       normal = normal - self%normal_drag(c)*(gap - table%gap(c))
    end subroutine find_forces
+
+   !> Gap beyond which a closed contact opens: while it is bonded, its tensile strength t l holds it together.
+   pure real(wp) function opening_gap(self, table, laws, settings, c)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(judge_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      opening_gap = settings%open_tolerance
+      if (self%bonded(c)) opening_gap = opening_gap + laws(table%joint(c))%tension*table%length(c)/settings%k_n
+   end function opening_gap
 
    !> Does an open contact close with this motion?
    pure logical function closes(self, table, settings, c, gap, partner_gap)
@@ -411,13 +420,11 @@ contains
       type(judge_settings_type), intent(in) :: settings
       integer, intent(in) :: c
       integer, intent(out) :: new
-      real(wp) :: shear, limit, hold
+      real(wp) :: shear, limit
       integer :: p
-      hold = settings%open_tolerance
-      if (self%bonded(c)) hold = hold + tensile_strength(laws(table%joint(c)), table%length(c))/settings%k_n
       new = self%state(c)
       p = table%partner(c)
-      if (self%gap(c) > hold) new = contact_state%open
+      if (self%gap(c) > opening_gap(self, table, laws, settings, c)) new = contact_state%open
       if (p > 0) then
          ! outside the partner's line: the corner has been passed
          if (self%gap(p) > settings%open_tolerance .and. self%gap(p) > self%gap(c)) new = contact_state%open
