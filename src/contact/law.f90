@@ -14,7 +14,7 @@
 !> A new law is one more name in `contact_law`, one case in `new_contact_laws` and one in `friction_coefficient`.
 module rockdda_contact_law
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_options, only : joint_law_type
@@ -43,12 +43,12 @@ module rockdda_contact_law
 contains
 
    !> The laws of all joint materials: Coulomb, unless a joint law names the material. Faults of the options
-   !> (unknown name or material, wrong parameters, a material named twice) are input errors.
-   subroutine new_contact_laws(materials, joint_laws, laws, error)
+   !> (unknown name or material, wrong parameters, a material named twice) are errors, each where its option was read.
+   subroutine new_contact_laws(materials, joint_laws, laws, messages)
       type(joint_material_type), intent(in) :: materials(:)              !! all joint materials
       type(joint_law_type), intent(in) :: joint_laws(:)                  !! may be empty
       type(contact_law_type), allocatable, intent(out) :: laws(:)        !! one per joint material
-      type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type), intent(inout) :: messages
       logical, allocatable :: named(:)
       integer :: i, m
       allocate (laws(size(materials)))
@@ -62,66 +62,61 @@ contains
       do i = 1, size(joint_laws)
          m = joint_laws(i)%material
          if (m < 1 .or. m > size(materials)) then
-            call make_error(error, error_code%input, 'joint law '//to_string(i)//': there is no joint material '// &
-                            to_string(m)//', they are 1 to '//to_string(size(materials)))
-            return
+            call messages%add(severity%error, 'joint law '//to_string(i)//': there is no joint material '// &
+                              to_string(m)//', they are 1 to '//to_string(size(materials)), joint_laws(i)%origin)
+         else if (named(m)) then
+            call messages%add(severity%error, 'joint law '//to_string(i)//': joint material '//to_string(m)// &
+                              ' already has a law', joint_laws(i)%origin)
+         else
+            named(m) = .true.
+            call set_law(joint_laws(i), laws(m), messages)
          end if
-         if (named(m)) then
-            call make_error(error, error_code%input, 'joint law '//to_string(i)//': joint material '// &
-                            to_string(m)//' already has a law')
-            return
-         end if
-         named(m) = .true.
-         call set_law(joint_laws(i), laws(m), error)
-         if (allocated(error)) return
       end do
    end subroutine new_contact_laws
 
    !> Take name, parameters and damping of one option.
-   subroutine set_law(option, law, error)
+   subroutine set_law(option, law, messages)
       type(joint_law_type), intent(in) :: option
       type(contact_law_type), intent(inout) :: law
-      type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: name, where
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: name, where, fault
       integer :: n
       where = 'law of joint material '//to_string(option%material)//': '
       name = 'coulomb'
       if (allocated(option%law)) then
          if (len_trim(option%law) > 0) name = trim(option%law)
       end if
+      fault = ''
       n = 0
       if (allocated(option%parameters)) n = size(option%parameters)
-      if (option%damping_ratio < 0) then
-         call make_error(error, error_code%input, where//'the damping ratio must not be negative')
-         return
-      end if
       law%damping_ratio = option%damping_ratio
       select case (name)
       case ('coulomb')
          law%law = contact_law%coulomb
-         if (n > 0) call make_error(error, error_code%input, where//'coulomb takes no parameters')
-         return
+         if (n > 0) fault = 'coulomb takes no parameters'
       case ('velocity')
          law%law = contact_law%velocity
-         if (n /= 2) call make_error(error, error_code%input, where// &
-                                     'velocity takes 2 parameters: friction angle at high rates [deg], rate')
+         if (n /= 2) fault = 'velocity takes 2 parameters: friction angle at high rates [deg], rate'
       case ('displacement')
          law%law = contact_law%displacement
-         if (n /= 2) call make_error(error, error_code%input, where// &
-                                     'displacement takes 2 parameters: residual friction angle [deg], slip')
+         if (n /= 2) fault = 'displacement takes 2 parameters: residual friction angle [deg], slip'
       case default
-         call make_error(error, error_code%input, where//"unknown law '"//name// &
-                         "', expected coulomb, velocity or displacement")
+         fault = "unknown law '"//name//"', expected coulomb, velocity or displacement"
       end select
-      if (allocated(error)) return
-      if (.not. (option%parameters(1) >= 0 .and. option%parameters(1) < 90)) then
-         call make_error(error, error_code%input, where//'the friction angle must be in [0, 90)')
-      else if (.not. option%parameters(2) > 0) then
-         call make_error(error, error_code%input, where//'the second parameter must be positive')
+      if (option%damping_ratio < 0) fault = 'the damping ratio must not be negative'
+      if (len(fault) == 0 .and. n == 2) then
+         if (.not. (option%parameters(1) >= 0 .and. option%parameters(1) < 90)) then
+            fault = 'the friction angle must be in [0, 90)'
+         else if (.not. option%parameters(2) > 0) then
+            fault = 'the second parameter must be positive'
+         end if
       end if
-      if (allocated(error)) return
-      law%final_friction = tan(option%parameters(1)*pi/180)
-      law%scale = option%parameters(2)
+      if (len(fault) > 0) then
+         call messages%add(severity%error, where//fault, option%origin)
+      else if (n == 2) then
+         law%final_friction = tan(option%parameters(1)*pi/180)
+         law%scale = option%parameters(2)
+      end if
    end subroutine set_law
 
    !> Friction coefficient; at rest and before any slip it is tan(phi) for every law.

@@ -21,6 +21,7 @@ module rockdda_driver_model_input
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
+   use rockdda_stepping_options_check, only : check_options
    implicit none
    private
    public :: model_input_type, run_request_type
@@ -127,7 +128,7 @@ contains
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      integer :: before, i
+      integer :: before
       call read_config(input, messages)
       call apply_to_options(request, input%options)
       call read_blocks(input, messages, error)
@@ -141,12 +142,8 @@ contains
       end if
       if (messages%has_errors() .or. .not. input%has_blocks) return
       call choose_solver(input%options, messages)
-      before = messages%n
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
-      ! an option that does not go with the analysis file
-      do i = before + 1, messages%n
-         if (messages%items(i)%severity == severity%error) messages%items(i)%origin%file = input%config_file
-      end do
+      if (.not. messages%has_errors()) call check_options(input%blocks, input%parameters, messages)
       if (len(input%parameters%title) == 0) input%parameters%title = stem_of(input%analysis_file)
    end subroutine read_model
 

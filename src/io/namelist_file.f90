@@ -103,16 +103,19 @@ contains
          call require_name(namelist, group, 'ends', messages)
          call require_name(namelist, group, 'force_start', messages)
          if (find_entry(group, 'force_end') == 0) line_load%force_end = line_load%force_start
+         line_load%origin = namelist%origin(group%place)
          done%line_loads = done%line_loads + 1
          options%line_loads(done%line_loads) = line_load
       case ('joint_law')
          call require_name(namelist, group, 'material', messages)
+         joint_law%origin = namelist%origin(group%place)
          done%joint_laws = done%joint_laws + 1
          options%joint_laws(done%joint_laws) = joint_law
       case ('stage')
          if (find_entry(group, 'until_step') > 0 .and. find_entry(group, 'until_time') > 0) &
             call messages%add(severity%error, &
             '&stage: give until_step or until_time, not both', namelist%origin(group%place))
+         stage%origin = namelist%origin(group%place)
          done%stages = done%stages + 1
          options%stages(done%stages) = stage
       end select
@@ -177,7 +180,9 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       select case (entry%name)
       case ('dt_max'); call get_positive(namelist, entry, options%dt_max, messages)
-      case ('dt_min'); call get_positive(namelist, entry, options%dt_min, messages)
+      case ('dt_min')
+         call get_positive(namelist, entry, options%dt_min, messages)
+         options%dt_min_origin = namelist%origin(entry%place)
       case ('k01'); call get_k01(namelist, entry, options%k01, messages)
       case ('displacement_ratio'); call get_positive(namelist, entry, options%displacement_ratio, messages)
       case ('length_scale')

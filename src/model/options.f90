@@ -6,6 +6,7 @@
 !> input plus options into the numbers of the run.
 module rockdda_model_options
    use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : origin_type
    implicit none
    private
    public :: run_options_type, stage_type, line_load_type, joint_law_type, base_motion_type
@@ -28,6 +29,7 @@ module rockdda_model_options
       real(wp) :: k01 = unset_real               !! unset: as before
       real(wp) :: gravity = 1                    !! factor on all block weights
       integer, allocatable :: release(:)         !! fixed points (numbers from 1) let go when the stage ends
+      type(origin_type) :: origin                !! where it was read
    end type stage_type
 
    !> Force per length along a line of block edges, linear between the ends, times a factor of time.
@@ -36,6 +38,7 @@ module rockdda_model_options
       real(wp) :: force_start(2) = 0             !! force per length at (x1, y1)
       real(wp) :: force_end(2) = 0               !! force per length at (x2, y2)
       real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
+      type(origin_type) :: origin                !! where it was read
    end type line_load_type
 
    !> A friction law other than plain Coulomb for one joint material.
@@ -44,6 +47,7 @@ module rockdda_model_options
       character(len=:), allocatable :: law       !! 'coulomb' | 'velocity' | 'displacement'
       real(wp), allocatable :: parameters(:)     !! meaning: docs/theory.md
       real(wp) :: damping_ratio = 0              !! Voigt dashpot, fraction of critical
+      type(origin_type) :: origin                !! where it was read
    end type joint_law_type
 
    !> Base acceleration: a table and/or harmonic terms; acts as load -m a.
@@ -65,6 +69,7 @@ module rockdda_model_options
       real(wp) :: checkpoint_every = unset_real   !! [s], default 60
       ! &time
       real(wp) :: dt_max = unset_real, dt_min = unset_real, k01 = unset_real, displacement_ratio = unset_real
+      type(origin_type) :: dt_min_origin         !! where dt_min was read
       character(len=:), allocatable :: length_scale  !! 'height' | 'largest'
       character(len=:), allocatable :: rotation      !! 'exact' | 'linear'
       real(wp) :: cut_factor = unset_real

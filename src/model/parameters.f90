@@ -94,8 +94,9 @@ contains
       parameters%dt_min = 1.0e-3_wp*parameters%dt_max
       if (peer_dialect) parameters%dt_min = 1.0e-2_wp*parameters%dt_max
       if (is_set(options%dt_min)) parameters%dt_min = options%dt_min
-      if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, '&time dt_min = '// &
-         to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max))
+      if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
+         to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
+         options%dt_min_origin)
       parameters%displacement_ratio = analysis%displacement_ratio
       call override('displacement ratio (g2)', options%displacement_ratio, parameters%displacement_ratio)
       if (is_set(options%cut_factor)) parameters%cut_factor = options%cut_factor

@@ -7,7 +7,7 @@
 !> shorten one step to land on them without changing the dt that follows.
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -142,19 +142,18 @@ contains
    end subroutine end_stages
 
    !> Stages may release only fixed points that exist.
-   subroutine check_stages(parameters, n_fixed, error)
+   subroutine check_stages(parameters, n_fixed, messages)
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: n_fixed
-      type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type), intent(inout) :: messages
       integer :: i, p
       do i = 1, size(parameters%stages)
          if (.not. allocated(parameters%stages(i)%release)) cycle
          do p = 1, size(parameters%stages(i)%release)
             if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > n_fixed) then
-               call make_error(error, error_code%input, 'stage '//to_string(i)//' releases fixed point '// &
-                               to_string(parameters%stages(i)%release(p))//', but the model has '// &
-                               to_string(n_fixed))
-               return
+               call messages%add(severity%error, 'stage '//to_string(i)//' releases fixed point '// &
+                                 to_string(parameters%stages(i)%release(p))//', but the model has '// &
+                                 to_string(n_fixed), parameters%stages(i)%origin)
             end if
          end do
       end do

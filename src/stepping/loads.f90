@@ -7,7 +7,7 @@
 module rockdda_stepping_loads
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
@@ -147,12 +147,12 @@ contains
    end subroutine set_block_terms
 
    !> Find the block that carries each line load: both ends within e0 of its outline.
-   subroutine attach_line_loads(blocks, parameters, line_blocks, line_ends, error)
+   subroutine attach_line_loads(blocks, parameters, line_blocks, line_ends, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       integer, allocatable, intent(out) :: line_blocks(:)   !! (line loads)
       real(wp), allocatable, intent(out) :: line_ends(:, :) !! (4, line loads) where they are now
-      type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type), intent(inout) :: messages
       real(wp) :: tolerance
       integer :: l, i, first, last, n
       n = size(parameters%line_loads)
@@ -169,12 +169,10 @@ contains
             line_blocks(l) = i
             exit
          end do
-         if (line_blocks(l) == 0) then
-            call make_error(error, error_code%input, 'line load '//to_string(l)//': no block has both ends ('// &
-                            to_string(line_ends(1, l))//', '//to_string(line_ends(2, l))//') and ('// &
-                            to_string(line_ends(3, l))//', '//to_string(line_ends(4, l))//') on its outline')
-            return
-         end if
+         if (line_blocks(l) == 0) call messages%add(severity%error, 'line load '//to_string(l)// &
+            ': no block has both ends ('//to_string(line_ends(1, l))//', '//to_string(line_ends(2, l))//') and ('// &
+            to_string(line_ends(3, l))//', '//to_string(line_ends(4, l))//') on its outline', &
+            parameters%line_loads(l)%origin)
       end do
    end subroutine attach_line_loads
 

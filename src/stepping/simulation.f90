@@ -7,6 +7,7 @@
 module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
+   use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : to_string
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_base_phase_times, only : phase_times_type, phase
@@ -105,23 +106,23 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type) :: problems
       self%blocks = blocks
       self%parameters = parameters
       if (blocks%n_blocks < 1) then
          call make_error(error, error_code%input, 'the model has no blocks')
          return
       end if
-      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%laws, error)
-      if (allocated(error)) return
-      call check_stages(parameters, blocks%fixed%n, error)
+      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%laws, problems)
+      call check_stages(parameters, blocks%fixed%n, problems)
+      call attach_line_loads(blocks, parameters, self%line_blocks, self%line_ends, problems)
+      call problems%to_error(error)
       if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) self%parameters%solver_method = default_solver()
       call new_solver(self%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, self%solver, error)
       if (allocated(error)) return
       call start_state(blocks, parameters, self%state)
-      call attach_line_loads(blocks, parameters, self%line_blocks, self%line_ends, error)
-      if (allocated(error)) return
       call new_contact_topology(blocks, self%topology)
       call new_material_matrices(parameters, self%matrices)
       call new_step_control(parameters, blocks%fixed%n, self%control)

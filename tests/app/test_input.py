@@ -270,22 +270,45 @@ class BadInput(ProgramTest):
         self.assertTrue(outcome.err.startswith("run.nml:2:3: error: unknown name 'stpes' in &run"), outcome.err)
 
     def test_options_that_do_not_fit_the_model(self):
-        for options, message in (
-            (
-                "&stage until_step = 3, release = 7 /\n&stage k01 = 1 /",
-                "stage 1 releases fixed point 7, but the model has 2",
-            ),
-            (
-                "&line_load ends = 0.5, 0.5, 1.5, 0.7, force_start = 0, -1 /",
-                "line load 1: no block has both ends (0.5, 0.5) and (1.5, 0.7) on its outline",
-            ),
-        ):
-            self.write("run.nml", options + "\n")
-            outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "--quiet")
-            self.assertFails(outcome, 2, "rockdda: error: " + message)
+        # all of them at once, each with its place
+        groups = {
+            "&stage until_step = 3, release = 7 /": "stage 1 releases fixed point 7, but the model has 2",
+            "&stage k01 = 1 /": "",
+            "&line_load ends = 0.5, 0.5, 1.5, 0.7, force_start = 0, -1 /": "line load 1: no block has both ends "
+            "(0.5, 0.5) and (1.5, 0.7) on its outline",
+            "&joint_law material = 1, law = 'velocity', parameters = 20 /": "law of joint material 1: velocity takes 2 "
+            "parameters: friction angle at high rates [deg], rate",
+            "&joint_law material = 2, law = 'coulomb' /": "joint law 2: there is no joint material 2, they are 1 to 1",
+        }
+        self.write("run.nml", "\n".join([*groups, ""]))
+        expected = {
+            (f"run.nml:{line}:1: error: {message}", f"    {group}", "    ^")
+            for line, (group, message) in enumerate(groups.items(), 1)
+            if message
+        }
+        for arguments in (("run", "--config"), ("check",)):
+            command, *option = arguments
+            outcome = self.run_program(command, "block.dc", "block.df", *option, "run.nml", "--quiet")
+            lines = outcome.err.splitlines()
+            self.assertEqual({tuple(lines[i : i + 3]) for i in range(0, len(lines), 3)}, expected)
+            self.assertEqual(outcome.code, 2)
             self.assertFalse(self.path("block.h5").exists())
-            outcome = self.run_program("check", "block.dc", "block.df", "run.nml", "--quiet")
-            self.assertFails(outcome, 2, "rockdda: error: " + message)
+
+    def test_smallest_step_beyond_the_largest(self):
+        self.write("run.nml", "&time\n  dt_min = 3\n/\n")
+        outcome = self.run_program("check", "block.dc", "block.df", "run.nml", "--quiet")
+        self.assertFails(
+            outcome,
+            2,
+            "run.nml:2:3: error: dt_min = 3 is larger than the largest time step 0.01",
+            "      dt_min = 3",
+            "      ^",
+        )
+        outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "--quiet", "--json")
+        self.assertEqual(outcome.code, 2)
+        told = [one for one in outcome.json["messages"] if one["severity"] == "error"]
+        self.assertEqual([(one["file"], one["line"], one["column"]) for one in told], [("run.nml", 2, 3)])
+        self.assertFalse(self.path("block.h5").exists())
 
     def test_wrong_number_of_values(self):
         self.write("block.df", PEER_ANALYSIS.replace("30 0 0\n", "30 0\n"))

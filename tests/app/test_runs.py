@@ -64,15 +64,6 @@ class Steps(ResultsTest):
 
 
 class Options(ResultsTest):
-    def test_option_that_does_not_go_with_the_analysis_file(self):
-        self.write("run.nml", "&time dt_min = 0.02 /\n")
-        outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "--quiet", "--json")
-        message = "&time dt_min = 0.02 is larger than the largest time step 0.01"
-        self.assertFails(outcome, 2, f"run.nml: error: {message}")
-        told = [one for one in outcome.json["messages"] if one["severity"] == "error"]
-        self.assertEqual(told, [{"severity": "error", "message": message, "file": "run.nml"}])
-        self.assertFalse(self.path("block.h5").exists())
-
     def test_solvers_agree(self):
         expected, _ = self.run_model(INPUTS / "stack", "--solver", "dense", "--steps", "20")
         moved = np.abs(expected["frames/vertices"] - expected["model/vertices"]).max()

@@ -1,0 +1,30 @@
+! SPDX-License-Identifier: MIT
+!> Options that do not fit the model: told before a run begins, each where it was read.
+module rockdda_stepping_options_check
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_contact_law, only : contact_law_type, new_contact_laws
+   use rockdda_stepping_control, only : check_stages
+   use rockdda_stepping_loads, only : attach_line_loads
+   implicit none
+   private
+   public :: check_options
+
+contains
+
+   !> Joint laws, points that stages release, line loads. What a run makes of them is dropped here.
+   subroutine check_options(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      type(contact_law_type), allocatable :: laws(:)
+      integer, allocatable :: line_blocks(:)
+      real(wp), allocatable :: line_ends(:, :)
+      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, laws, messages)
+      call check_stages(parameters, blocks%fixed%n, messages)
+      call attach_line_loads(blocks, parameters, line_blocks, line_ends, messages)
+   end subroutine check_options
+
+end module rockdda_stepping_options_check
