@@ -8,7 +8,8 @@ module rockdda_app_command_check
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type
-   use rockdda_lines_generate, only : generate_lines, lines_report_type
+   use rockdda_lines_generate, only : generate_lines
+   use rockdda_lines_report, only : lines_report_type
    use rockdda_lines_statistics, only : statistics_type
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_stepping_simulation, only : simulation_type

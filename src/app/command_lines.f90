@@ -5,7 +5,8 @@ module rockdda_app_command_lines
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
-   use rockdda_lines_generate, only : generate_lines, lines_report_type, set_report_type
+   use rockdda_lines_generate, only : generate_lines
+   use rockdda_lines_report, only : lines_report_type, set_report_type
    use rockdda_lines_joint_sets, only : is_endless
    use rockdda_lines_statistics, only : statistics_type
    use rockdda_model_geometry_input, only : geometry_input_type

@@ -7,7 +7,7 @@ module rockdda_lines_clipping
    use rockdda_geometry_segments, only : cross_product
    implicit none
    private
-   public :: outline_type, rock_type, clip_segment
+   public :: rock_type, clip_segment
 
    type :: outline_type
       real(wp), allocatable :: vertices(:, :)   !! (2, n)

@@ -12,7 +12,7 @@ module rockdda_lines_joint_sets
    use rockdda_lines_statistics, only : joint_set_type, law
    implicit none
    private
-   public :: direction_of, line_positions, line_traces, varied, is_endless
+   public :: direction_of, line_positions, line_traces, is_endless
 
    !> Lines of irregular spacing (and traces of irregular length) begin this many means outside, so that what is
    !> seen does not know where they began.

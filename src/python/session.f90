@@ -10,7 +10,7 @@ module rockdda_python_session
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type, severity
    use rockdda_base_strings, only : to_string
-   use rockdda_lines_generate, only : lines_report_type
+   use rockdda_lines_report, only : lines_report_type
    use rockdda_model_options, only : is_set
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_driver_model_input, only : model_input_type, run_request_type
