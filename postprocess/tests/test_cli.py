@@ -205,7 +205,15 @@ def test_help_has_examples(command):
 def test_view_serves_until_interrupted(folder):
     command = [sys.executable, "-m", "rockdda", "view", "wall.h5", "--no-browser"]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "postprocess"), "PYTHONUNBUFFERED": "1"}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    # tests in the background ignore SIGINT, and so would what they start
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     try:
         address = next(word for word in process.stdout.readline().split() if word.startswith("http"))
         assert address.startswith("http://127.0.0.1:")

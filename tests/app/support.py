@@ -3,6 +3,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -78,6 +79,11 @@ class Outcome:
         return json.loads(self.out)
 
 
+def hear_interrupts():
+    """SIGINT has its usual effect in a new process, also when these tests run in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class ProgramTest(unittest.TestCase):
     """Every test works in a fresh folder that holds block.dc and block.df."""
 
@@ -134,6 +140,7 @@ class ProgramTest(unittest.TestCase):
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
+            preexec_fn=hear_interrupts,
         )
 
         def end():

@@ -62,8 +62,8 @@ class Cut(ProgramTest):
         self.assertEqual(self.files(), ["block.blk", "block.dc", "block.df"])
 
     def test_signals_while_lines_are_cut(self):
-        # 400 lines, 40,000 blocks: seconds; nothing is there yet, so nothing is left
-        n = 200
+        # 2,000 lines, a million blocks: many seconds; nothing is there yet, so nothing is left
+        n = 1000
         lines = [f"{x} 0 {x} {n} 1" for x in range(n + 1)] + [f"0 {y} {n} {y} 1" for y in range(n + 1)]
         counts = ["0.01", f"{len(lines)} 0", *["0"] * 6]
         self.write("mesh.dc", "\n".join([*counts, *lines]) + "\n")
