@@ -8,7 +8,7 @@ module rockdda_app_process
    private
    public :: argument_type, get_arguments, start_process, end_process
    public :: say, complain, show_status, is_terminal
-   public :: watch_signals, seen_signal, set_writing, set_last_words
+   public :: watch_signals, seen_signal, set_writing, set_last_words, promise_json
 
    !> One word of the command line.
    type :: argument_type
@@ -31,6 +31,11 @@ module rockdda_app_process
          import :: c_int
          integer(c_int), value :: yes
       end subroutine c_set_writing
+      subroutine c_promise_json(command, n) bind(C, name='rockdda_process_promise_json')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: command(*)
+         integer(c_int), value :: n
+      end subroutine c_promise_json
       subroutine c_set_last_words(text, n) bind(C, name='rockdda_process_set_last_words')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: text(*)
@@ -131,6 +136,13 @@ contains
       character(len=*), intent(in) :: text
       call c_set_last_words(text//new_line('a'), len(text, c_int) + 1_c_int)
    end subroutine set_last_words
+
+   !> A summary in JSON is expected of this command. When memory is refused or the program crashes, a short one is
+   !> printed; all other ends print their own.
+   subroutine promise_json(command)
+      character(len=*), intent(in) :: command
+      call c_promise_json(command, len(command, c_int))
+   end subroutine promise_json
 
    !> Output is being written, or no more.
    subroutine set_writing(yes)

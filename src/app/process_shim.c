@@ -22,6 +22,9 @@ static volatile sig_atomic_t leaving = 0;     /* leave when it is written */
 static volatile sig_atomic_t orderly = 0;     /* the program chose to end */
 static volatile sig_atomic_t watching = 0;    /* a run is under way */
 
+/* The command that is to leave a JSON summary however it ends, '' for none. */
+static char json_command[32] = "";
+
 /* What stands on standard output when the process leaves at once, NULL when nothing is to. */
 static char *volatile last_words = NULL;
 
@@ -60,6 +63,21 @@ static void say(const char *text)
    tell(STDERR_FILENO, text);
 }
 
+/* The summary of a command that cannot make one any more. */
+static void summarise(const char *code, const char *reason)
+{
+   if (json_command[0] == '\0') return;
+   tell(STDOUT_FILENO, "{\"command\": \"");
+   tell(STDOUT_FILENO, json_command);
+   tell(STDOUT_FILENO, "\", \"status\": \"error\", \"exit_code\": ");
+   tell(STDOUT_FILENO, code);
+   tell(STDOUT_FILENO, ", \"exit_reason\": \"");
+   tell(STDOUT_FILENO, reason);
+   tell(STDOUT_FILENO, "\", \"errors\": 1, \"warnings\": 0, \"messages\": [{\"severity\": \"error\", \"message\": \"");
+   tell(STDOUT_FILENO, reason);
+   tell(STDOUT_FILENO, "\"}]}\n");
+}
+
 /* The system refused memory, 0: nobody knows how much. Ends the process, without asking for more. */
 void rockdda_process_out_of_memory(size_t bytes)
 {
@@ -77,6 +95,7 @@ void rockdda_process_out_of_memory(size_t bytes)
    }
    say(memory_message);
    if (watching) say(kept_message);
+   summarise("3", "out of memory");
    if (__gcov_dump) __gcov_dump();
    _exit(3);
 }
@@ -86,6 +105,7 @@ static void give_up(void)
 {
    if (!rockdda_memory_is_there(NEXT_TO_NOTHING)) rockdda_process_out_of_memory(0);
    say(bug_message);
+   summarise("1", "internal error");
    _exit(1);
 }
 
@@ -214,6 +234,14 @@ void rockdda_process_set_last_words(const char *text, int n)
    last_words = words;
    free(old);
    sigprocmask(SIG_SETMASK, &before, NULL);
+}
+
+/* A summary in JSON is expected of this command, also when it comes to a sudden end. */
+void rockdda_process_promise_json(const char *command, int n)
+{
+   if ((size_t)n >= sizeof json_command) return;
+   memcpy(json_command, command, (size_t)n);
+   json_command[n] = '\0';
 }
 
 void rockdda_process_set_writing(int yes)

@@ -11,7 +11,7 @@ module rockdda_app_program
    use rockdda_app_command_resume, only : run_resume
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
-   use rockdda_app_process, only : argument_type, say, complain
+   use rockdda_app_process, only : argument_type, say, complain, promise_json
    use rockdda_app_report, only : report_failure
    use rockdda_app_usage, only : usage_text
    implicit none
@@ -30,6 +30,7 @@ contains
       logical :: ok
 
       call parse_command_line(arguments, line, error)
+      if (line%json) call promise_json(line%command)
       exit_code = 0
       ok = .true.
       if (line%help) then

@@ -105,6 +105,17 @@ class RefusedRequestTest(ScarceTest):
             for share in self.refuse(arguments):
                 self.assertTrue(0 < share < 1)
 
+    def test_scripts_get_a_summary(self):
+        arguments = ["check", "block.dc", "block.df", "--json"]
+        self.assertEqual(self.run_with(arguments, self.refusals.environment(0)).code, 0)
+        outcome = self.run_with(arguments, self.refusals.environment(self.refusals.count() // 2))
+        self.check_told(outcome)
+        self.assertEqual(outcome.json["command"], "check")
+        self.assertEqual(outcome.json["status"], "error")
+        self.assertEqual(outcome.json["exit_code"], 3)
+        self.assertEqual(outcome.json["exit_reason"], "out of memory")
+        self.assertEqual(outcome.json["messages"], [{"severity": "error", "message": "out of memory"}])
+
     def test_results_so_far_are_kept(self):
         arguments = ["run", "block.dc", "block.df", "--save-every", "2", "--checkpoint-every", "1e-9", "--force"]
         self.assertEqual(self.run_with(arguments, ONE_THREAD).code, 0)

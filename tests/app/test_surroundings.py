@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What is left: the terminal, a crash, and result files that are read again or are none."""
 
+import json
 import os
 import pty
 import signal
@@ -25,11 +26,13 @@ class Surroundings(ProgramTest):
     def test_crash_asks_for_a_report(self):
         if "-fsanitize" in self.run_program("--version").out:
             self.skipTest("the sanitizers catch the signal themselves")
-        process = self.start_program(*LONG_RUN)
+        process = self.start_program(*LONG_RUN, "--json")
         self.wait_for_log()
         process.send_signal(signal.SIGSEGV)
-        _, err = process.communicate(timeout=PATIENCE)
+        out, err = process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, 1)
+        summary = json.loads(out)
+        self.assertEqual((summary["exit_code"], summary["exit_reason"]), (1, "internal error"))
         self.assertIn("internal error: this is a bug in RockDDA. Please report it", err.decode())
 
     def test_closed_streams(self):
