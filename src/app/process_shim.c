@@ -9,10 +9,9 @@
 #include <string.h>
 #include <unistd.h>
 
-/* In a build that counts the lines run: write the counts, which _exit would drop. */
-extern void __gcov_dump(void) __attribute__((weak));
-
 void rockdda_guard_out_of_memory(void);
+void rockdda_leave(int code);
+int rockdda_memory_is_gone(void);
 int rockdda_memory_is_there(size_t bytes);
 void rockdda_process_out_of_memory(size_t bytes);
 
@@ -44,8 +43,8 @@ static const char memory_message[] =
    "; give the program more (ulimit -v, --mem of a batch system), or a smaller model\n";
 static const char kept_message[] = "rockdda: the results so far are kept\n";
 
-/* Where memory counts as used up, and where libraries may wait for more of it. */
-enum { NEXT_TO_NOTHING = 16 << 20, SCARCE = 256 << 20 };
+/* Where libraries may wait for more memory [bytes]. */
+enum { SCARCE = 256 << 20 };
 
 static void tell(int stream, const char *text)
 {
@@ -96,14 +95,13 @@ void rockdda_process_out_of_memory(size_t bytes)
    say(memory_message);
    if (watching) say(kept_message);
    summarise("3", "out of memory");
-   if (__gcov_dump) __gcov_dump();
-   _exit(3);
+   rockdda_leave(3);
 }
 
 /* The program did not choose to end: a library, or the run-time library of Fortran, gave up. */
 static void give_up(void)
 {
-   if (!rockdda_memory_is_there(NEXT_TO_NOTHING)) rockdda_process_out_of_memory(0);
+   if (rockdda_memory_is_gone()) rockdda_process_out_of_memory(0);
    say(bug_message);
    summarise("1", "internal error");
    _exit(1);
@@ -192,10 +190,7 @@ void rockdda_process_exit(int code)
    free(words);
    orderly = 1;
    /* threads of OpenBLAS ask for memory until there is some, and its end waits for its threads */
-   if (!rockdda_memory_is_there(SCARCE)) {
-      if (__gcov_dump) __gcov_dump();
-      _exit(code);
-   }
+   if (!rockdda_memory_is_there(SCARCE)) rockdda_leave(code);
    exit(code);
 }
 

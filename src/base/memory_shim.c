@@ -5,6 +5,10 @@
 #include <sys/mman.h>
 
 int rockdda_memory_is_there(size_t bytes);
+int rockdda_memory_is_gone(void);
+
+/* Where memory counts as used up [bytes]. */
+enum { NEXT_TO_NOTHING = 16 << 20 };
 
 /* Could so much memory be mapped? Nothing is kept. */
 int rockdda_memory_is_there(size_t bytes)
@@ -13,4 +17,10 @@ int rockdda_memory_is_there(size_t bytes)
    if (room == MAP_FAILED) return 0;
    munmap(room, bytes);
    return 1;
+}
+
+/* Is memory as good as used up? */
+int rockdda_memory_is_gone(void)
+{
+   return !rockdda_memory_is_there(NEXT_TO_NOTHING);
 }

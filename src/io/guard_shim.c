@@ -19,10 +19,8 @@ enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4,
 /* How the child ends when its work is done; no library that gives up ends so. */
 enum { DONE = 117, NOT_DONE = 118, REFUSED_MEMORY = 119 };
 
-int rockdda_memory_is_there(size_t bytes);
-
-/* Where memory counts as used up. */
-enum { NEXT_TO_NOTHING = 16 << 20 };
+void rockdda_leave(int code);
+int rockdda_memory_is_gone(void);
 
 /* In the child: where its message goes. */
 static int report = -1;
@@ -67,7 +65,7 @@ int rockdda_guard_begin(double seconds, char *message, int room)
       if (WIFEXITED(status) && WEXITSTATUS(status) == DONE) return CAME_THROUGH;
       if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_DONE) return REFUSED;
       if (WIFEXITED(status) && WEXITSTATUS(status) == REFUSED_MEMORY) return NO_MEMORY;
-      return rockdda_memory_is_there(NEXT_TO_NOTHING) ? CRASHED : NO_MEMORY;
+      return rockdda_memory_is_gone() ? NO_MEMORY : CRASHED;
    }
    close(ends[0]);
    report = ends[1];
@@ -98,11 +96,8 @@ void rockdda_guard_out_of_memory(void);
 /* Memory is refused: the end of the child; nothing is done in the parent. */
 void rockdda_guard_out_of_memory(void)
 {
-   if (report >= 0) _exit(REFUSED_MEMORY);
+   if (report >= 0) rockdda_leave(REFUSED_MEMORY);
 }
-
-/* In a build that counts the lines run: write the counts, which _exit would drop. */
-extern void __gcov_dump(void) __attribute__((weak));
 
 /* The end of the child; with a message the work is refused. */
 void rockdda_guard_end(const char *message, int n)
@@ -114,6 +109,5 @@ void rockdda_guard_end(const char *message, int n)
       if (written <= 0) break;
       done += (int)written;
    }
-   if (__gcov_dump) __gcov_dump();
-   _exit(n > 0 ? NOT_DONE : DONE);
+   rockdda_leave(n > 0 ? NOT_DONE : DONE);
 }

@@ -150,7 +150,7 @@ def preloaded(folder: Path, name: str) -> Path:
     """A library to be preloaded, made in this folder."""
     library = folder / f"{name}.so"
     source = Path(__file__).with_name(f"{name}.c")
-    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, source], check=True)
+    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, source], check=True, capture_output=True)
     return library
 
 
@@ -161,9 +161,7 @@ class LibraryFaults:
     folder: Path
 
     def __post_init__(self) -> None:
-        self.library = self.folder / "library_fault.so"
-        source = Path(__file__).with_name("library_fault.c")
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", self.library, source], check=True, capture_output=True)
+        self.library = preloaded(self.folder, "library_fault")
 
     def environment(self, function: str, at: int, status: int = 0) -> dict[str, str]:
         return {
