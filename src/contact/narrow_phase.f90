@@ -3,8 +3,9 @@
 !>
 !> Vertex-edge: the foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the
 !> edge's line (within the angle tolerance: moving the vertex onto the edge gives no overlap, Fig. 3.3), and the gap
-!> is within reach; a vertex deep behind an edge must lie in the block (not beyond a thin one). Concave vertices touch
-!> nothing; at a concave end of an edge the foot may lie a little beyond.
+!> is within reach. A vertex behind an edge must have come through it (module rockdda_contact_penetration): a vertex
+!> that only touches a block from another side does not. Concave vertices touch nothing; at a concave end of an edge the
+!> foot may lie a little beyond.
 !>
 !> Vertex-vertex: both vertices lie in each other's corner region (no foot further into an adjacent edge than
 !> `zone`). Seen from one block, the other vertex is inside when it is behind both entrance lines; a line is an
@@ -21,9 +22,10 @@ module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
+   use rockdda_contact_penetration, only : is_entered
    implicit none
    private
    public :: search_limits_type, search_pair
@@ -77,9 +79,9 @@ contains
          end do
       end do
       call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, limits, list)
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, limits, list)
       call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, limits, list)
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, limits, list)
    end subroutine search_pair
 
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
@@ -132,7 +134,7 @@ contains
    !> Contacts of some vertices of one block with some edges of the other. Most pairs are out of reach. (Arrays of
    !> constant shape, here and below, spare the compiler to work out where an element lies, each time.)
    pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, topology, outlines, &
-                                limits, list)
+                                previous, history, limits, list)
       integer, intent(in) :: n_near, n_edges, nv
       integer, intent(in) :: near(n_near), edges(n_edges)
       integer, intent(in) :: side   !! 1: the vertices are those of the first block of the pair; 2: of the second
@@ -140,6 +142,8 @@ contains
       real(wp), intent(in) :: tangent(2, nv), length(nv)   !! of `outlines`
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: r(2), t(2), gap, s
@@ -157,7 +161,8 @@ contains
             if (gap > limits%reach .or. gap < -limits%penetration) cycle
             s = r(1)*t(1) + r(2)*t(2)
             if (s < -limits%zone .or. s > length(e) + limits%zone) cycle
-            call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, limits, list)
+            call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, previous, history, &
+                          limits, list)
          end do
       end do
    end subroutine search_edges
@@ -198,8 +203,8 @@ contains
       normal(:, 3) = -outward(out_a)
       normal(:, 4) = -outward(in_a)
       do k = 1, 2
-         passes(k) = is_outside(in_a, out_a, normal(:, k), limits)
-         passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits)
+         passes(k) = is_outside(in_a, out_a, normal(:, k), limits%sine)
+         passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits%sine)
       end do
       if (.not. any(passes)) return
       if (maxval(matmul(r, normal), mask=passes) < -limits%penetration) return
@@ -312,7 +317,8 @@ contains
 
    !> Vertex-edge contact of a vertex with an edge of the other block within its reach. The corner may have been paired
    !> with an end of the edge: that is asked first.
-   pure subroutine try_edge(v, e, gap, s, side, nv, vertices, tangent, lengths, topology, outlines, limits, list)
+   pure subroutine try_edge(v, e, gap, s, side, nv, vertices, tangent, lengths, topology, outlines, previous, history, &
+                            limits, list)
       integer, intent(in) :: v, e, nv
       real(wp), intent(in) :: gap   !! of the vertex [length]
       real(wp), intent(in) :: s     !! how far its foot lies from the start of the edge [length]
@@ -321,6 +327,8 @@ contains
       real(wp), intent(in) :: tangent(2, nv), lengths(nv)   !! of `outlines`
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: t(2), n(2), length, zone, in_v(2), out_v(2)
@@ -347,12 +355,7 @@ contains
       n = outward(t)
       in_v = tangent(:, topology%edge_in(v))
       out_v = tangent(:, topology%edge_out(v))
-      if (.not. is_outside(in_v, out_v, n, limits)) return
-      if (gap < -1.0e-4_wp*length) then
-         ! behind the edge, and deep: beyond a thin block, or in it?
-         if (.not. is_inside(vertices(:, v) + 1.0e-6_wp*((0.5_wp*length - s)*t - length*n), e, vertices, &
-                             topology)) return
-      end if
+      if (.not. is_outside(in_v, out_v, n, limits%sine)) return
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
          if (.not. concave_first) then
@@ -362,9 +365,20 @@ contains
             if (neighbour_decides(topology%edge_out(last))) return
          end if
       end if
+      if (gap < 0) then
+         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, was_closed())) return
+      end if
       call list%append(candidate_type(v, e))
 
    contains
+
+      !> Was the contact closed at the end of the last step?
+      pure logical function was_closed()
+         integer :: row
+         row = history%find(previous, v, e)
+         was_closed = .false.
+         if (row > 0) was_closed = previous%state(row) /= contact_state%open
+      end function was_closed
 
       !> Is the vertex less deep behind this neighbouring edge, and can it touch it?
       pure logical function neighbour_decides(other)
@@ -379,44 +393,9 @@ contains
          s2 = dot_product(r2, t2)
          ! a corner that touches the end of that edge may lie beyond it by an overlap
          if (s2 < -limits%zone .or. s2 > lengths(other) + limits%zone) return
-         neighbour_decides = is_outside(in_v, out_v, n2, limits)
+         neighbour_decides = is_outside(in_v, out_v, n2, limits%sine)
       end function neighbour_decides
 
    end subroutine try_edge
-
-   !> Does a point lie in the block that owns edge e? Crossings of the outline with the ray to the right.
-   pure logical function is_inside(point, e, vertices, topology)
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      real(wp), intent(in) :: point(2)
-      integer, intent(in) :: e
-      type(contact_topology_type), intent(in) :: topology
-      real(wp) :: p(2), q(2)
-      integer :: k
-      is_inside = .false.
-      k = e
-      do
-         p = vertices(:, k)
-         k = topology%next(k)
-         q = vertices(:, k)
-         if ((p(2) > point(2)) .neqv. (q(2) > point(2))) then
-            if (point(1) < p(1) + (point(2) - p(2))/(q(2) - p(2))*(q(1) - p(1))) is_inside = .not. is_inside
-         end if
-         if (k == e) exit
-      end do
-   end function is_inside
-
-   !> Outward normal of an edge of a counter-clockwise block.
-   pure function outward(t) result(n)
-      real(wp), intent(in) :: t(2)
-      real(wp) :: n(2)
-      n = [t(2), -t(1)]
-   end function outward
-
-   !> Do both edges of a corner lie on the side of a line to which n points?
-   pure logical function is_outside(into, outof, n, limits)
-      real(wp), intent(in) :: into(2), outof(2), n(2)
-      type(search_limits_type), intent(in) :: limits
-      is_outside = dot_product(outof, n) >= -limits%sine .and. -dot_product(into, n) >= -limits%sine
-   end function is_outside
 
 end module rockdda_contact_narrow_phase

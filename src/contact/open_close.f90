@@ -329,7 +329,15 @@ contains
       normal = -settings%k_n*gap
       limit = strength(laws(table%joint(c)), table, c, normal, self%bonded(c), slip, settings)
       shear = settings%k_s*(table%shear(c) + slip) + self%drag(c)*slip
-      shear = max(-limit, min(limit, shear))
+      ! with the margins of the judgement: else the law would never agree with the states that the judgement leaves
+      if (is_frictionless(laws(table%joint(c)), limit)) then
+         shear = 0
+      else if (self%state(c) == contact_state%sliding .and. &
+               shear*self%slip_sign(c) >= limit - settings%slip_tolerance) then
+         shear = self%slip_sign(c)*limit
+      else if (abs(shear) > limit + settings%slip_tolerance) then
+         shear = sign(limit, shear)
+      end if
       normal = normal - self%normal_drag(c)*(gap - table%gap(c))
    end subroutine find_forces
 

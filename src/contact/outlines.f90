@@ -6,7 +6,7 @@ module rockdda_contact_outlines
    use rockdda_contact_topology, only : contact_topology_type
    implicit none
    private
-   public :: outlines_type
+   public :: outlines_type, outward, is_outside
 
    type :: outlines_type
       real(wp), allocatable :: tangent(:, :)   !! (2, nv) unit vector along the edge that starts at the vertex
@@ -47,5 +47,20 @@ contains
       !$omp end do
       !$omp end parallel
    end subroutine update
+
+   !> Outward normal of an edge of a counter-clockwise block.
+   pure function outward(t) result(n)
+      real(wp), intent(in) :: t(2)   !! unit vector along the edge
+      real(wp) :: n(2)
+      n = [t(2), -t(1)]
+   end function outward
+
+   !> Do both edges of a corner lie on the side of a line to which n points?
+   pure logical function is_outside(into, outof, n, sine)
+      real(wp), intent(in) :: into(2), outof(2)   !! unit vectors along the edges that reach and leave the corner
+      real(wp), intent(in) :: n(2)                !! unit normal of the line
+      real(wp), intent(in) :: sine                !! of the angle tolerance
+      is_outside = dot_product(outof, n) >= -sine .and. -dot_product(into, n) >= -sine
+   end function is_outside
 
 end module rockdda_contact_outlines

@@ -23,6 +23,7 @@ module rockdda_contact_topology
       integer, allocatable :: owner(:)     !! (nv) the active copy of this vertex (itself, if active)
       logical, allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
       logical, allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
+      real(wp), allocatable :: inradius(:) !! (nb) bound of the inradius at the start, 2 A/perimeter [length]
    end type contact_topology_type
 
 contains
@@ -71,11 +72,33 @@ contains
          end do
          topology%edge_out(k) = j
       end do
+      allocate (topology%inradius(blocks%n_blocks))
+      do i = 1, blocks%n_blocks
+         topology%inradius(i) = inradius_bound(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+      end do
       topology%owner = [(k, k=1, nv)]
       do k = 1, nv
          if (topology%active(k)) topology%owner(topology%edge_out(k)) = k
       end do
    end subroutine new_contact_topology
+
+   !> Twice the area over the perimeter of a polygon. No circle inside a convex polygon has a larger radius, since the
+   !> triangles from its centre to the edges fill the area and are at least as high as the radius.
+   pure real(wp) function inradius_bound(polygon)
+      real(wp), intent(in) :: polygon(:, :)   !! (2, n) vertices
+      real(wp) :: p(2), q(2), area, perimeter
+      integer :: k, n
+      n = size(polygon, 2)
+      area = 0
+      perimeter = 0
+      do k = 1, n
+         p = polygon(:, k) - polygon(:, 1)
+         q = polygon(:, merge(1, k + 1, k == n)) - polygon(:, 1)
+         area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
+         perimeter = perimeter + norm2(q - p)
+      end do
+      inradius_bound = 2*abs(area)/max(perimeter, tiny(1.0_wp))
+   end function inradius_bound
 
    !> The same bridge walked the other way; 0 when there is none.
    pure integer function find_twin(blocks, topology, k, first, last) result(twin)

@@ -127,7 +127,10 @@ contains
       end if
       parameters%shear_stiffness = parameters%normal_stiffness/real_or(options%shear_ratio, 2.5_wp)
       parameters%fixed_stiffness = parameters%normal_stiffness*real_or(options%fixed_stiffness_factor, 100.0_wp)
-      parameters%search_distance = real_or(options%search_factor, 2.5_wp)*parameters%displacement_ratio*parameters%w0
+      ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
+      ! neighbours' neighbours are no candidates
+      parameters%search_distance = min(real_or(options%search_factor, 2.5_wp)*parameters%displacement_ratio* &
+                                       parameters%w0, 2*mean_diameter(blocks))
       parameters%angle_tolerance = real_or(options%angle_tolerance, 3.0_wp)*acos(-1.0_wp)/180
       parameters%close_tolerance = merge(2.0e-4_wp, 1.0e-12_wp, parameters%peer_contacts)
       parameters%open_tolerance = merge(2.0e-7_wp, 1.0e-12_wp, parameters%peer_contacts)
@@ -184,6 +187,19 @@ contains
       end subroutine note_override
 
    end subroutine resolve_parameters
+
+   !> Mean diagonal of the blocks' bounding boxes at the start.
+   pure real(wp) function mean_diameter(blocks)
+      type(block_system_type), intent(in) :: blocks
+      integer :: i
+      mean_diameter = 0
+      do i = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            mean_diameter = mean_diameter + norm2(maxval(v, dim=2) - minval(v, dim=2))
+         end associate
+      end do
+      mean_diameter = mean_diameter/max(1, blocks%n_blocks)
+   end function mean_diameter
 
    !> The option's text, or a default when it was not given.
    pure function text_or(option, default) result(text)
