@@ -7,33 +7,38 @@ and what to keep of each run. `docs/studies.md` describes the file; `rockdda.stu
 
 from __future__ import annotations
 
-import ast
 import difflib
 import hashlib
 import itertools
 import json
 import math
-import operator
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from .errors import InputError
+from .study_formula import Value, evaluate, formatted, names_in
+from .text import has_controls, short, shown
 
 __all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
 
-Value = int | float | str | bool
-
 _TAKE = ("last", "first", "min", "max", "mean", "absmax")
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
+_FOR_TEMPLATE = ("parameters", "constants", "cases")
 _RUN = ("threads", "timeout", "options")
 _RESULT = ("dataset", "at", "take", "unit")
-_PLACEHOLDER = re.compile(r"\{\{(.*?)\}\}", re.DOTALL)
-_MOST_CASES = 1_000_000
+_PLACEHOLDER = re.compile(r"\{\{([^{}]*)\}\}")
+_MOST_CASES = 100_000
+_MOST_NAMES = 200
+_LONGEST_TITLE = 500
+_MOST_THREADS = 100_000
+_DEEPEST_KEY = 200  # dots in a key
+_LARGEST_STUDY = 4_000_000  # bytes of the study file
+_LARGEST_TEMPLATE = 256_000_000  # bytes of a file of the template
 
 
 @dataclass(frozen=True)
@@ -89,17 +94,34 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     """Read and check a study file; an InputError names the first problem and where it is."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
+        with path.open("rb") as stream:
+            raw = stream.read(_LARGEST_STUDY + 1)
+        text = raw.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
         raise InputError("no such file", path) from None
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"cannot be read: {problem}", path) from None
+    if len(raw) > _LARGEST_STUDY:
+        raise InputError(f"a study file has at most {_LARGEST_STUDY} bytes", path)
+    runs = re.findall(r"[\w.\"' \t-]+", text)
+    if any(len(re.findall(r"\.[ \t]*[\w\"']", run)) > _DEEPEST_KEY for run in runs):  # their cost is quadratic
+        raise InputError("lists or tables are nested too deeply", path)
+    try:
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(problem))
         line, column = (int(place[1]), int(place[2])) if place else (None, None)
-        raise InputError(str(problem).split(" (at ")[0], path, line, column) from None
-    return _Reader(path, text, data).study()
+        raise InputError(short(str(problem).split(" (at ")[0], 200), path, line, column) from None
+    except ValueError:  # Python refuses to read thousands of digits
+        found = re.search(r"\d(?:_?\d){4299}", text)
+        line = text.count("\n", 0, found.start()) + 1 if found else None
+        raise InputError("a number has too many digits", path, line, None if line is None else 1) from None
+    except RecursionError:
+        raise InputError("lists or tables are nested too deeply", path) from None
+    try:
+        return _Reader(path, text, data).study()
+    except RecursionError:
+        raise InputError("lists or tables are nested too deeply", path) from None
 
 
 class _Reader:
@@ -130,6 +152,7 @@ class _Reader:
 
     def study(self) -> Study:
         self.known(self.data, _TOP, "the study")
+        self.check_texts()
         run = self.table("run")
         self.known(run, _RUN, "[run]")
         template = self.data.get("template")
@@ -139,11 +162,13 @@ class _Reader:
         if not folder.is_dir():
             raise self.fail(f"template: no such folder: {folder}", "template")
         threads = run.get("threads", 1)
-        if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-            raise self.fail(f"threads: expected a whole number of at least 1, found {threads!r}", "threads")
+        if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= _MOST_THREADS:
+            raise self.fail(
+                f"threads: expected a whole number from 1 to {_MOST_THREADS}, found {shown(threads)}", "threads"
+            )
         timeout = run.get("timeout")
         if timeout is not None and not (_is_number(timeout) and timeout > 0):
-            raise self.fail(f"timeout: expected seconds above 0, found {timeout!r}", "timeout")
+            raise self.fail(f"timeout: expected seconds above 0, found {shown(timeout)}", "timeout")
         options = run.get("options", [])
         if not isinstance(options, list) or not all(isinstance(option, str) for option in options):
             raise self.fail("options: expected a list of texts, such as ['--solver', 'pcg']", "options")
@@ -153,7 +178,7 @@ class _Reader:
         parameters, cases = self.cases()
         study = Study(
             file=self.path,
-            title=str(self.data.get("title", self.path.stem)),
+            title=short(str(self.data.get("title", self.path.stem)), _LONGEST_TITLE),
             template=folder,
             output=self.path.parent / output,
             parameters=parameters,
@@ -167,19 +192,47 @@ class _Reader:
         self.check_placeholders(study)
         return study
 
+    def check_texts(self) -> None:
+        """No text may hold line breaks or other control characters: texts go into scripts, tables and logs.
+
+        Values of parameters and constants go into the files of the template only, and may hold them.
+        """
+
+        def texts(value: Any) -> Iterator[str]:
+            if isinstance(value, str):
+                yield value
+            elif isinstance(value, dict):
+                for key, entry in value.items():
+                    yield key
+                    yield from texts(entry)
+            elif isinstance(value, list):
+                for entry in value:
+                    yield from texts(entry)
+
+        for key, value in self.data.items():
+            entries: Iterable[tuple[str, Any]] = value.items() if isinstance(value, dict) else [(key, value)]
+            for name, entry in entries:
+                for text in (name, *(texts(entry) if key not in _FOR_TEMPLATE else ())):
+                    if has_controls(text):
+                        where = f"[{key}] {shown(name)}" if isinstance(value, dict) else key
+                        message = f"{where}: line breaks and control characters are not allowed: {shown(text)}"
+                        raise self.fail(message, name)
+
     def cases(self) -> tuple[tuple[str, ...], tuple[Case, ...]]:
         grid, constants = self.table("parameters"), self.table("constants")
+        if len(grid) + len(constants) > _MOST_NAMES:
+            raise self.fail(f"there are more than {_MOST_NAMES} parameters and constants", "parameters")
         listed = self.data.get("cases", [])
         if not isinstance(listed, list) or not all(isinstance(case, dict) for case in listed):
             raise self.fail("cases: expected [[cases]] tables", "cases")
         for name, values in grid.items():
             if not isinstance(values, list) or not values or not all(_is_value(value) for value in values):
-                raise self.fail(f"parameter '{name}': expected a list of numbers or texts, found {values!r}", name)
+                raise self.fail(f"parameter '{name}': expected a list of numbers or texts, found {shown(values)}", name)
             if len(set(values)) < len(values):
                 raise self.fail(f"parameter '{name}': a value is given twice", name)
         for name, value in constants.items():
             if not _is_value(value):
-                raise self.fail(f"constant '{name}': expected a number or a text, found {value!r}", name)
+                raise self.fail(f"constant '{name}': expected a number or a text, found {shown(value)}", name)
         if math.prod(len(values) for values in grid.values()) + len(listed) > _MOST_CASES:
             raise self.fail(f"the grid has more than {_MOST_CASES} cases", "parameters")
         choices = [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())] if grid else []
@@ -187,6 +240,8 @@ class _Reader:
         if not choices:
             raise self.fail("no cases: give [parameters] with lists of values, or [[cases]]")
         names = tuple(dict.fromkeys(itertools.chain.from_iterable(choices)))
+        if len(names) > _MOST_NAMES:
+            raise self.fail(f"the cases have more than {_MOST_NAMES} parameters", "cases")
         cases = []
         for number, values in enumerate(choices, 1):
             missing = [name for name in names if name not in values and name not in constants]
@@ -195,8 +250,8 @@ class _Reader:
                 raise self.fail(f"case {number} gives no value for '{missing[0]}', which case {giver} gives", "cases")
             for name, value in values.items():
                 if not _is_value(value):
-                    raise self.fail(f"case {number}, '{name}': expected a number or a text, found {value!r}", name)
-            label = "_".join(f"{name}{values[name]}" for name in names if name in values)
+                    raise self.fail(f"case {number}, '{name}': expected a number or a text, found {shown(value)}", name)
+            label = "_".join(f"{name[:80]}{short(str(values[name]))}" for name in names if name in values)
             label = re.sub(r"[^\w.+-]", "-", label)[:80]
             cases.append(Case(number, f"{number:04d}_{label}", {**constants, **values}))
         return names, tuple(cases)
@@ -208,9 +263,9 @@ class _Reader:
             self.known(entry, _RESULT, f"[results.{name}]")
             at, take = entry.get("at", []), entry.get("take", "last")
             if not isinstance(at, list) or not all(isinstance(i, int) for i in at):
-                raise self.fail(f"result '{name}': at: expected whole numbers, found {at!r}", name)
-            if take not in _TAKE:
-                raise self.fail(f"result '{name}': take: must be one of {', '.join(_TAKE)}, found {take!r}", name)
+                raise self.fail(f"result '{name}': at: expected whole numbers, found {shown(at)}", name)
+            if not isinstance(take, str) or take not in _TAKE:
+                raise self.fail(f"result '{name}': take: must be one of {', '.join(_TAKE)}, found {shown(take)}", name)
             yield Quantity(name, entry["dataset"].strip("/"), tuple(at), take, str(entry.get("unit", "")))
 
     def check_placeholders(self, study: Study) -> None:
@@ -238,19 +293,29 @@ def template_files(folder: Path) -> list[Path]:
 
 def render(path: Path, values: Mapping[str, Value]) -> bytes:
     """A template file with its placeholders replaced: ``{{phi}}``, ``{{span/2}}``, ``{{-depth:.3f}}``."""
-    text = path.read_bytes().decode("utf-8", "surrogateescape")
+    text = _template_text(path)
 
     def replace(match: re.Match[str]) -> str:
         expression, _, form = match[1].partition(":")
-        line = text.count("\n", 0, match.start()) + 1
-        column = match.start() - text.rfind("\n", 0, match.start())
         try:
             value = evaluate(expression.strip(), values)
-            return format(value, form.strip()) if form else _plain(value)
+            return formatted(value, form.strip()) if form else _plain(value)
         except (ValueError, ArithmeticError, TypeError) as problem:
-            raise InputError(f"placeholder {match[0]}: {problem}", path, line, column) from None
+            raise _placeholder_error(path, text, match.start(), match[0], problem) from None
 
     return _PLACEHOLDER.sub(replace, text).encode("utf-8", "surrogateescape")
+
+
+def _template_text(path: Path) -> str:
+    size = path.stat().st_size
+    if size > _LARGEST_TEMPLATE:
+        raise InputError(f"has {size} bytes; a file of a template has at most {_LARGEST_TEMPLATE}", path)
+    return path.read_bytes().decode("utf-8", "surrogateescape")
+
+
+def _placeholder_error(path: Path, text: str, start: int, placeholder: str, problem: object) -> InputError:
+    line, column = text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start)
+    return InputError(f"placeholder {short(placeholder)}: {problem}", path, line, column)
 
 
 def _plain(value: Value) -> str:
@@ -261,70 +326,22 @@ def _plain(value: Value) -> str:
 
 
 def _names_in(path: Path) -> Iterator[str]:
-    text = path.read_bytes().decode("utf-8", "surrogateescape")
+    text = _template_text(path)
     for match in _PLACEHOLDER.finditer(text):
         try:
-            tree = ast.parse(match[1].partition(":")[0].strip(), mode="eval")
-        except SyntaxError:
-            line = text.count("\n", 0, match.start()) + 1
-            raise InputError(f"placeholder {match[0]}: expected a parameter or a formula", path, line) from None
-        called = {
-            node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-        }
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Name) and node.id not in called and node.id not in _CONSTANTS:
-                yield node.id
-
-
-_CONSTANTS = {"pi": math.pi}
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "sqrt": math.sqrt, "sin": math.sin, "cos": math.cos, "tan": math.tan, "atan": math.atan, "radians": math.radians,
-    "degrees": math.degrees, "abs": abs, "min": min, "max": max, "round": round,
-}  # fmt: skip
-_OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
-}  # fmt: skip
-
-
-def evaluate(expression: str, values: Mapping[str, Value]) -> Any:
-    """A formula of parameters: numbers, + - * / // % **, parentheses, pi and a few functions; nothing else."""
-
-    def visit(node: ast.AST) -> Any:
-        match node:
-            case ast.Expression(body=body):
-                return visit(body)
-            case ast.Constant(value=int() | float() as value):
-                return value
-            case ast.Name(id=name) if name in values:
-                return values[name]
-            case ast.Name(id=name) if name in _CONSTANTS:
-                return _CONSTANTS[name]
-            case ast.Name(id=name):
-                raise ValueError(f"'{name}' is not known")
-            case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return -visit(operand)
-            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-                return visit(operand)
-            case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-                a, b = visit(left), visit(right)
-                if isinstance(a, str) or isinstance(b, str):
-                    raise ValueError("texts cannot be computed with")
-                if isinstance(op, ast.Pow) and abs(b) > 1000:
-                    raise ValueError(f"the exponent {b} is too large")
-                return _OPERATORS[type(op)](a, b)
-            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in _FUNCTIONS:
-                return _FUNCTIONS[name](*map(visit, arguments))
-        raise ValueError("expected a parameter or a formula")
-
-    try:
-        return visit(ast.parse(expression, mode="eval"))
-    except SyntaxError:
-        raise ValueError("expected a parameter or a formula") from None
+            yield from names_in(match[1].partition(":")[0].strip())
+        except ValueError as problem:
+            raise _placeholder_error(path, text, match.start(), match[0], problem) from None
+    begin = _PLACEHOLDER.sub(lambda match: " " * len(match[0]), text).find("{{")
+    if begin >= 0:
+        raise _placeholder_error(path, text, begin, "{{", "expected a formula without braces, and '}}' behind it")
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """A finite number; whole ones, too, are at most as large as a float can be."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value) if isinstance(value, float) else value.bit_length() < 1024
 
 
 def _is_value(value: object) -> bool:

@@ -12,6 +12,7 @@ import contextlib
 import ctypes
 import json
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -30,6 +31,7 @@ import numpy as np
 from .errors import InputError, OutputError, RockddaError
 from .results import Results
 from .study import Case, Quantity, Study
+from .text import has_controls, shown
 
 if TYPE_CHECKING:
     import pandas
@@ -364,27 +366,57 @@ def _cluster(study: Study, where: str, workers: int | None) -> Any:
 
 def write_job_array(study: Study, *, retry: bool = False) -> Path:
     """A Slurm script that runs each case as one task of a job array; submitting it again does what is left."""
+    if has_controls(str(study.file.resolve())):
+        raise InputError("the path of the study holds line breaks or control characters", study.file)
+    options = "".join(map(_scheduler_option, study.cluster.items()))
     todo = pending(study, retry=retry)
     if not todo:
         raise InputError("all cases are done: there is nothing to submit", study.file)
     for case in todo:
         prepare_case(study, case)
-    options = "".join(f"#SBATCH --{name}={value}\n" for name, value in study.cluster.items())
     path = study.output / "job-array.sh"
     numbers = ",".join(str(case.number) for case in todo)
     command = shlex.join([sys.executable, "-m", "rockdda", "study", str(study.file.resolve())])
     text = f"""#!/bin/bash
-# {study.title}: one task a case. Submit with `sbatch {path.name}`;
-# the table comes from `rockdda-post study {study.file.name} --table` then.
+# {_one_line(study.title)}: one task a case. Submit with `sbatch {path.name}`;
+# the table comes from `rockdda-post study {_one_line(shlex.quote(study.file.name))} --table` then.
 #SBATCH --job-name={_job_name(study.title)}
 #SBATCH --array={numbers}
 #SBATCH --cpus-per-task={study.threads}
 #SBATCH --signal=B:TERM@120
 {options}exec {command} --case "$SLURM_ARRAY_TASK_ID" --quiet
 """
-    path.write_text(text, encoding="utf-8")
-    path.chmod(0o755)
+    try:
+        path.write_text(text, encoding="utf-8")
+        path.chmod(0o755)
+    except OSError as problem:
+        raise OutputError(f"{path}: cannot be written: {problem.strerror}") from None
     return path
+
+
+def _scheduler_option(entry: tuple[str, Any]) -> str:
+    """A line for sbatch, which reads words, quotes and backslashes; "" for an option that is false."""
+    name, value = entry
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
+        raise InputError(f"[cluster]: {shown(name)} is no option of sbatch")
+    if isinstance(value, bool):
+        return f"#SBATCH --{name}\n" if value else ""
+    if not isinstance(value, str | int | float):
+        raise InputError(f"[cluster] {name}: expected a text, a number or true, found {shown(value)}")
+    text = str(value)
+    if has_controls(text) or len(text) > 1000:
+        raise InputError(
+            f"[cluster] {name}: expected one line of at most 1000 characters, without control characters, "
+            f"found {shown(value)}"
+        )
+    if not re.fullmatch(r"[\w@%+=:,./-]+", text, re.ASCII):
+        text = '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return f"#SBATCH --{name}={text}\n"
+
+
+def _one_line(text: str) -> str:
+    """A text for a comment; a Study made in Python may hold what a study file must not."""
+    return "".join("?" if has_controls(letter) else letter for letter in text)
 
 
 def _job_name(title: str) -> str:

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""Study files that somebody else wrote: nothing in them becomes a command, and none takes long or much memory."""
+
+import random
+import re
+import shlex
+import subprocess
+import time
+
+import pytest
+from rockdda import cli
+from rockdda.errors import InputError
+from rockdda.study import read_study
+from rockdda.study_formula import evaluate, formatted
+from rockdda.study_run import write_job_array
+
+STUDY = """\
+title = {title}
+template = "template"
+[parameters]
+n = [3, 4]
+[cluster]
+{cluster}
+"""
+
+
+def write_study(folder, title='"harmless"', cluster='partition = "long"', name="study.toml"):
+    (folder / "template").mkdir(exist_ok=True)
+    (folder / "template/a.df").write_text("{{n}}\n")
+    (folder / name).write_text(STUDY.format(title=title, cluster=cluster), encoding="utf-8")
+    return folder / name
+
+
+def in_toml(text):
+    """A basic string of TOML."""
+    return '"' + "".join(c if c.isalnum() and c.isascii() else f"\\U{ord(c):08x}" for c in text) + '"'
+
+
+@pytest.mark.parametrize(
+    ("title", "cluster", "message"),
+    [
+        ('"harmless\\ntouch PWNED_title\\n#"', "", r"study\.toml:1:1: error: title: line breaks and control"),
+        ('"a"', 'partition = "x\\ntouch PWNED_cluster\\n#"', r"study\.toml:6:1: error: \[cluster\] 'partition': line"),
+        ('"a"', 'partition = "x\\rtouch"', "line breaks and control"),
+        ('"a"', 'partition = "x\\u2028touch"', "line breaks and control"),
+        ('"a"', '"x\\ny" = 1', "line breaks and control"),
+        ('"a"', 'job_extra = ["a\\nb"]', "line breaks and control"),
+        ('"a"', '"x; touch PWNED" = 1', "is no option of sbatch"),
+        ('"a"', "x = [1]", "expected a text, a number or true"),
+    ],
+)
+def test_line_breaks_and_odd_names_are_refused(tmp_path, capsys, title, cluster, message):
+    assert cli.main(["study", str(write_study(tmp_path, title, cluster)), "--slurm"]) == 2
+    assert re.search(message, capsys.readouterr().err)
+    assert not (tmp_path / "study").exists()
+
+
+def test_no_text_of_a_study_becomes_a_command(tmp_path):
+    """300 hostile titles, values and folder names: bash takes the script as one command, and creates no file."""
+    random.seed(5)
+    pieces = ["\n", "$(touch P)", "`touch P`", ";touch P;", "'", '"', "\\", "#", "|touch P", ">P", "\u2028",
+              "&", " ", "a", "ü", "${IFS}", "!!", "%s", "--wrap=x", "EOF", ";", "$(id)"]  # fmt: skip
+    refused = accepted = 0
+    for number in range(300):
+        text, value, name = ("".join(random.choices(pieces, k=random.randint(1, 4))) for _ in range(3))
+        folder = tmp_path / (str(number) + re.sub(r"[\0/]", "", name))
+        folder.mkdir()
+        study = write_study(folder, in_toml(text), f"comment = {in_toml(value)}")
+        try:
+            script = write_job_array(read_study(study))
+        except InputError:
+            refused += 1
+            continue
+        accepted += 1
+        before = sorted(path.relative_to(folder) for path in folder.rglob("*"))
+        lines = script.read_text().split("\n")
+        code = [line for line in lines if line and not line.startswith("#")]
+        assert len(code) == 1
+        assert code[0].startswith("exec ")
+        assert str(study.resolve()) in shlex.split(code[0])
+        if number % 10 == 0:
+            subprocess.run(["bash", "-n", script], check=True, timeout=10)
+            harmless = script.with_name("run.sh")
+            harmless.write_text(script.read_text().replace("exec ", "exec true "))
+            subprocess.run(["bash", harmless], check=True, timeout=10, cwd=folder)
+            harmless.unlink()
+        assert sorted(path.relative_to(folder) for path in folder.rglob("*")) == before
+    assert refused > 50  # both ways were taken
+    assert accepted > 50
+
+
+def test_values_for_the_scheduler_are_quoted(tmp_path):
+    cluster = 'comment = "a \\"b\\" \\\\ c"\nexclusive = true\nrequeue = false\nmem = "4G"\nnice = 10'
+    text = write_job_array(read_study(write_study(tmp_path, cluster=cluster))).read_text()
+    assert '#SBATCH --comment="a \\"b\\" \\\\ c"\n#SBATCH --exclusive\n#SBATCH --mem=4G\n#SBATCH --nice=10\n' in text
+    assert "requeue" not in text
+
+
+@pytest.mark.parametrize(
+    ("formula", "message"),
+    [
+        ("((10**1000)**1000)**1000", "too large"),
+        ("9**999", "too large"),
+        ("2**1000 * 2**1000 * 2**1000", "too large"),
+        ("1e308*10**400", "too large"),
+        ("(-8)**0.5", "no real number"),
+        ("round(5, -1000000000)", "at most 300 digits"),
+        ("(" * 400 + "1" + ")" * 400, "expected a parameter or a formula"),
+        ("-" * 900 + "1", "nested too deeply"),
+        ("1" * 2000, "the formula has 2000 characters"),
+        ("+".join("1" * 200), "nested too deeply"),
+        ("n" * 10**7, "the formula has 10000000 characters"),
+        ("0x" + "f" * 900, "too large"),
+    ],
+)
+def test_formulas_end_soon(formula, message):
+    begin = time.process_time()
+    with pytest.raises(ValueError, match=message):
+        evaluate(formula, {})
+    assert time.process_time() - begin < 1.0  # one takes about a millisecond
+
+
+def test_formats_are_bounded():
+    assert formatted(2.5, "010.3f") == "000002.500"
+    assert formatted("a", ">5s") == "    a"
+    for form in ("1000d", "999999999999d", ".100f", ".9999999999f", "{n}", "c"):
+        with pytest.raises(ValueError, match="is no format"):
+            formatted(1, form)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('title = "a"\nthreads = ' + "9" * 5000, r"s\.toml:3:1: error: a number has too many digits"),
+        ("[parameters]\nn = [" + "9" * 4000 + "]", "expected a list of numbers or texts"),
+        ("[parameters]\nn = 0x" + "f" * 100_000, "expected a list of numbers or texts, found a number of too many"),
+        ("x = " + "[" * 100_000, "nested too deeply"),
+        ("a" + ".a" * 100_000 + " = 1", "nested too deeply"),
+        ("[parameters]\n" + "".join(f"p{i} = {list(range(30))}\n" for i in range(9)), "more than 100000 cases"),
+        ("[constants]\n" + "".join(f"p{i} = 1\n" for i in range(300)), "more than 200 parameters and constants"),
+        ("#" * 5_000_000, "at most 4000000 bytes"),
+        ('[parameters]\nn = "' + "a" * 100_000 + '"', r"found 'a{56}\.\.\."),
+    ],
+    ids=["digits", "large", "hexadecimal", "nested", "dotted", "grid", "constants", "file", "message"],
+)
+def test_large_studies_end_soon(tmp_path, text, message):
+    (tmp_path / "template").mkdir()
+    begin = time.process_time()
+    (tmp_path / "s.toml").write_text(f"template = 'template'\n{text}")
+    with pytest.raises(InputError, match=message) as error:
+        read_study(tmp_path / "s.toml")
+    assert len(str(error.value)) < 1000
+    assert time.process_time() - begin < 5.0  # the slowest takes about 1 s
+
+
+def test_many_braces_end_soon(tmp_path):
+    study = write_study(tmp_path)
+    (tmp_path / "template/b.df").write_text("{{" * 500_000)
+    begin = time.process_time()
+    with pytest.raises(InputError, match=r"b\.df:1:1: error: placeholder \{\{: expected a formula without braces"):
+        read_study(study)
+    (tmp_path / "template/b.df").write_text("{{n}}\n" * 100_000)
+    read_study(study)
+    assert time.process_time() - begin < 5.0  # quadratic search took minutes
