@@ -101,7 +101,7 @@ def convert_command(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE...", help="DDAML (.geo, .ana, or their folder), .dxf, .geojson.", show_default=False
+            metavar="FILE...", help="DDAML (.geo, .ana, or their folder), or .dxf and .geojson.", show_default=False
         ),
     ],
     output: Annotated[
@@ -116,6 +116,20 @@ def convert_command(
     chord: Annotated[
         float | None, typer.Option("--chord", help="Distance of chords from curves.", show_default=False)
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option("--scale", help="Length of a drawing's unit, such as 0.001 for mm.", show_default=False),
+    ] = None,
+    origin: Annotated[
+        str | None,
+        typer.Option("--origin", metavar="X,Y", help="Point of the drawing that becomes 0,0.", show_default=False),
+    ] = None,
+    areas: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--area", metavar="FILE", help="Polygons that clip the lines (.dxf, .geojson).", show_default=False
+        ),
+    ] = None,
     template: Annotated[bool, typer.Option("--template", help="Write an analysis file to fill in, too.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     quiet: Quiet = False,
@@ -123,8 +137,10 @@ def convert_command(
 ) -> None:
     """Convert DDAML of DDA for Windows, DXF drawings and GeoJSON lines to input files (.dc, .df, .nml).
 
-    Kinds of layers: joint:N, boundary:N (joint material N), material:N (block material), fixed, loading, measured,
-    hole, bolt, skip. Layers named like that need no option; other layers get joint materials in alphabetical order.
+    Kinds of layers: joint:N, boundary:N (joint material N), material:N (block material), area:N (clips all lines),
+    opening:N (nothing stays in it), fixed, loading, measured, hole, bolt, skip. Layers named like that need no option;
+    other layers get joint materials in alphabetical order. Several drawings make one geometry. Lengths in DXF are
+    converted to metres by the drawing's $INSUNITS; --scale overrides this.
 
     Examples:
 
@@ -132,7 +148,9 @@ def convert_command(
 
         rockdda-post convert slope.dxf --layer FAULTS=joint:2 --layer TEXT=skip --e0 0.01 --template
 
-        rockdda-post convert traces.geojson -o traces
+        rockdda-post convert section.dxf --scale 0.001 --origin 500000,6800000
+
+        rockdda-post convert traces.geojson --area area.geojson -o outcrop
     """
     from .convert import convert
 
@@ -142,16 +160,30 @@ def convert_command(
         if not found:
             raise InputError(f"layer {entry!r}: expected NAME=KIND, such as FAULTS=joint:2")
         named[name] = kind
-    for name, value in (("e0", e0), ("chord", chord)):
+    for name, value in (("e0", e0), ("chord", chord), ("scale", scale)):
         if value is not None and not 0 < value < float("inf"):
             raise InputError(f"{name} must be positive, found {value:g}")
-    done = convert(files, output, layers=named, e0=e0, chord=chord, template=template, force=force)
+    done = convert(
+        files, output, layers=named, e0=e0, chord=chord, template=template, force=force, areas=areas or (),
+        scale=scale, origin=None if origin is None else two_numbers("origin", origin),
+    )  # fmt: skip
     if not quiet:
         for message in done.messages:
             typer.echo(message, err=True)
     messages = [{"severity": p.severity, "message": p.message, "file": p.file, "line": p.line, "column": p.column}
                 for p in done.problems]  # fmt: skip
     tell(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages)
+
+
+def two_numbers(name: str, text: str) -> tuple[float, float]:
+    """A point x,y of an option."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = float("nan")
+    if not abs(x) + abs(y) < 1e30:
+        raise InputError(f"{name} {text!r}: expected x,y")
+    return x, y
 
 
 def compare_command(

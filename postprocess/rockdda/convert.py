@@ -15,8 +15,10 @@ from pathlib import Path
 
 from . import convert_ddaml, convert_dxf, convert_geojson
 from .convert_model import Analysis, BlockMaterial, Geometry
+from .convert_place import move_to_local_origin, place
 from .convert_report import Report
 from .errors import InputError, OutputError, Problem
+from .text import has_controls
 
 __all__ = ["Conversion", "convert"]
 
@@ -39,23 +41,35 @@ def convert(
     chord: float | None = None,
     template: bool = False,
     force: bool = False,
+    areas: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    scale: float | None = None,
+    origin: tuple[float, float] | None = None,
 ) -> Conversion:
-    """Convert DDAML (geometry, analysis or both), a DXF drawing or GeoJSON lines; returns what was written.
+    """Convert DDAML (geometry, analysis or both), or DXF drawings and GeoJSON lines; returns what was written.
 
     The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
     folder; a folder as `output` (an existing one, or with a final slash) takes them under that name.
     `layers` says what the layers of a drawing are (see `rockdda.convert_dxf`), `e0` is the edge-node distance and
     `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values for
-    rock (m, kg, s, N) where the input has none. Raises InputError with all problems; nothing is written then. Existing
-    files are replaced with `force` only.
+    rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the polygons of the files `areas`
+    clip its lines. `scale` is the length of the drawings' unit (by default that of a DXF drawing's $INSUNITS in metres,
+    1 for GeoJSON); `origin` is the point of the drawings, in their coordinates, that becomes 0, 0. Raises
+    InputError with all problems; nothing is written then. Existing files are replaced with `force` only.
     """
     paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     if not paths:
         raise InputError("nothing to convert")
     paths = [member for path in paths for member in (_members(path) if path.is_dir() else [path])]
-    geometry, analysis, reports = _read(paths, layers, e0, chord)
+    given = [areas] if isinstance(areas, str | os.PathLike) else list(areas)
+    reading = _Reading(layers or {}, e0, chord, scale, origin)
+    for path in paths:
+        reading.read(path)
+    for path in map(Path, given):
+        reading.read(path, "area")
+    geometry, analysis, reports = reading.finish()
     stem = _stem(paths[0], output)
-    title = ", ".join(path.name for path in paths)
+    title = ", ".join(path.name for path in [*paths, *map(Path, given)])
+    title = "".join("?" if has_controls(letter) else letter for letter in title) + reading.moved
     if geometry is not None and not geometry.e0 > 0:
         raise InputError(f"the edge-node distance e0 must be positive, found {geometry.e0:g}", paths[0])
     counted = geometry
@@ -83,37 +97,92 @@ def convert(
     return Conversion(list(texts), [report.text(p) for report, p in problems], [p for _, p in problems])
 
 
-def _read(
-    paths: list[Path], layers: dict[str, str] | None, e0: float | None, chord: float | None
-) -> tuple[Geometry | None, Analysis | None, list[Report]]:
-    geometry: Geometry | None = None
-    analysis: Analysis | None = None
-    bolts: tuple[float, float, float] | None = None
-    reports: list[Report] = []
+class _Reading:
+    """Reads the files of one model, one after the other."""
 
-    def only(found: Geometry | Analysis | None, what: str, path: Path) -> None:
-        if found is not None:
-            raise InputError(f"there is already {what}: convert one model at a time", path)
+    def __init__(
+        self,
+        layers: dict[str, str],
+        e0: float | None,
+        chord: float | None,
+        scale: float | None,
+        origin: tuple[float, float] | None,
+    ) -> None:
+        self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
+        self.geometry: Geometry | None = None
+        self.analysis: Analysis | None = None
+        self.reports: list[Report] = []
+        self.moved = ""  # to say where the origin is
+        self._bolts: tuple[float, float, float] | None = None
+        self._drawings: list[tuple[Path, float]] = []  # and the lengths of their units
+        self._known: dict[str, tuple[str, int]] = {}  # layers of the drawings read so far
 
-    for path in paths:
+    def read(self, path: Path, default: str | None = None) -> None:
+        """Read a file; `default` is the kind of lines in drawings that have none."""
         kind = _kind(path)
-        if kind in ("geometry", "both", "dxf", "geojson"):
-            only(geometry, "a geometry", path)
-            if kind == "dxf":
-                geometry, report = convert_dxf.read_dxf(path, layers, e0, chord)
-            elif kind == "geojson":
-                geometry, report = convert_geojson.read_geojson(path, e0)
-            else:
-                geometry, report = convert_ddaml.read_geometry(path)
-                geometry.e0 = e0 if e0 is not None else geometry.e0
-            reports.append(report)
+        if kind in ("dxf", "geojson"):
+            self._add_drawing(path, kind, default)
+        elif default is not None:
+            raise InputError("areas are polygons of a DXF or GeoJSON file", path)
+        if kind in ("geometry", "both"):
+            if self.geometry is not None:
+                raise InputError("there is already a geometry: convert one model at a time", path)
+            if self.scale is not None or self.origin is not None:
+                raise InputError("scale and origin are those of drawings, DDAML has none", path)
+            self.geometry, report = convert_ddaml.read_geometry(path)
+            self.geometry.e0 = self.e0 if self.e0 is not None else self.geometry.e0
+            self.reports.append(report)
         if kind in ("analysis", "both"):
-            only(analysis, "an analysis", path)
-            analysis, bolts, report = convert_ddaml.read_analysis(path)
-            reports.append(report)
-    if geometry is not None and bolts is not None:
-        geometry.bolt_values = bolts
-    return geometry, analysis, reports
+            if self.analysis is not None:
+                raise InputError("there is already an analysis: convert one model at a time", path)
+            self.analysis, self._bolts, report = convert_ddaml.read_analysis(path)
+            self.reports.append(report)
+
+    def _add_drawing(self, path: Path, kind: str, default: str | None) -> None:
+        if self.geometry is not None and not self._drawings:
+            raise InputError("there is already a geometry in DDAML: drawings cannot be added to it", path)
+        if kind == "dxf":
+            found, report, unit = convert_dxf.read_dxf(
+                path, self.layers, self.chord, scale=self.scale, default=default, known=self._known
+            )
+        else:
+            found, report = convert_geojson.read_geojson(path, default)
+            unit = self.scale if self.scale is not None else 1.0
+            if self.scale is None and convert_geojson.looks_like_degrees(found):
+                report.error(
+                    "the coordinates look like degrees of longitude and latitude: project them to metres first "
+                    "(--scale 1 keeps the numbers)"
+                )
+                report.raise_errors()
+        if self.origin is not None and any(other != unit for _, other in self._drawings):
+            raise InputError("the drawings have different units: an origin needs drawings in one unit", path)
+        place(found, unit, self.origin or (0.0, 0.0))
+        self._drawings.append((path, unit))
+        self.reports.append(report)
+        if self.geometry is None:
+            self.geometry = found
+        else:
+            self.geometry.add(found)
+
+    def finish(self) -> tuple[Geometry | None, Analysis | None, list[Report]]:
+        """Put together what was read; clip lines to areas and openings."""
+        geometry = self.geometry
+        if geometry is not None and self._drawings:
+            report = self.reports[0]
+            if self.origin is None:
+                moved = move_to_local_origin(geometry, report)
+                self.moved = "" if moved is None else f"; the origin was at {moved[0]:.15g}, {moved[1]:.15g}"
+            geometry.e0 = self.e0 if self.e0 is not None else geometry.extent / 10_000
+            if geometry.regions or geometry.chains:
+                from .convert_regions import apply_regions
+
+                apply_regions(geometry, report)
+            if not geometry.lines:
+                report.error("no lines are left")
+                report.raise_errors()
+        if geometry is not None and self._bolts is not None:
+            geometry.bolt_values = self._bolts
+        return geometry, self.analysis, self.reports
 
 
 def _members(folder: Path) -> list[Path]:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .convert_ddaml_reader import Reader
-from .convert_model import Analysis, BlockMaterial, Geometry, TimeRow, number
+from .convert_model import LARGEST_MATERIAL, Analysis, BlockMaterial, Geometry, TimeRow, number
 from .convert_report import Report, read_text
 from .convert_xml import Element, Word, parse_xml
 
@@ -119,7 +119,7 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
                 values = reader.numbers(child, 4, f"{what} {len(into_lines) + 1}")
                 material = 1
                 if key != "Boundlist" or "type" in child.attributes:
-                    material = reader.whole(child, "type", 1)
+                    material = reader.whole(child, "type", 1, LARGEST_MATERIAL)
                 if values:
                     into_lines.append(((values[0], values[1], values[2], values[3]), material))
     if math.isnan(geometry.e0):

@@ -4,15 +4,31 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import math
 from pathlib import Path
 
 from .convert_model import number
 from .convert_report import Report, read_text
 from .convert_xml import Element, Word, parse_xml
+from .text import shown
 
 # What files in circulation write instead of the key that the reader knows.
 ALIASES = {"OCLimit": "Opencloselimit", "Boundarylist": "Boundlist", "Materiallinelist": "Matlinelist"}
+
+
+LONGEST_NAME = 60  # of elements and attributes that are compared with keys
+MOST_ATTRIBUTES = 100
+MOST_UNKNOWN = 1000  # names of elements
+LARGEST_COUNT = 2**31 - 1  # the program's whole numbers
+
+
+@functools.lru_cache(maxsize=10_000)
+def _nearest_key(name: str, keys: tuple[str, ...]) -> str | None:
+    """The key that a name is almost."""
+    lower = {key.lower(): key for key in keys}
+    near = difflib.get_close_matches(name.lower(), lower, n=1, cutoff=0.8)
+    return lower[near[0]] if near else None
 
 
 class Reader:
@@ -20,6 +36,7 @@ class Reader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._unknown: set[str] = set()
         text = read_text(path)
         self.report = Report(path, text)
         self.root = parse_xml(text, self.report)
@@ -39,13 +56,15 @@ class Reader:
             return element.name
         meant = ALIASES.get(element.name)
         if meant not in keys:
-            lower = {key.lower(): key for key in keys}
-            near = difflib.get_close_matches(element.name.lower(), lower, n=1, cutoff=0.8)
-            meant = lower[near[0]] if near else None
+            self._unknown.add(element.name)
+            if len(self._unknown) > MOST_UNKNOWN:
+                self.report.error(f"there are more than {MOST_UNKNOWN} unknown elements", element.line, element.column)
+                self.report.raise_errors()
+            meant = _nearest_key(element.name[:LONGEST_NAME], tuple(keys))
         if meant is None:
-            text = f"unknown element {element.name!r} is ignored"
+            text = f"unknown element {shown(element.name)} is ignored"
         else:
-            text = f"unknown element {element.name!r} (which DDA for Windows ignores) is taken as {meant!r}"
+            text = f"unknown element {shown(element.name)} (which DDA for Windows ignores) is taken as {meant!r}"
         self.report.warning(text, element.line, element.column)
         return meant
 
@@ -56,7 +75,7 @@ class Reader:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            self.report.error(f"{what}: expected a number, found {word.text!r}", word.line, word.column)
+            self.report.error(f"{what}: expected a number, found {shown(word.text)}", word.line, word.column)
             return 0.0
         return value
 
@@ -79,7 +98,8 @@ class Reader:
         """An attribute, or the only one of almost that name (after a warning)."""
         if name in element.attributes:
             return element.attributes[name].strip()
-        near = difflib.get_close_matches(name, element.attributes, n=1, cutoff=0.75)
+        names = [found for found in element.attributes if len(found) <= LONGEST_NAME][:MOST_ATTRIBUTES]
+        near = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
         if near:
             self.report.warning(
                 f"unknown attribute {near[0]!r} of <{element.name}> is taken as {name!r}", element.line, element.column
@@ -95,12 +115,13 @@ class Reader:
             return 0.0
         return self.number(Word(text, element.line, element.column), f"{name} of <{element.name}>")
 
-    def whole(self, element: Element, name: str, least: int) -> int:
-        """A whole number in an attribute, at least so large; `least` after an error."""
+    def whole(self, element: Element, name: str, least: int, most: int = LARGEST_COUNT) -> int:
+        """A whole number in an attribute, in a range; `least` after an error."""
         found = self.value(element, name)
-        if not found.is_integer() or found < least:
+        if not found.is_integer() or not least <= found <= most:
             if not self.report.errors or self.report.errors[-1].line != element.line:
-                message = f"{name} of <{element.name}>: expected a whole number of at least {least}"
+                limit = f"of at least {least}" if found < most else f"of at most {most}"
+                message = f"{name} of <{element.name}>: expected a whole number {limit}"
                 self.report.error(f"{message}, found {number(found)}", element.line, element.column)
             return least
         return int(found)

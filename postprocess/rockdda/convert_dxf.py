@@ -2,9 +2,9 @@
 """DXF drawings to lines, and blocks back to DXF.
 
 Layers say what a line is. Names that speak for themselves (whatever their case) are `boundary`, `joint_2` (joint
-material 2), `boundary_2`, `material_3` (material lines), `fixed`, `loading`, `measured`, `hole` and `bolt`; every
-other layer with lines gets a joint material of its own, in alphabetical order. `layers` overrides this by name, for
-example {"FAULTS": "joint:2", "TEXT": "skip"}.
+material 2), `boundary_2`, `material_3` (material lines), `area`, `opening`, `fixed`, `loading`, `measured`, `hole` and
+`bolt`; every other layer with lines gets a joint material of its own, in alphabetical order. `layers` overrides this by
+name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
 """
 
 from __future__ import annotations
@@ -13,49 +13,64 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .convert_model import Geometry, Point
-from .convert_report import Report
+from .convert_dxf_blocks import DRAWN, drawn
+from .convert_model import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
+from .convert_place import from_unit, metres_of
+from .convert_report import MOST_LINES, Report, check_size
 from .errors import InputError, OutputError
+from .text import short
 
 if TYPE_CHECKING:
     from .results import Frame
 
-KINDS = ("joint", "boundary", "material", "fixed", "loading", "measured", "hole", "bolt", "skip")
 SPEAKING = re.compile(
-    r"(boundary|joint|material|fixed|load|loading|measured|hole|bolt)(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$", re.I
+    r"(boundary|joint|material|area|opening|fixed|load|loading|measured|hole|bolt)"
+    r"(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$",
+    re.I,
 )
-POINT_KINDS = ("loading", "measured", "hole")
-DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 
 
 def parse_kind(text: str) -> tuple[str, int]:
     """'joint:2' as ('joint', 2); ValueError for anything that is no kind of line."""
     name, _, number = text.strip().lower().partition(":")
     name = "loading" if name == "load" else name
-    if name not in KINDS or (number and (not number.isdigit() or int(number) < 1)):
-        raise ValueError(f"{text!r} is no kind of line: one of {', '.join(KINDS)}, with a material as in joint:2")
+    if name not in KINDS or (number and not _is_material(number)):
+        raise ValueError(
+            f"{short(text)!r} is no kind of line: one of {', '.join(KINDS)}, with a material as in joint:2"
+        )
     return name, int(number or 1)
 
 
-def kinds_of_layers(names: list[str], given: dict[str, str]) -> dict[str, tuple[str, int]]:
-    """Kind and material of the lines on each layer."""
+def _is_material(digits: str) -> bool:
+    return digits.isascii() and digits.isdigit() and len(digits) < 10 and 1 <= int(digits) <= LARGEST_MATERIAL
+
+
+def kinds_of_layers(
+    names: list[str], given: dict[str, str], default: str | None = None, known: dict[str, tuple[str, int]] | None = None
+) -> dict[str, tuple[str, int]]:
+    """Kind and material of the lines on each layer; `known` are those of other drawings, `default` is of all others."""
     kinds: dict[str, tuple[str, int]] = {}
+    known = known or {}
     asked = {name.lower(): parse_kind(kind) for name, kind in given.items()}
     for name in names:
         match = SPEAKING.match(name)
         if name.lower() in asked:
             kinds[name] = asked[name.lower()]
-        elif match:
+        elif match and (match.group(2) is None or _is_material(match.group(2))):
             kind = match.group(1).lower()
             kinds[name] = ("loading" if kind == "load" else kind, int(match.group(2) or 1))
-    used = {material for kind, material in kinds.values() if kind in ("joint", "boundary")}
+        elif default is not None:
+            kinds[name] = (default, 1)
+        elif name in known:
+            kinds[name] = known[name]
+    outlines = ("joint", "boundary", *REGION_KINDS)
+    used = {material for kind, material in [*kinds.values(), *known.values()] if kind in outlines}
     free = (i for i in range(1, len(names) + len(used) + 2) if i not in used)
     for name in sorted(set(names) - set(kinds), key=str.lower):
         kinds[name] = ("joint", next(free))
@@ -63,45 +78,90 @@ def kinds_of_layers(names: list[str], given: dict[str, str]) -> dict[str, tuple[
 
 
 def read_dxf(
-    path: Path, layers: dict[str, str] | None = None, e0: float | None = None, chord: float | None = None
-) -> tuple[Geometry, Report]:
-    """The lines of a drawing's model space; curves become chords no farther from them than `chord`.
+    path: Path,
+    layers: dict[str, str] | None = None,
+    chord: float | None = None,
+    *,
+    scale: float | None = None,
+    default: str | None = None,
+    known: dict[str, tuple[str, int]] | None = None,
+) -> tuple[Geometry, Report, float]:
+    """The lines of a drawing's model space, in the drawing's unit, and the length of that unit.
 
-    `chord` is by default 1/2000 and `e0` 1/10,000 of the drawing's larger extent.
+    Curves become chords no farther from them than `chord`, by default 1/2000 of the drawing's larger extent. `scale` is
+    the unit's length if it is given, else it follows from the drawing's $INSUNITS [m]. `known` are the layers of other
+    drawings; those of this one are added.
     """
-    from ezdxf import bbox
-
     report = Report(path)
     document = _read(path, report)
-    entities = list(_drawn(document.modelspace(), report))
-    names = sorted({entity.dxf.layer for entity in entities})
     try:
-        kinds = kinds_of_layers(names, layers or {})
+        entities = list(drawn(document, path, report))
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # broken drawings end in errors of any kind in ezdxf
+        raise InputError(
+            f"the DXF drawing is broken: {type(error).__name__}: {short(str(error), 200)}", path
+        ) from error
+    count = Counter(entity.dxf.layer for entity in entities)
+    names = sorted(count)
+    try:
+        kinds = kinds_of_layers(names, layers or {}, default, known)
     except ValueError as error:
         raise InputError(str(error), path) from error
-    for name in layers or {}:
-        if name.lower() not in {known.lower() for known in names}:
-            report.warning(f"there is nothing on a layer {name!r}; the layers are: {', '.join(names) or 'none'}")
-    box = bbox.extents(entities)
-    extent = max(box.size.x, box.size.y) if box.has_data else 0.0
-    chord = chord if chord is not None else extent / 2000
-    geometry = Geometry(e0=e0 if e0 is not None else extent / 10_000)
+    if known is not None:
+        known.update(kinds)
+    extent = _extent(entities, report)
+    unit = scale if scale is not None else metres_of(document, extent, report)
+    smallest = 1e-6 * extent
+    if chord is not None:
+        chord = from_unit(chord, 1 / unit)
+        if chord < smallest:
+            report.error(
+                f"chords are at most 1e-6 of the drawing's extent off, {smallest * unit:g}: not {chord * unit:g}"
+            )
+            report.raise_errors()
+    geometry = Geometry()
     for entity in entities:
         kind, material = kinds[entity.dxf.layer]
         try:
-            _add(entity, kind, material, geometry, report, chord)
-        except (ValueError, ZeroDivisionError, OverflowError, ArithmeticError) as error:
-            report.error(f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {entity.dxf.layer!r}: {error}")
+            _add(entity, kind, material, geometry, report, max(chord or extent / 2000, smallest))
+        except MemoryError:
+            raise
+        except Exception as error:  # of any kind in ezdxf
+            place = f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {short(entity.dxf.layer)!r}"
+            report.error(f"{place}: {error}")
+        if len(geometry.boundary) + len(geometry.joints) + len(geometry.material_lines) > MOST_LINES:
+            raise InputError(f"the drawing gives more than {MOST_LINES} lines", path)
     _check_finite(geometry, report)
     for name in names:
         kind, material = kinds[name]
-        count = sum(entity.dxf.layer == name for entity in entities)
         what = f"{kind} {material}" if kind in ("joint", "boundary", "material") else kind
-        report.note(f"layer {name!r}: {count} entities as {what}")
-    if not geometry.lines:
+        report.note(f"layer {short(name)!r}: {count[name]} entities as {what}")
+    for name in layers or {}:
+        if name.lower() not in {found.lower() for found in names}:
+            report.warning(f"there is nothing on a layer {name!r}; the layers are: {', '.join(names) or 'none'}")
+    if not (geometry.lines or geometry.regions or geometry.chains):
         report.error(f"no lines: the model space has none of {', '.join(DRAWN)} on a layer of joints or boundaries")
     report.raise_errors()
-    return geometry, report
+    return geometry, report, unit
+
+
+def _extent(entities: list[Any], report: Report) -> float:
+    """The larger extent of a drawing, from the corners and control points."""
+    from ezdxf import bbox
+
+    extent = 0.0
+    try:
+        box = bbox.extents(entities, fast=True)
+        if box.has_data:
+            extent = max(box.size.x, box.size.y)
+            extent = max(extent, 0.0) if max(map(abs, (*box.extmin.vec2, *box.extmax.vec2))) < 1e30 else math.nan
+    except Exception:  # of any kind in ezdxf
+        extent = math.nan
+    if not math.isfinite(extent):
+        report.error("there are coordinates that are infinite, no numbers, or beyond 1e30")
+        report.raise_errors()
+    return extent
 
 
 def _read(path: Path, report: Report) -> Any:
@@ -109,6 +169,7 @@ def _read(path: Path, report: Report) -> Any:
     import ezdxf
     from ezdxf import recover
 
+    check_size(path)
     try:
         return ezdxf.readfile(path)
     except FileNotFoundError as error:
@@ -120,8 +181,8 @@ def _read(path: Path, report: Report) -> Any:
         try:
             document, _ = recover.readfile(path)
         except Exception:
-            raise InputError(f"the DXF drawing is broken: {first}", path) from error
-        report.warning(f"the DXF drawing is broken ({first}) and was repaired: something may be missing")
+            raise InputError(f"the DXF drawing is broken: {short(first, 200)}", path) from error
+        report.warning(f"the DXF drawing is broken ({short(first, 200)}) and was repaired: something may be missing")
         return document
 
 
@@ -133,25 +194,6 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
         report.error("there are coordinates that are infinite or no numbers")
 
 
-def _drawn(space: Any, report: Report) -> Iterator[Any]:
-    """All lines, curves and points, also those within block references; the rest is counted in warnings."""
-    others: Counter[str] = Counter()
-
-    def walk(entities: Any, depth: int) -> Iterator[Any]:
-        for entity in entities:
-            kind = entity.dxftype()
-            if kind in (*DRAWN, "POINT"):
-                yield entity
-            elif kind == "INSERT" and depth < 16:
-                yield from walk(entity.virtual_entities(), depth + 1)
-            else:
-                others[kind] += 1
-
-    yield from walk(space, 0)
-    for kind, count in sorted(others.items()):
-        report.warning(f"{count} entities of type {kind} are ignored")
-
-
 def _add(entity: Any, kind: str, material: int, geometry: Geometry, report: Report, chord: float) -> None:
     """Add what one entity draws."""
     if kind == "skip":
@@ -160,6 +202,9 @@ def _add(entity: Any, kind: str, material: int, geometry: Geometry, report: Repo
         _add_point(entity, kind, geometry, report)
         return
     corners = _corners(entity, chord)
+    if kind in REGION_KINDS:
+        geometry.chains.append((kind, material, corners))
+        return
     pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
     if kind == "fixed":
         geometry.fixed += pairs
@@ -175,7 +220,8 @@ def _add_point(entity: Any, kind: str, geometry: Geometry, report: Report) -> No
     if entity.dxftype() == "POINT":
         place = (float(dxf.location.x), float(dxf.location.y))
     elif entity.dxftype() == "CIRCLE":
-        place = (float(dxf.center.x), float(dxf.center.y))
+        center = entity.ocs().to_wcs(dxf.center)  # mirrored circles count in another system
+        place = (float(center.x), float(center.y))
     else:
         report.warning(f"a {entity.dxftype()} on layer {dxf.layer!r} is ignored: points are POINTs or CIRCLEs there")
         return
@@ -209,6 +255,7 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     import ezdxf
 
     document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = 0  # the unit of results is known to their user only
     space = document.modelspace()
     results = frame.results
     for material in np.unique(results.block_material):

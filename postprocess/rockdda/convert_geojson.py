@@ -2,90 +2,93 @@
 """GeoJSON lines to a geometry.
 
 LineStrings and Polygons (their rings) become lines, Points points. The property `kind` (joint, boundary, material,
-fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints, polygons boundaries and
-points measured points. The property `material` (or `joint_material`, `block_material`) is its material, 1 without it.
+area, opening, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints, polygons areas
+and points measured points. The property `material` (or `joint_material`, `block_material`) is its material, by
+default 1.
 """
 
 from __future__ import annotations
 
 import itertools
 import json
-import re
 from pathlib import Path
 from typing import Any
 
-from .convert_dxf import KINDS, POINT_KINDS
-from .convert_model import Geometry, Point
-from .convert_report import Report, read_text
+from .convert_model import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
+from .convert_report import MOST_ERRORS, MOST_LINES, Report, read_text
+from .errors import InputError
+from .json_places import JsonPath, places_of
+from .text import short, shown
 
-TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{},:]|[^\s\[\]{},:"]+')
 LARGEST = 1e30  # as the program allows
-Path_ = tuple[str | int, ...]
-
-
-def place_of(text: str, path: Path_) -> tuple[int, int] | None:
-    """Line and column of the value at a path such as ('features', 3, 'geometry')."""
-    stack: list[list[Any]] = []  # [is_list, key or index]
-    expect_key = False
-    for match in TOKEN.finditer(text):
-        token = match.group()
-        if token in "}]":
-            stack.pop()
-            expect_key = False
-        elif token == ",":
-            if stack[-1][0]:
-                stack[-1][1] += 1
-            expect_key = not stack[-1][0]
-        elif token == ":":
-            expect_key = False
-        elif expect_key:
-            stack[-1][1] = json.loads(token)
-        else:
-            if tuple(level[1] for level in stack) == path:
-                before = text[: match.start()]
-                return before.count("\n") + 1, match.start() - (before.rfind("\n") + 1) + 1
-            if token in "{[":
-                stack.append([token == "[", 0 if token == "[" else None])
-                expect_key = token == "{"
-    return None
+DEEPEST = 50  # collections within collections
 
 
 class Reader:
-    """Reads one file into a geometry."""
+    """Reads one file into a geometry; `default` is the kind of lines and polygons that have none."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, default: str | None = None) -> None:
+        self.path = path
         self.text = read_text(path)
         self.report = Report(path, self.text)
         self.geometry = Geometry()
+        self.default = default
+        self._failures: list[tuple[JsonPath, str]] = []
+        self._positions = 0
 
-    def fail(self, path: Path_, message: str) -> None:
-        line, column = place_of(self.text, path) or (None, None)
-        self.report.error(message, line, column)
+    def fail(self, path: JsonPath, message: str) -> None:
+        """Note an error; its place is found when all are known."""
+        self._failures.append((path, message))
+        if len(self._failures) >= MOST_ERRORS:
+            self._report_failures()
+
+    def _report_failures(self) -> None:
+        places = places_of(self.text, [path for path, _ in self._failures])
+        for path, message in self._failures:
+            line, column = places.get(path, (None, None))
+            self.report.error(message, line, column)
+        self._failures = []
 
     def read(self) -> None:
+        """Read the file; InputError with all errors."""
         try:
-            data = json.loads(self.text)
+            # whole numbers of thousands of digits: Python refuses them, and none is a coordinate
+            data = json.loads(self.text, parse_int=lambda digits: int(digits) if len(digits) < 40 else float(digits))
         except json.JSONDecodeError as error:
             self.report.error(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
-            return
         except RecursionError:
             self.report.error("the JSON is nested too deeply")
-            return
-        self.item(data, (), {})
+        else:
+            self.item(data, (), {})
+            self._report_failures()
+        self.report.raise_errors()
 
-    def item(self, data: Any, path: Path_, properties: dict[str, Any]) -> None:
+    def item(self, data: Any, path: JsonPath, properties: dict[str, Any]) -> None:
         """A collection, feature or geometry."""
+        if len(path) > 2 * DEEPEST:
+            self.fail(path, f"collections are nested more than {DEEPEST} times")
+            return
         kind = data.get("type") if isinstance(data, dict) else None
         if kind == "FeatureCollection":
             for i, feature in enumerate(self._list(data, "features", path)):
                 self.item(feature, (*path, "features", i), {})
         elif kind == "Feature":
-            if data.get("geometry") is not None:
-                self.item(data["geometry"], (*path, "geometry"), data.get("properties") or {})
+            found = data.get("properties")
+            if found is not None and not isinstance(found, dict):
+                self.fail((*path, "properties"), f"properties: expected an object or null, found {shown(found)}")
+            elif data.get("geometry") is not None:
+                self.item(data["geometry"], (*path, "geometry"), found or {})
         elif kind == "GeometryCollection":
             for i, part in enumerate(self._list(data, "geometries", path)):
                 self.item(part, (*path, "geometries", i), properties)
-        elif kind in ("Point", "LineString", "Polygon", "MultiPoint", "MultiLineString", "MultiPolygon"):
+        elif isinstance(kind, str) and kind in (
+            "Point",
+            "LineString",
+            "Polygon",
+            "MultiPoint",
+            "MultiLineString",
+            "MultiPolygon",
+        ):
             here = (*path, "coordinates")
             coordinates = self._list(data, "coordinates", path)
             if kind.startswith("Multi"):
@@ -94,27 +97,34 @@ class Reader:
             else:
                 self.shape(kind, coordinates, here, properties, path)
         else:
-            self.fail(path, f"expected a GeoJSON object, found {'type ' + repr(kind) if kind else 'something else'}")
+            self.fail(path, f"expected a GeoJSON object, found {'type ' + shown(kind) if kind else 'something else'}")
 
-    def _list(self, data: dict[str, Any], name: str, path: Path_) -> list[Any]:
+    def _list(self, data: dict[str, Any], name: str, path: JsonPath) -> list[Any]:
         found = data.get(name)
         if not isinstance(found, list):
             self.fail(path, f"{data['type']} without a list {name!r}")
             return []
         return found
 
-    def shape(self, shape: str, coordinates: Any, here: Path_, properties: dict[str, Any], owner: Path_) -> None:
+    def shape(self, shape: str, coordinates: Any, here: JsonPath, properties: dict[str, Any], owner: JsonPath) -> None:
         """Add a point, a line or the rings of a polygon."""
-        default = {"Point": "measured", "LineString": "joint", "Polygon": "boundary"}[shape]
-        kind = str(properties.get("kind", default)).lower()
+        default = {"Point": "measured", "LineString": self.default or "joint", "Polygon": self.default or "area"}[shape]
+        kind = properties.get("kind")
+        kind = kind.lower() if isinstance(kind, str) else default if kind is None else shown(kind)
         if kind not in KINDS:
-            self.fail(owner, f"unknown kind {kind!r} of a {shape}; the kinds are: {', '.join(KINDS)}")
+            self.fail(owner, f"unknown kind {short(kind)!r} of a {shape}; the kinds are: {', '.join(KINDS)}")
             return
         if kind == "skip":
             return
         material = next((properties[k] for k in ("material", "joint_material", "block_material") if k in properties), 1)
-        if isinstance(material, bool) or not isinstance(material, int | float) or material < 1 or material % 1:
-            self.fail(owner, f"material of a {shape}: expected a whole number of at least 1, found {material!r}")
+        if (
+            isinstance(material, bool)
+            or not isinstance(material, int | float)
+            or not 1 <= material <= LARGEST_MATERIAL
+            or material % 1
+        ):
+            message = f"material of a {shape}: expected a whole number from 1 to {LARGEST_MATERIAL}"
+            self.fail(owner, f"{message}, found {shown(material)}")
             return
         if shape == "Point":
             point = self.point(coordinates, here)
@@ -124,11 +134,14 @@ class Reader:
         if kind in POINT_KINDS:
             self.fail(owner, f"a {shape} cannot be of kind {kind!r}: that takes Points")
             return
+        if kind in REGION_KINDS:
+            self._add_region(kind, int(material), shape, coordinates, here)
+            return
         rings = coordinates if shape == "Polygon" and isinstance(coordinates, list) else [coordinates]
         for i, ring in enumerate(rings):
             self._add_lines(kind, int(material), ring, (*here, i) if shape == "Polygon" else here)
 
-    def _add_point(self, kind: str, point: Point, owner: Path_) -> None:
+    def _add_point(self, kind: str, point: Point, owner: JsonPath) -> None:
         geometry = self.geometry
         if kind == "fixed":
             geometry.fixed.append((*point, *point))
@@ -137,12 +150,32 @@ class Reader:
         else:
             self.fail(owner, f"a Point cannot be of kind {kind!r}: that takes lines")
 
-    def _add_lines(self, kind: str, material: int, ring: Any, here: Path_) -> None:
+    def _add_region(self, kind: str, material: int, shape: str, coordinates: Any, here: JsonPath) -> None:
+        """An area or opening: a polygon with its holes, or lines that close to one."""
+        if shape == "LineString":
+            chain = self._corners(coordinates, here)
+            self.geometry.chains.append((kind, material, chain))
+            return
+        if not isinstance(coordinates, list) or not coordinates:
+            self.fail(here, "expected a list of rings")
+            return
+        rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
+        if all(rings):
+            self.geometry.regions.append((kind, material, rings))
+
+    def _corners(self, ring: Any, here: JsonPath) -> Ring:
+        """The positions of a line; [] after an error."""
         if not isinstance(ring, list) or len(ring) < 2:
             self.fail(here, "expected a list of at least two positions")
-            return
+            return []
+        self._positions += len(ring)
+        if self._positions > MOST_LINES:
+            raise InputError(f"has more than {MOST_LINES} positions", self.path)
         corners = [self.point(position, (*here, i)) for i, position in enumerate(ring)]
-        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a and b and a != b]
+        return [corner for corner in corners if corner is not None] if all(corners) else []
+
+    def _add_lines(self, kind: str, material: int, ring: Any, here: JsonPath) -> None:
+        pairs = [(*a, *b) for a, b in itertools.pairwise(self._corners(ring, here)) if a != b]
         geometry = self.geometry
         if kind == "fixed":
             geometry.fixed += pairs
@@ -152,28 +185,30 @@ class Reader:
             lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
             lines[kind] += [(pair, material) for pair in pairs]
 
-    def point(self, position: Any, here: Path_) -> Point | None:
+    def point(self, position: Any, here: JsonPath) -> Point | None:
         """A position as x, y; None after an error."""
         if not isinstance(position, list) or len(position) < 2:
             self.fail(here, "expected a position [x, y]")
             return None
         for i, value in enumerate(position[:2]):
             if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
-                self.fail((*here, i), f"expected a number, found {json.dumps(value)}")
+                self.fail((*here, i), f"expected a number below {LARGEST:g} in size, found {short(json.dumps(value))}")
                 return None
         return float(position[0]), float(position[1])
 
 
-def read_geojson(path: Path, e0: float | None = None) -> tuple[Geometry, Report]:
-    """The lines and points of a GeoJSON file; `e0` is by default 1/10,000 of the larger extent."""
-    reader = Reader(path)
+def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Report]:
+    """The lines, regions and points of a GeoJSON file; `default` is the kind of what has none (but of points)."""
+    reader = Reader(path, default)
     reader.read()
     geometry, report = reader.geometry, reader.report
-    if not geometry.lines and not report.errors:
+    if not geometry.lines and not geometry.chains and not geometry.regions:
         report.error("no lines: there is no LineString or Polygon")
     report.raise_errors()
-    geometry.e0 = e0 if e0 is not None else geometry.extent / 10_000
-    x = geometry.lines[0][0][0]
-    if geometry.extent < 1 and all(abs(s[0]) <= 180 and abs(s[1]) <= 90 for s, _ in geometry.lines) and abs(x) > 1:
-        report.warning("the coordinates look like degrees of longitude and latitude: project them first")
     return geometry, report
+
+
+def looks_like_degrees(geometry: Geometry) -> bool:
+    """Do the coordinates look like longitude and latitude? A GeoJSON file may hold nothing else (RFC 7946)."""
+    x, y = geometry.ranges
+    return max(x[1] - x[0], y[1] - y[0]) < 1 and max(map(abs, x)) <= 180 and max(map(abs, y)) <= 90 and abs(x[0]) > 1

@@ -7,13 +7,19 @@ back exactly the same value.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 Point = tuple[float, float]
 Segment = tuple[float, float, float, float]
 TimeRow = tuple[float, float, float]
+Ring = list[Point]
+
+REGION_KINDS = ("area", "opening")
+POINT_KINDS = ("loading", "measured", "hole")
+KINDS = ("joint", "boundary", "material", *REGION_KINDS, "fixed", *POINT_KINDS, "bolt", "skip")
+LARGEST_MATERIAL = 10_000
 
 
 def number(value: float) -> str:
@@ -24,6 +30,9 @@ def number(value: float) -> str:
 def row(*values: float) -> str:
     """One record."""
     return "  ".join(number(value) for value in values)
+
+
+_POINTS = ("loading", "measured", "holes")
 
 
 @dataclass
@@ -40,6 +49,9 @@ class Geometry:
     loading: list[Point] = field(default_factory=list)
     measured: list[Point] = field(default_factory=list)
     holes: list[Point] = field(default_factory=list)
+    # areas and openings, before lines are clipped: kind, joint material, outer ring and holes
+    regions: list[tuple[str, int, list[Ring]]] = field(default_factory=list)
+    chains: list[tuple[str, int, Ring]] = field(default_factory=list)  # pieces of their outlines
 
     @property
     def lines(self) -> list[tuple[Segment, int]]:
@@ -47,12 +59,43 @@ class Geometry:
         return self.boundary + self.joints
 
     @property
+    def ranges(self) -> tuple[Point, Point]:
+        """Smallest and largest x and y of the areas, or of all lines where there are none [length]."""
+        outlines = [(kind, ring) for kind, _, rings in self.regions for ring in rings]
+        outlines += [(kind, chain) for kind, _, chain in self.chains]
+        points = [corner for kind, ring in outlines if kind == "area" for corner in ring]
+        if not points:
+            points = [point for segment, _ in self.lines for point in (segment[:2], segment[2:])]
+            points += [corner for _, ring in outlines for corner in ring]
+        if not points:
+            return (0.0, 0.0), (0.0, 0.0)
+        x, y = zip(*points, strict=True)
+        return (min(x), max(x)), (min(y), max(y))
+
+    @property
     def extent(self) -> float:
         """The larger extent of all lines [length]."""
-        coordinates = [segment for segment, _ in self.lines] or [(0.0, 0.0, 0.0, 0.0)]
-        x = [value for segment in coordinates for value in segment[0::2]]
-        y = [value for segment in coordinates for value in segment[1::2]]
-        return max(max(x) - min(x), max(y) - min(y))
+        return max(high - low for low, high in self.ranges)
+
+    def add(self, other: Geometry) -> None:
+        """Take in all of another geometry."""
+        for name in ("boundary", "joints", "material_lines", "bolts", "fixed", *_POINTS, "regions", "chains"):
+            getattr(self, name).extend(getattr(other, name))
+
+    def move(self, change: Callable[[Point], Point]) -> None:
+        """Apply a map of points to everything."""
+
+        def segment(old: Segment) -> Segment:
+            return (*change(old[:2]), *change(old[2:]))
+
+        for name in ("boundary", "joints", "material_lines"):
+            setattr(self, name, [(segment(line), material) for line, material in getattr(self, name)])
+        for name in ("bolts", "fixed"):
+            setattr(self, name, [segment(line) for line in getattr(self, name)])
+        for name in _POINTS:
+            setattr(self, name, [change(point) for point in getattr(self, name)])
+        self.regions = [(k, m, [[change(p) for p in ring] for ring in rings]) for k, m, rings in self.regions]
+        self.chains = [(k, m, [change(p) for p in chain]) for k, m, chain in self.chains]
 
     def text(self, title: str = "") -> str:
         """The geometry file."""

@@ -1,39 +1,56 @@
 # SPDX-License-Identifier: MIT
-"""Problems found while a file is converted, shown as compilers show them."""
+"""Problems found while a file is converted, shown as compilers show them; files are read up to a size."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from .errors import InputError, Problem
+from .text import short
 
 MOST_SHOWN = 50
+MOST_ERRORS = 1000  # then the conversion ends
+MOST_WARNINGS = 1000  # further ones are counted
 LONGEST_LINE = 400
+LONGEST_MESSAGE = 500
+LARGEST_FILE = 64_000_000  # bytes; in memory it takes 10 to 20 times as much
+MOST_LINES = 1_000_000  # that drawings may give
 
 
 class Report:
-    """Collects errors and warnings about one file; `raise_errors` ends the conversion when there are errors."""
+    """Collects errors and warnings about one file; `raise_errors` ends the conversion when there are errors.
+
+    After 1000 errors it ends at once. Warnings beyond 1000 are counted only.
+    """
 
     def __init__(self, path: Path | str, text: str = "") -> None:
         self.path = str(path)
         self.problems: list[Problem] = []
+        self.errors: list[Problem] = []
         self._lines = text.split("\n")
+        self._warnings = 0
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> None:
         """Something that forbids the conversion."""
-        self.problems.append(Problem(message, self.path, line, column))
+        problem = Problem(short(message, LONGEST_MESSAGE), self.path, line, column)
+        self.problems.append(problem)
+        self.errors.append(problem)
+        if len(self.errors) >= MOST_ERRORS:
+            self.raise_errors()
 
     def warning(self, message: str, line: int | None = None, column: int | None = None) -> None:
         """Something that is left out or guessed."""
-        self.problems.append(Problem(message, self.path, line, column, "warning"))
+        self._warnings += 1
+        if self._warnings <= MOST_WARNINGS:
+            problem = Problem(short(message, LONGEST_MESSAGE), self.path, line, column, "warning")
+            self.problems.append(problem)
+        if self._warnings == MOST_WARNINGS:
+            problem = Problem(f"warnings after the first {MOST_WARNINGS} are left out", self.path, severity="warning")
+            self.problems.append(problem)
 
     def note(self, message: str) -> None:
-        """Something worth knowing."""
-        self.problems.append(Problem(message, self.path, severity="note"))
-
-    @property
-    def errors(self) -> list[Problem]:
-        return [problem for problem in self.problems if problem.severity == "error"]
+        """Something of interest."""
+        self.problems.append(Problem(short(message, LONGEST_MESSAGE), self.path, severity="note"))
 
     def text(self, problem: Problem) -> str:
         """A problem with its source line and a mark under the place."""
@@ -52,20 +69,38 @@ class Report:
         if errors:
             parts = [self.text(problem) for problem in errors[:MOST_SHOWN]]
             if len(errors) > MOST_SHOWN:
-                parts.append(f"... and {len(errors) - MOST_SHOWN} more errors")
+                more = f"{len(errors) - MOST_SHOWN} more errors"
+                parts.append(f"... and {more}" + (" at least" if len(errors) >= MOST_ERRORS else ""))
             raise InputError("\n".join(parts), problems=errors)
+
+
+def check_size(path: Path) -> None:
+    """InputError for a file that is too large to be read."""
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return  # the reader says why
+    if size > LARGEST_FILE:
+        raise InputError(_too_large(), path)
+
+
+def _too_large() -> str:
+    return f"has more than {LARGEST_FILE // 1_000_000} MB: files that large are not converted"
 
 
 def read_text(path: Path) -> str:
     """The text of an input file; InputError when it cannot be read."""
     try:
-        data = path.read_bytes()
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_FILE + 1)
     except FileNotFoundError as error:
         raise InputError("no such file", path) from error
     except IsADirectoryError as error:
         raise InputError("is a folder, not a file", path) from error
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path) from error
+    if len(data) > LARGEST_FILE:
+        raise InputError(_too_large(), path)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from .convert_report import Report
+from .text import shown
 
 TOKEN = re.compile(r"[^\s,;]+")
 
@@ -34,6 +35,10 @@ class Element:
     column: int
     children: list[Element] = field(default_factory=list)
     words: list[Word] = field(default_factory=list)
+
+
+class _EntityFound(Exception):
+    pass
 
 
 def parse_xml(text: str, report: Report) -> Element | None:
@@ -67,7 +72,8 @@ def parse_xml(text: str, report: Report) -> Element | None:
                 stack[-1].words.append(Word(match.group(), line + i, first + match.start()))
 
     def entity(name: str, *_: object) -> None:
-        report.error(f"entity {name!r} is declared: entities are not supported", *place())
+        report.error(f"entity {shown(name)} is declared: entities are not supported", *place())
+        raise _EntityFound
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -76,6 +82,8 @@ def parse_xml(text: str, report: Report) -> Element | None:
     try:
         # the text is decoded already: whatever encoding its first line names, it goes in as UTF-8
         parser.Parse(re.sub(r"(<\?xml[^>]*?)\s+encoding=[\"'][^\"']*[\"']", r"\1", text, count=1).encode(), True)
+    except _EntityFound:  # nothing is read any more: they can multiply
+        pass
     except expat.ExpatError as error:
         report.error(f"the XML is broken: {expat.ErrorString(error.code)}", error.lineno, error.offset + 1)
     return roots[0] if roots and not report.errors else None

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""Units and origins of drawings and maps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from .convert_model import Geometry, Point
+from .convert_report import Report
+
+LARGEST_SECTION = 5000.0  # a drawing without a unit that is larger is hardly in metres
+SMALLEST_SECTION = 0.5  # [m]
+FAR = 1000.0  # coordinates over extent: from here on, the origin is moved
+
+
+def from_unit(value: float, unit: float) -> float:
+    """value · unit; a unit such as 0.001 divides by 1000, which rounds better."""
+    inverse = 1 / unit
+    return (
+        value / round(inverse)
+        if inverse > 1.5 and math.isclose(inverse, round(inverse), rel_tol=1e-12)
+        else value * unit
+    )
+
+
+def metres_of(document: Any, extent: float, report: Report) -> float:
+    """The length of a drawing's unit [m] by its $INSUNITS; 1 with a warning, or an error, where it states none."""
+    from ezdxf import units
+
+    code = document.header.get("$INSUNITS", 0)
+    advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
+    try:
+        name, metres = (
+            units.unit_name(code),
+            float(units.conversion_factor(units.InsertUnits(code), units.M)) if code else 1.0,
+        )
+        if not 0 < metres < math.inf:
+            raise ValueError
+    except (ValueError, KeyError, IndexError, TypeError, ZeroDivisionError):
+        report.error(f"the drawing states the unknown unit $INSUNITS = {code}: {advice}")
+        report.raise_errors()
+        return 1.0
+    if code == 0:
+        if extent > LARGEST_SECTION:
+            report.error(f"the drawing states no unit ($INSUNITS), and its larger extent is {extent:g}: {advice}")
+            report.raise_errors()
+        report.note("the drawing states no unit ($INSUNITS): its numbers are kept (--scale changes them)")
+    elif code != units.M:
+        report.note(f"the drawing is in {name.lower()} ($INSUNITS): lengths are converted to metres, times {metres:g}")
+        if extent * metres < SMALLEST_SECTION:
+            text = f"with this unit its larger extent is {extent * metres:g} m"
+            report.warning(f"{text}: if it was drawn in metres, --scale 1 keeps the numbers")
+    return metres
+
+
+def place(geometry: Geometry, unit: float, origin: Point) -> None:
+    """Move `origin`, in the file's coordinates, to 0, 0, and convert lengths."""
+    x, y = origin
+
+    def change(point: Point) -> Point:
+        return from_unit(point[0] - x, unit), from_unit(point[1] - y, unit)
+
+    if unit != 1 or origin != (0.0, 0.0):
+        geometry.move(change)
+
+
+def move_to_local_origin(geometry: Geometry, report: Report) -> Point | None:
+    """Move the origin beside lines that are far from it, and note this; returns the new origin, None if it stays.
+
+    Areas and moments of blocks are sums of products of coordinates: far from the origin they lose digits.
+    """
+    ranges, extent = geometry.ranges, geometry.extent
+    largest = max(abs(value) for limits in ranges for value in limits)
+    if not 0 < extent * FAR < largest:
+        return None
+    step = 10.0 ** math.floor(math.log10(extent))
+    origin = (math.floor(ranges[0][0] / step) * step, math.floor(ranges[1][0] / step) * step)
+    place(geometry, 1.0, origin)
+    text = f"the origin is moved to {origin[0]:.15g},{origin[1]:.15g}, since the lines are far from 0,0"
+    report.note(f"{text}: --origin 0,0 keeps the coordinates")
+    return origin

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""Areas and openings: lines are clipped to the areas, and nothing stays in an opening.
+
+The rock is the union of the areas without the openings (without areas: everything outside the openings). Its outline
+becomes boundary lines with the joint materials of the areas and openings; edges between two areas stay. Whatever the
+outline encloses that is no rock gets a hole point.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely.geometry import LineString, Polygon
+
+from .convert_model import Geometry, Ring, Segment
+from .convert_report import Report
+
+Lines = list[tuple[Segment, int]]
+
+
+def apply_regions(geometry: Geometry, report: Report) -> None:
+    """Turn areas and openings into boundary lines and hole points, and clip joints and boundary lines to the rock."""
+    if not geometry.regions and not geometry.chains:
+        return
+    polygons = [(kind, material, _polygon(kind, rings, report)) for kind, material, rings in geometry.regions]
+    for kind, material in dict.fromkeys((kind, material) for kind, material, _ in geometry.chains):
+        chains = [chain for k, m, chain in geometry.chains if (k, m) == (kind, material)]
+        rings = close_chains(chains, geometry.e0, kind, report)
+        polygons += [(kind, material, _polygon(kind, [ring], report)) for ring in rings]
+    report.raise_errors()
+    areas = [polygon for kind, _, polygon in polygons if kind == "area"]
+    openings = [polygon for kind, _, polygon in polygons if kind == "opening"]
+    area = shapely.union_all(areas) if len(areas) > 1 else areas[0] if areas else None
+    opening = shapely.union_all(openings) if len(openings) > 1 else openings[0] if openings else None
+    rock = area
+    if area is not None and opening is not None:
+        rock = area.difference(opening)
+    if rock is not None and rock.is_empty:
+        report.error("the openings leave nothing of the areas")
+        report.raise_errors()
+    shortest = 1e-9 * geometry.extent
+    for name in ("boundary", "joints"):
+        before = getattr(geometry, name)
+        after = _clip(before, rock, opening, shortest)
+        setattr(geometry, name, after)
+        if before and before != after:
+            what = "boundary lines" if name == "boundary" else "lines"
+            where = " and ".join(["the areas"] * bool(areas) + ["the openings"] * bool(openings))
+            report.note(f"{len(before)} {what} are clipped by {where}: {len(after)} are left")
+    sources = [(polygon, material) for _, material, polygon in polygons]
+    inner = _edges([(polygon, material) for kind, material, polygon in polygons if kind == "area"])
+    outline = rock if rock is not None else opening
+    assert outline is not None
+    geometry.boundary += _with_materials(_rings_of(outline), sources, shortest)
+    if len(areas) > 1:
+        geometry.boundary += _clip(inner, rock, opening, shortest)
+    holes = _holes(rock) if rock is not None else _parts(opening)
+    geometry.holes += [(point.x, point.y) for point in (part.representative_point() for part in holes)]
+    geometry.regions, geometry.chains = [], []
+
+
+def _polygon(kind: str, rings: list[Ring], report: Report) -> Any:
+    """A polygon of an outer ring and holes; an empty one after an error."""
+    article = "an" if kind[0] in "aeiou" else "a"
+    if any(len(set(ring)) < 3 for ring in rings):
+        x, y = rings[0][0]
+        report.error(f"{article} {kind} at {x:g}, {y:g} has fewer than three corners")
+        return Polygon()
+    polygon = Polygon(rings[0], rings[1:])
+    if not polygon.is_valid:
+        report.error(f"{article} {kind} is no simple polygon: {shapely.is_valid_reason(polygon)}")
+        return Polygon()
+    return shapely.remove_repeated_points(polygon)
+
+
+def close_chains(chains: list[Ring], tolerance: float, kind: str, report: Report) -> list[Ring]:
+    """Put lines together to closed rings where their ends are nearer than a tolerance; errors for what stays open."""
+    rings: list[Ring] = []
+    pieces: list[Ring] = []
+    for chain in chains:
+        corners = [corner for corner, _ in itertools.groupby(chain)]
+        if len(corners) > 1:
+            closed = len(corners) > 3 and _distance(corners[0], corners[-1]) <= tolerance
+            (rings if closed else pieces).append(corners)
+    ends = np.array([end for piece in pieces for end in (piece[0], piece[-1])]).reshape(-1, 2)
+    tree = shapely.STRtree(shapely.points(ends))
+    used = [False] * len(pieces)
+    for first in range(len(pieces)):
+        if used[first]:
+            continue
+        used[first] = True
+        ring = list(pieces[first])
+        while not (len(ring) > 2 and _distance(ring[0], ring[-1]) <= tolerance):
+            near = tree.query(shapely.Point(ring[-1]), predicate="dwithin", distance=tolerance)
+            following = min(
+                (int(end) for end in near if not used[end // 2]),
+                key=lambda end: (_distance(ring[-1], tuple(ends[end])), end),
+                default=None,
+            )
+            if following is None:
+                x, y = ring[-1]
+                report.error(f"the lines of kind {kind} do not close to polygons: there is an open end at {x:g}, {y:g}")
+                break
+            used[following // 2] = True
+            piece = pieces[following // 2]
+            ring += (piece if following % 2 == 0 else piece[::-1])[1:]
+        else:
+            rings.append(ring)
+    return [[*ring[:-1], ring[0]] for ring in rings]
+
+
+def _distance(a: Any, b: Any) -> float:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+
+
+def _edges(sources: list[tuple[Any, int]]) -> Lines:
+    """The edges of polygons."""
+    return [(edge, material) for polygon, material in sources for edge in _rings_of(polygon)]
+
+
+def _parts(shape: Any) -> list[Any]:
+    """The polygons of a shape."""
+    return [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]
+
+
+def _rings_of(shape: Any) -> list[Segment]:
+    """The edges of all rings of a shape."""
+    found: list[Segment] = []
+    for part in _parts(shape):
+        for ring in (part.exterior, *part.interiors):
+            found += [(*a, *b) for a, b in itertools.pairwise(map(tuple, ring.coords)) if a != b]
+    return found
+
+
+def _holes(rock: Any) -> list[Any]:
+    """What the outline of the rock encloses that is no rock."""
+    rings = [Polygon(ring) for part in _parts(rock) for ring in part.interiors]
+    return [part for ring in rings for part in _parts(ring.difference(rock))]
+
+
+def _clip(lines: Lines, rock: Any, opening: Any, shortest: float) -> Lines:
+    """The parts of lines in the rock, without those on its outline; what nothing cuts stays as it is."""
+    if not lines:
+        return []
+    segments: npt.NDArray[Any] = shapely.linestrings(np.array([line for line, _ in lines]).reshape(-1, 2, 2))
+    if rock is not None:
+        shapely.prepare(rock)
+        inside = shapely.contains_properly(rock, segments)
+    else:
+        shapely.prepare(opening)
+        inside = ~shapely.intersects(opening, segments)
+    found: Lines = []
+    for line, is_inside, segment in zip(lines, inside, segments, strict=True):
+        if is_inside:
+            found.append(line)
+            continue
+        left = segment.intersection(rock).difference(rock.boundary) if rock is not None else segment.difference(opening)
+        for part in shapely.get_parts(left):
+            if isinstance(part, LineString) and part.length > shortest:
+                (x1, y1), (x2, y2) = part.coords[0], part.coords[-1]
+                found.append(((x1, y1, x2, y2), line[1]))
+    return found
+
+
+def _with_materials(edges: list[Segment], sources: list[tuple[Any, int]], shortest: float) -> Lines:
+    """Edges with the material of the outline that they lie on; the first one where there are several."""
+    materials = {material for _, material in sources}
+    if len(materials) == 1:
+        return [(edge, next(iter(materials))) for edge in edges]
+    outlines = _edges(sources)
+    tree = shapely.STRtree(shapely.linestrings(np.array([edge for edge, _ in outlines]).reshape(-1, 2, 2)))
+    middles = shapely.points([((x1 + x2) / 2, (y1 + y2) / 2) for x1, y1, x2, y2 in edges])
+    number, nearest = tree.query_nearest(middles)
+    first = {int(i): int(k) for i, k in sorted(zip(number, nearest, strict=True), reverse=True)}
+    return [(edge, outlines[first[i]][1]) for i, edge in enumerate(edges) if _distance(edge[:2], edge[2:]) > shortest]

@@ -1,0 +1,356 @@
+# SPDX-License-Identifier: MIT
+"""Drawings and maps as they come: in millimetres, at national coordinates, with openings, areas, and traps."""
+
+import json
+import math
+import subprocess
+import time
+
+import ezdxf
+import numpy as np
+import pytest
+import rockdda
+from rockdda.convert import convert
+from rockdda.json_places import places_of
+
+
+def section(path, unit=1.0, code=6, at=(0.0, 0.0), opening="polyline", outline="AREA"):
+    """A rock mass of 40 × 30 with a tunnel of 10 × 5 below an arch of radius 5, crossed by joints; unit in metres."""
+    document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = code
+    space = document.modelspace()
+
+    def p(x, y):
+        return ((at[0] + x) / unit, (at[1] + y) / unit)
+
+    def line(a, b, layer):
+        space.add_line(p(*a), p(*b), dxfattribs={"layer": layer})
+
+    space.add_lwpolyline([p(0, 0), p(40, 0), p(40, 30), p(0, 30)], close=True, dxfattribs={"layer": outline})
+    for k in range(1, 30):
+        line((-2, k), (42, k + 0.5), "BEDDING")
+    for k in range(1, 40, 2):
+        line((k, -1), (k + 1.5, 31), "CROSS")
+    if opening == "polyline":
+        corners = [(*p(15, 8), 0), (*p(25, 8), 0), (*p(25, 13), 1), (*p(15, 13), 0)]
+        space.add_lwpolyline(corners, format="xyb", close=True, dxfattribs={"layer": "OPENING_2"})
+    elif opening == "lines":  # drawn one by one, in any direction, with ends that nearly meet
+        line((15, 8), (25, 8.0005), "OPENING_2")
+        line((25, 13), (25, 8), "OPENING_2")
+        line((15, 13.0005), (15, 8), "OPENING_2")
+        space.add_arc(p(20, 13), 5 / unit, 0, 180, dxfattribs={"layer": "OPENING_2"})
+    document.saveas(path)
+
+
+def cut(program, path):
+    command = [program, "cut", path, "-o", path.with_suffix(".blk"), "--force", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def lines_of(path):
+    """Rows x1 y1 x2 y2 material of all lines of a geometry file, and the number of boundary lines."""
+    rows = [line.split("#")[0].split() for line in path.read_text().splitlines()]
+    rows = [row for row in rows if row]
+    count, boundary = map(int, rows[1])
+    return np.array([list(map(float, row)) for row in rows[8 : 8 + count]]), boundary
+
+
+ROCK = 40 * 30 - 10 * 5 - math.pi * 25 / 2
+
+
+@pytest.mark.parametrize("opening", ["polyline", "lines"])
+def test_nothing_stays_in_an_opening_that_joints_cross(tmp_path, program, opening):
+    section(tmp_path / "a.dxf", opening=opening)
+    convert(tmp_path / "a.dxf", tmp_path / "a")
+    found = cut(program, tmp_path / "a.dc")
+    # chords are at most 1/2000 of 40 inside the arch of length 16
+    assert found["area_of_blocks"] == pytest.approx(ROCK, abs=0.02 * 16)
+    rows, boundary = lines_of(tmp_path / "a.dc")
+    middle = (rows[:, :2] + rows[:, 2:4]) / 2
+    inside = (abs(middle[:, 0] - 20) < 4.9) & (middle[:, 1] > 8.1) & (middle[:, 1] < 13)
+    assert not inside.any()
+    assert not ((middle < -1e-9) | (middle > [40 + 1e-9, 30 + 1e-9])).any()
+    assert set(rows[:boundary, 4]) == {1, 2}  # of the area and of the opening
+    assert set(rows[boundary:, 4]) == {3, 4}
+
+
+def test_an_opening_without_an_area_leaves_no_blocks_in_it(tmp_path, program):
+    section(tmp_path / "a.dxf", outline="boundary")
+    convert(tmp_path / "a.dxf", tmp_path / "a")
+    convert(tmp_path / "a.dxf", tmp_path / "b", layers={"OPENING_2": "skip"})
+    found, full = (cut(program, tmp_path / f"{name}.dc")["area_of_blocks"] for name in "ab")
+    assert full - found == pytest.approx(40 * 30 - ROCK, abs=0.02 * 16)  # as above
+
+
+def test_millimetres_become_metres(tmp_path):
+    section(tmp_path / "m.dxf")
+    section(tmp_path / "mm.dxf", unit=0.001, code=4)
+    convert(tmp_path / "m.dxf", tmp_path / "m")
+    done = convert(tmp_path / "mm.dxf", tmp_path / "mm")
+    assert any("the drawing is in millimeters ($INSUNITS): lengths are converted" in text for text in done.messages)
+    metres, millimetres = lines_of(tmp_path / "m.dc")[0], lines_of(tmp_path / "mm.dc")[0]
+    np.testing.assert_allclose(millimetres, metres, rtol=0, atol=1e-11)  # round-off of the arch
+    done = convert(tmp_path / "mm.dxf", tmp_path / "kept", scale=1)
+    np.testing.assert_allclose(lines_of(tmp_path / "kept.dc")[0][:, :4], 1000 * metres[:, :4], rtol=0, atol=1e-8)
+    convert(tmp_path / "mm.dxf", tmp_path / "chord", chord=0.5)
+    assert len(lines_of(tmp_path / "chord.dc")[0]) < len(metres)
+
+
+def test_a_drawing_without_a_unit_is_refused_when_it_is_large(tmp_path):
+    section(tmp_path / "mm.dxf", unit=0.001, code=0)
+    with pytest.raises(rockdda.InputError, match=r"states no unit .* extent is 44000: state its unit: --scale 0\.001"):
+        convert(tmp_path / "mm.dxf", tmp_path / "a")
+    convert(tmp_path / "mm.dxf", tmp_path / "a", scale=0.001)
+    section(tmp_path / "m.dxf", code=0)
+    done = convert(tmp_path / "m.dxf", tmp_path / "b")
+    assert any("states no unit ($INSUNITS): its numbers are kept" in text for text in done.messages)
+    np.testing.assert_allclose(lines_of(tmp_path / "a.dc")[0], lines_of(tmp_path / "b.dc")[0], rtol=0, atol=1e-11)
+    section(tmp_path / "odd.dxf", code=99)
+    with pytest.raises(rockdda.InputError, match=r"unknown unit \$INSUNITS = 99"):
+        convert(tmp_path / "odd.dxf", tmp_path / "c")
+    section(tmp_path / "small.dxf", code=4)  # drawn in metres, said to be in millimetres
+    done = convert(tmp_path / "small.dxf", tmp_path / "d")
+    assert any("extent is 0.044 m: if it was drawn in metres, --scale 1" in text for text in done.messages)
+
+
+def test_far_coordinates_get_a_local_origin(tmp_path, program):
+    section(tmp_path / "far.dxf", unit=0.001, code=4, at=(500_000, 6_800_000))
+    done = convert(tmp_path / "far.dxf", tmp_path / "far")
+    assert any("the origin is moved to 500000,6800000" in text for text in done.messages)
+    assert (tmp_path / "far.dc").read_text().startswith("# from far.dxf; the origin was at 500000, 6800000\n")
+    section(tmp_path / "near.dxf")
+    convert(tmp_path / "near.dxf", tmp_path / "near")
+    far, near = lines_of(tmp_path / "far.dc")[0], lines_of(tmp_path / "near.dc")[0]
+    np.testing.assert_allclose(far, near, rtol=0, atol=1e-8)  # 6.8e9 mm keep 1e-6 mm
+    convert(tmp_path / "far.dxf", tmp_path / "given", origin=(500_000e3, 6_800_010e3))
+    np.testing.assert_allclose(lines_of(tmp_path / "given.dc")[0], far - [0, 10, 0, 10, 0], rtol=0, atol=1e-8)
+    convert(tmp_path / "far.dxf", tmp_path / "kept", origin=(0, 0))
+    assert lines_of(tmp_path / "kept.dc")[0][:, 1].min() > 6_799_000
+
+
+def feature(shape, coordinates, **properties):
+    return {"type": "Feature", "properties": properties, "geometry": {"type": shape, "coordinates": coordinates}}
+
+
+def write_map(path, *features):
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+
+
+def test_traces_and_areas_from_two_files(tmp_path, program):
+    """Traces across a round outcrop with a hole: what is left lies in it, and its area is that of the polygon."""
+    angles = np.linspace(0, 2 * math.pi, 41)
+    ring, hole = ([[5 + r * math.cos(a), 5 + r * math.sin(a)] for a in angles] for r in (5, 1))
+    for rings in (ring, hole):
+        rings[-1] = rings[0]
+    write_map(tmp_path / "area.geojson", feature("Polygon", [ring, hole], kind="boundary"))
+    write_map(tmp_path / "shape.geojson", feature("Polygon", [ring, hole]))
+    traces = [feature("LineString", [[-2, k], [5, k + 0.2], [12, k]]) for k in range(10)]
+    traces += [feature("LineString", [[k + 0.3, -3], [k + 0.7, 13]], material=2) for k in range(10)]
+    write_map(tmp_path / "traces.geojson", *traces)
+    convert(tmp_path / "traces.geojson", tmp_path / "out", areas=tmp_path / "shape.geojson")
+    found = cut(program, tmp_path / "out.dc")
+    area = 20 * math.sin(2 * math.pi / 40) * (5**2 - 1**2)
+    assert found["area_of_blocks"] == pytest.approx(area, rel=1e-9)
+    rows, boundary = lines_of(tmp_path / "out.dc")
+    assert boundary == 80
+    assert np.hypot(*(rows[:, [0, 1, 2, 3]].reshape(-1, 2) - 5).T).max() < 5 + 1e-12
+    convert([tmp_path / "traces.geojson", tmp_path / "shape.geojson"], tmp_path / "two")
+    assert lines_of(tmp_path / "two.dc")[0].tolist() == rows.tolist()
+    # a kind that is given wins
+    convert(tmp_path / "traces.geojson", tmp_path / "lines", areas=tmp_path / "area.geojson")
+    assert len(lines_of(tmp_path / "lines.dc")[0]) == 80 + 30
+
+
+def test_edges_between_areas_stay_and_portals_open(tmp_path, program):
+    write_map(
+        tmp_path / "a.geojson",
+        feature("Polygon", [[[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]]),
+        feature("Polygon", [[[4, 0], [8, 0], [8, 4], [4, 4], [4, 0]]], material=2),
+        feature("Polygon", [[[1, 0], [2, 0], [2, 1], [1, 1], [1, 0]]], kind="opening", material=3),
+        feature("LineString", [[6, -1], [6, 5]], material=4),
+        feature("LineString", [[-1, 4], [9, 4]], material=4),  # on the outline
+    )
+    convert(tmp_path / "a.geojson", tmp_path / "a")
+    found = cut(program, tmp_path / "a.dc")
+    assert (found["blocks"], found["area_of_blocks"]) == (3, pytest.approx(31, rel=1e-12))
+    rows, boundary = lines_of(tmp_path / "a.dc")
+    assert set(rows[:boundary, 4]) == {1, 2, 3}
+    assert rows[boundary:].tolist() == [[6, 0, 6, 4, 4]]
+
+
+def test_random_openings_and_areas_leave_the_area_of_the_polygons(tmp_path, program):
+    """30 maps of overlapping polygons: blocks fill the union of the areas without the openings, whatever crosses it."""
+    shapely = pytest.importorskip("shapely")
+    random = np.random.default_rng(3)
+    for number in range(30):
+        features, shapes = [], {"area": [], "opening": []}
+        for kind in ("area",) * random.integers(1, 3) + ("opening",) * random.integers(0, 4):
+            angles = np.sort(random.uniform(0, 2 * math.pi, 9))
+            radius = random.uniform(4, 6) if kind == "area" else random.uniform(0.5, 1.5)
+            ring = random.uniform(3, 7, 2) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+            shapes[kind].append(shapely.Polygon(ring))
+            features.append(feature("Polygon", [[*ring.tolist(), ring[0].tolist()]], kind=kind))
+        for row in random.uniform(-3, 13, (25, 4)):
+            features.append(feature("LineString", [row[:2].tolist(), row[2:].tolist()]))
+        write_map(tmp_path / "a.geojson", *features)
+        rock = shapely.union_all(shapes["area"]).difference(shapely.union_all(shapes["opening"]))
+        convert(tmp_path / "a.geojson", tmp_path / "a", force=True)
+        found = cut(program, tmp_path / "a.dc")
+        # nodes within e0 = extent/10,000 of a line may move onto it: a strip of e0 along the lines at most
+        assert found["area_of_blocks"] == pytest.approx(rock.area, abs=2e-3 * 25), number
+
+
+def test_open_outlines_are_named(tmp_path):
+    write_map(
+        tmp_path / "a.geojson",
+        feature("LineString", [[0, 0], [4, 0], [4, 4]], kind="area"),
+        feature("LineString", [[4, 4], [0, 4], [0, 0.1]], kind="area"),
+    )
+    with pytest.raises(rockdda.InputError, match=r"kind area do not close to polygons: .* open end at 0, 0\.1"):
+        convert(tmp_path / "a.geojson", tmp_path / "a")
+    convert(tmp_path / "a.geojson", tmp_path / "a", e0=0.2)
+    assert len(lines_of(tmp_path / "a.dc")[0]) == 4
+    write_map(tmp_path / "b.geojson", feature("Polygon", [[[0, 0], [4, 4], [4, 0], [0, 4], [0, 0]]]))
+    with pytest.raises(rockdda.InputError, match=r"an area is no simple polygon: Self-intersection\[2 2\]"):
+        convert(tmp_path / "b.geojson", tmp_path / "b")
+
+
+def test_layers_keep_their_materials_in_a_second_drawing(tmp_path):
+    for name, layers in (("a", ("x", "y")), ("b", ("w", "y"))):
+        document = ezdxf.new()
+        for k, layer in enumerate(layers):
+            document.modelspace().add_line((k, 0), (k, 5), dxfattribs={"layer": layer})
+        document.saveas(tmp_path / f"{name}.dxf")
+    done = convert([tmp_path / "a.dxf", tmp_path / "b.dxf"], tmp_path / "c")
+    kinds = [text.split("layer ")[1] for text in done.messages if "layer" in text]
+    assert kinds == [f"'{a}': 1 entities as joint {b}" for a, b in (("x", 1), ("y", 2), ("w", 3), ("y", 2))]
+
+
+def test_degrees_are_refused(tmp_path):
+    write_map(tmp_path / "a.geojson", feature("LineString", [[24.1, 60.1], [24.2, 60.2]]))
+    with pytest.raises(rockdda.InputError, match="look like degrees of longitude and latitude: project them"):
+        convert(tmp_path / "a.geojson", tmp_path / "a")
+    convert(tmp_path / "a.geojson", tmp_path / "a", scale=1)
+
+
+# -- traps -----------------------------------------------------------------------------------------------------------
+
+
+def refused(path, message, seconds=5.0):
+    begin = time.process_time()
+    with pytest.raises(rockdda.InputError, match=message) as caught:
+        convert(path, path.with_suffix(""))
+    assert time.process_time() - begin < seconds
+    assert len(str(caught.value)) < 100_000
+    return caught.value
+
+
+def test_blocks_that_multiply_are_refused(tmp_path):
+    bomb = ezdxf.new("R2010")
+    for i in range(10):
+        block = bomb.blocks.new(f"B{i}")
+        if i == 0:
+            block.add_line((0, 0), (1, 1))
+        else:
+            for k in range(10):
+                block.add_blockref(f"B{i - 1}", (k, 0))
+    bomb.modelspace().add_blockref("B9", (0, 0))
+    bomb.saveas(tmp_path / "bomb.dxf")
+    refused(tmp_path / "bomb.dxf", r"bomb\.dxf: error: the drawing shows more than 1000000 entities")
+    grid = ezdxf.new("R2010")
+    grid.blocks.new("B").add_line((0, 0), (1, 1))
+    attributes = {"row_count": 30_000, "column_count": 30_000, "row_spacing": 1, "column_spacing": 1}
+    grid.modelspace().add_blockref("B", (0, 0), dxfattribs=attributes)
+    grid.saveas(tmp_path / "grid.dxf")
+    refused(tmp_path / "grid.dxf", "more than 1000000 entities")
+    own = ezdxf.new("R2010")
+    block = own.blocks.new("S")
+    block.add_blockref("S", (1, 0))
+    block.add_line((0, 0), (1, 1))
+    own.modelspace().add_blockref("S", (0, 0))
+    own.saveas(tmp_path / "self.dxf")
+    refused(tmp_path / "self.dxf", r"self\.dxf: error: block 'S' of the drawing holds itself")
+
+
+def test_rows_and_columns_of_a_block_are_all_there(tmp_path):
+    grid = ezdxf.new("R2010")
+    grid.blocks.new("B").add_line((0, 0), (1, 1))
+    attributes = {"row_count": 2, "column_count": 3, "row_spacing": 5, "column_spacing": 7}
+    grid.modelspace().add_blockref("B", (0, 0), dxfattribs=attributes)
+    grid.modelspace().add_blockref("nowhere", (0, 0))
+    grid.saveas(tmp_path / "grid.dxf")
+    done = convert(tmp_path / "grid.dxf", tmp_path / "grid")
+    assert sorted(map(tuple, lines_of(tmp_path / "grid.dc")[0][:, :2])) == [(x, y) for x in (0, 7, 14) for y in (0, 5)]
+    assert any("INSERT (there is no block 'nowhere') are ignored" in text for text in done.messages)
+
+
+def test_chords_have_a_smallest_size(tmp_path):
+    section(tmp_path / "a.dxf")
+    with pytest.raises(rockdda.InputError, match="chords are at most 1e-6 of the drawing's extent off"):
+        convert(tmp_path / "a.dxf", tmp_path / "a", chord=1e-12)
+
+
+LINE = '{"type":"LineString","coordinates":[[0,0],[1,1]]}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f'{{"type":"Feature","properties":[1],"geometry":{LINE}}}', r"a\.geojson:1:32: error: properties: expected"),
+        ('{"type":"LineString","coordinates":[[0,0],[' + "9" * 5000 + ",1]]}", r":1:44: error: expected a number"),
+        ('{"type":"LineString","coordinates":[[0,0],[1e5000,1]]}', r"geojson:1:44: error: expected a number below"),
+        ('{"type":"LineString","coordinates":[[0,0],[NaN,1]]}', r"geojson:1:44: error: expected a number below"),
+        ('{"type":"MultiPoint","coordinates":[' + ",".join(['["a",0]'] * 200_000) + "]}", "950 more errors at least"),
+        ('{"type":"GeometryCollection","geometries":[' * 400 + LINE + "]}" * 400, "nested more than 50 times"),
+        ("[" * 1_000_000, "the JSON is nested too deeply"),
+        (f'{{"type":"Feature","properties":{{"material":1e300}},"geometry":{LINE}}}', "whole number from 1 to 10000"),
+        (f'{{"type":"Feature","properties":{{"kind":{"[" * 90 + "]" * 90}}},"geometry":{LINE}}}', "unknown kind"),
+        ('{"type":["LineString"],"coordinates":[[0,0],[1,1]]}', r"expected a GeoJSON object, found type \['LineS"),
+        ('{"type":"LineString","coordinates":"' + "x" * 10**6 + '"}', "without a list 'coordinates'"),
+    ],
+    ids=lambda text: "",
+)
+def test_hostile_maps_end_soon(tmp_path, text, message):
+    (tmp_path / "a.geojson").write_text(text)
+    refused(tmp_path / "a.geojson", message)
+
+
+def test_places_are_those_of_the_values():
+    """Against a slow search: the n-th value of a text that names its own place."""
+    text = '{\n "a": [10, {"b": "x, [1]", "c": [\n[ 20 ]]}],\n "d": {"e": null}}'
+    paths = {("a", 0): "10", ("a", 1, "b"): '"x, [1]"', ("a", 1, "c", 0, 0): "20", ("d", "e"): "null", ("d",): '{"e"'}
+    found = places_of(text, [*paths, ("a", 7), ("nothing",)])
+    assert set(found) == set(paths)
+    for path, start in paths.items():
+        line, column = found[path]
+        assert text.split("\n")[line - 1][column - 1 :].startswith(start)
+
+
+def test_hostile_ddaml_ends_soon(tmp_path):
+    head = '<DDA><Geometry><Edgenodedist distance="0.01"/>'
+    entities = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10 if i else "x"}">' for i in range(12))
+    for text, message in (
+        (f"<!DOCTYPE DDA [{entities}]>{head}&a11;</Geometry></DDA>", "entity 'a0' is declared"),
+        (
+            head + "<Jointlist>" + '<Joint type="1"> x 0 0 0 </Joint>' * 20_000 + "</Jointlist></Geometry></DDA>",
+            "950 more",
+        ),
+        (head + "".join(f"<Jointlis{i}/>" for i in range(20_000)) + "</Geometry></DDA>", "more than 1000 unknown"),
+        (
+            head + '<Jointlist><Joint type="1000000000"> 0 0 1 1 </Joint></Jointlist></Geometry></DDA>',
+            "of at most 10000",
+        ),
+        (head + f"<Jointlist><Joint> 0 0 1 {'9' * 5000} </Joint></Jointlist></Geometry></DDA>", "expected a number"),
+        ("<a>" * 20_000, "the XML is broken"),
+    ):
+        (tmp_path / "a.geo").write_text(text)
+        refused(tmp_path / "a.geo", message, 30.0)
+
+
+def test_huge_files_are_not_read(tmp_path):
+    for name in ("a.dxf", "a.geojson"):
+        with (tmp_path / name).open("wb") as stream:
+            stream.truncate(10**11)  # takes no room on the disk
+        refused(tmp_path / name, "has more than 64 MB: files that large are not converted")
