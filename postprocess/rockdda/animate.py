@@ -77,12 +77,23 @@ def animate(
             _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
         part.replace(path)
     except OSError as error:
+        _raise_interrupt(error)
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     except subprocess.CalledProcessError as error:  # of ffmpeg, which has said why on standard error
+        _raise_interrupt(error)
         raise OutputError(f"{path}: cannot be written: ffmpeg ended with code {error.returncode}") from error
     finally:
         part.unlink(missing_ok=True)
     return path
+
+
+def _raise_interrupt(error: BaseException) -> None:
+    """Ctrl-C goes to ffmpeg, too, whose end then is an error that hides the interrupt."""
+    before: BaseException | None = error
+    while before is not None:
+        if isinstance(before, KeyboardInterrupt):
+            raise before
+        before = before.__context__
 
 
 def _draw(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from pathlib import Path
@@ -27,6 +28,7 @@ from .cli_common import (
     ResultsFile,
     Scale,
     UnitNames,
+    need_display,
     open_results,
     progress_bar,
     target,
@@ -39,7 +41,6 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     name="rockdda-post",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     help="""Pictures, films, tables and conversions for RockDDA.
@@ -121,6 +122,7 @@ def plot_command(
     if time is not None and framed:
         frame = runs[0].frame_at(time).index
     if interactive:
+        need_display()
         plot.interactive(runs[0], field, frame, units=units)
         return
     given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
@@ -263,39 +265,78 @@ def main(arguments: list[str] | None = None) -> int:
     click_error = usage_error.__mro__[1]
     try:
         code = app(arguments, prog_name="rockdda-post", standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click_error as error:  # type: ignore[misc]
         text = error.format_message() or "no command given"  # type: ignore[attr-defined]
-        typer.echo(f"rockdda-post: error: {text}", err=True)
-        return BAD_INPUT
+        return _end(BAD_INPUT, f"error: {text}")
     except InputError as error:
-        text = str(error)
-        typer.echo(text if error.file else f"rockdda-post: {text}", err=True)
-        return BAD_INPUT
+        return _end(BAD_INPUT, str(error), "" if error.file else "rockdda-post: ")
     except OutputError as error:
-        typer.echo(f"rockdda-post: error: {error}", err=True)
-        return NO_OUTPUT
+        return _end(NO_OUTPUT, f"error: {error}")
     except ConvergenceError as error:
-        typer.echo(f"rockdda-post: error: {error}", err=True)
-        return NO_CONVERGENCE
+        return _end(NO_CONVERGENCE, f"error: {error}")
     except RockddaError as error:
-        typer.echo(f"rockdda-post: error: {error}", err=True)
-        return BAD_INPUT
+        return _end(BAD_INPUT, f"error: {error}")
     except (KeyboardInterrupt, typer.Abort):
-        return STOPPED
-    except BrokenPipeError:  # the reader of our output has gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
+        return _end(STOPPED)
+    except OSError as error:
+        if not isinstance(error, BrokenPipeError) and _can_write(sys.stdout):
+            return _internal(error)
+        _leave_stdout()
+        if isinstance(error, BrokenPipeError):  # the reader of our output has gone
+            return _end(DONE)
+        return _end(NO_OUTPUT, f"error: standard output cannot be written: {error.strerror}")
+    except SystemExit as error:
+        # of Rich, when the reader of a help page has gone; of the completion, which ends so
+        return DONE if error.code is None else error.code if isinstance(error.code, int) and _completes() else DONE
     except Exception as error:
-        if os.environ.get("ROCKDDA_TRACEBACK"):
-            raise
-        text = f"internal error: {type(error).__name__}: {error}. This is a bug, please report it with the command"
-        typer.echo(f"rockdda-post: {text}; ROCKDDA_TRACEBACK=1 shows where.", err=True)
-        return INTERNAL
+        return _internal(error)
     return STOPPED if code == 130 else int(code or 0)  # 130: typer's word for Ctrl-C
+
+
+def _completes() -> bool:
+    return "_ROCKDDA_POST_COMPLETE" in os.environ
+
+
+def _internal(error: Exception) -> int:
+    if os.environ.get("ROCKDDA_TRACEBACK"):
+        raise error
+    text = f"internal error: {type(error).__name__}: {error}. This is a bug, please report it with the command"
+    return _end(INTERNAL, f"{text}; ROCKDDA_TRACEBACK=1 shows where.")
+
+
+def _end(code: int, message: str = "", prefix: str = "rockdda-post: ") -> int:
+    """The exit code, after a message on standard error as far as that takes one."""
+    if message:
+        with contextlib.suppress(OSError):
+            typer.echo(prefix + message, err=True)
+    return code
+
+
+def _can_write(stream: Any) -> bool:
+    """Does a stream take what is still in its buffer?"""
+    try:
+        stream.write("")
+        stream.flush()
+    except (OSError, ValueError, AttributeError):
+        return False
+    return True
+
+
+def _leave_stdout() -> None:
+    """Discard what is left in the buffer of standard output: the interpreter would complain about it at its end."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def run() -> None:
     """The entry point of the command."""
+    for number in range(3):  # a stream that is closed must not become a file of ours
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
     sys.exit(main())
 
 

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -21,7 +23,10 @@ DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is b
 
 ResultsFile = Annotated[Path, typer.Argument(metavar="OUT.h5", help="Results file.", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write.", show_default=False)]
-FieldName = Annotated[str, typer.Option("--field", help=f"What the colours show: {', '.join(FIELDS)}.")]
+FieldName = Annotated[
+    str,
+    typer.Option("--field", help=f"What the colours show: {', '.join(FIELDS)}.", autocompletion=lambda: list(FIELDS)),
+]
 FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
 UnitNames = Annotated[
     str | None,
@@ -81,6 +86,30 @@ def target(output: Path | None, source: Path, ending: str) -> Path:
     if not path.parent.is_dir():
         raise OutputError(f"{path}: cannot be written: there is no folder {path.parent}")
     return path
+
+
+def need_display() -> None:
+    """InputError, which says why, where no window can be opened."""
+    hint = "rockdda-post plot without --interactive draws a file, rockdda-post view needs a browser only"
+    if os.environ.get("PYVISTA_OFF_SCREEN", "").lower() == "true":
+        raise InputError(f"--interactive: PYVISTA_OFF_SCREEN=true keeps PyVista from opening a window: {hint}")
+    if not sys.platform.startswith("linux"):
+        return
+    name = os.environ.get("DISPLAY")
+    if not name:
+        raise InputError(
+            f"--interactive: there is no display ($DISPLAY is not set; over ssh, 'ssh -X' brings one): {hint}"
+        )
+    try:
+        x11 = ctypes.CDLL("libX11.so.6")
+    except OSError:
+        return  # PyVista says what is missing
+    x11.XOpenDisplay.restype, x11.XOpenDisplay.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    display = x11.XOpenDisplay(None)
+    if not display:  # VTK would end the process
+        raise InputError(f"--interactive: the display {name!r} ($DISPLAY) cannot be opened: {hint}")
+    x11.XCloseDisplay(display)
 
 
 def stop_on_sigterm() -> None:

@@ -31,10 +31,8 @@ def metres_of(document: Any, extent: float, report: Report) -> float:
     code = document.header.get("$INSUNITS", 0)
     advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
     try:
-        name, metres = (
-            units.unit_name(code),
-            float(units.conversion_factor(units.InsertUnits(code), units.M)) if code else 1.0,
-        )
+        name, metre = units.unit_name(code), units.InsertUnits.Meters
+        metres = float(units.conversion_factor(units.InsertUnits(code), metre)) if code else 1.0
         if not 0 < metres < math.inf:
             raise ValueError
     except (ValueError, KeyError, IndexError, TypeError, ZeroDivisionError):
