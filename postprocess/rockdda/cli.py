@@ -27,7 +27,9 @@ from .cli_common import (
     Quiet,
     ResultsFile,
     Scale,
+    ShownUnits,
     UnitNames,
+    in_shown_units,
     need_display,
     open_results,
     progress_bar,
@@ -73,6 +75,7 @@ def plot_command(
         typer.Option("--scale", help="Factor on the displacements, or on the arrows.", show_default=False),
     ] = None,
     units: UnitNames = None,
+    show: ShownUnits = None,
     limits: Limits = None,
     line: Annotated[
         str | None, typer.Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile.", show_default=False)
@@ -101,7 +104,7 @@ def plot_command(
 
         rockdda-post plot slope.h5
 
-        rockdda-post plot slope.h5 --field stress_x --units m,s,kN -o slope.pdf
+        rockdda-post plot slope.h5 --field stress_x --units m,s,N --show m,s,kN -o slope.pdf
 
         rockdda-post plot slope.h5 --kind contacts --time 0.5
 
@@ -118,7 +121,8 @@ def plot_command(
     from . import plot
 
     framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
-    runs = [open_results(path, frame, field, framed) for path in files]
+    opened = [in_shown_units(open_results(path, frame, field, framed), units, show) for path in files]
+    runs, units = [run for run, _ in opened], opened[0][1]
     if time is not None and framed:
         frame = runs[0].frame_at(time).index
     if interactive:
@@ -165,6 +169,7 @@ def animate_command(
     scale: Scale = 1.0,
     limits: Limits = None,
     units: UnitNames = None,
+    show: ShownUnits = None,
     title: Annotated[str | None, typer.Option("--title", help="Title of the film.", show_default=False)] = None,
     outline: Annotated[bool, typer.Option("--outline/--no-outline", help="Show the start, too.")] = True,
     dpi: Annotated[int, typer.Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
@@ -188,7 +193,7 @@ def animate_command(
     mpl.use("Agg")
     from .animate import animate
 
-    results = open_results(file, field=field)
+    results, units = in_shown_units(open_results(file, field=field), units, show)
     path = target(output, file, ".mp4")
     with progress_bar("frames", quiet or as_json) as bar:
         animate(
@@ -207,6 +212,7 @@ def view_command(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the browser.")] = True,
     field: FieldName = "displacement",
     units: UnitNames = None,
+    show: ShownUnits = None,
 ) -> None:
     """Show results in the browser, also of a run that still goes on. Ctrl-C ends it.
 
@@ -221,7 +227,7 @@ def view_command(
     """
     from .view import view
 
-    results = open_results(file, field=field)
+    results, units = in_shown_units(open_results(file, field=field), units, show)
     view(
         results,
         port,

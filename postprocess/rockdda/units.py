@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""Results in other units than those of their file.
+
+A results file holds numbers in any consistent units and does not say which. `--units` states those of the file,
+`--show` those of the picture.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .plot_style import Units
+from .results import Results
+
+__all__ = ["ConvertedResults", "check_units", "in_units"]
+
+LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
+TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
+FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.65, "lbf": 4.4482216152605}
+
+# Powers of length, time and force of all datasets that have any; velocity has columns of two kinds.
+POWERS: dict[str, tuple[int, int, int]] = {
+    "model/vertices": (1, 0, 0),
+    "model/block_area": (2, 0, 0),
+    "model/block_centroid": (1, 0, 0),
+    "model/fixed_points": (1, 0, 0),
+    "model/loading_points": (1, 0, 0),
+    "model/measured_points": (1, 0, 0),
+    "history/time": (0, 1, 0),
+    "history/dt": (0, 1, 0),
+    "history/max_displacement": (1, 0, 0),
+    "history/energy": (1, 0, 1),
+    "history/measured_displacement": (1, 0, 0),
+    "history/measured_stress": (-2, 0, 1),
+    "history/fixed_force": (0, 0, 1),
+    "frames/time": (0, 1, 0),
+    "frames/vertices": (1, 0, 0),
+    "frames/centroid": (1, 0, 0),
+    "frames/stress": (-2, 0, 1),
+    "frames/velocity": (0, -1, 0),  # the first two columns: times length
+    "frames/contact_point": (1, 0, 0),
+    "frames/contact_force": (0, 0, 1),
+}
+# What any solid or soil is within: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
+DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
+
+
+def _sizes(units: Units) -> tuple[float, float, float] | None:
+    """Length, time and force in m, s, N; None where a name is unknown."""
+    found = (LENGTHS.get(units.length), TIMES.get(units.time), FORCES.get(units.force))
+    return None if None in found else found  # type: ignore[return-value]
+
+
+class ConvertedResults(Results):
+    """A results file whose numbers are multiplied as they are read; it cannot be told from one in the other units."""
+
+    def __init__(self, path: Any, factors: tuple[float, float, float]) -> None:
+        self._factors = factors
+        super().__init__(path)
+
+    def __getitem__(self, path: str) -> Any:
+        found = super().__getitem__(path)
+        return found if self._rows(path.strip("/")) is not None else self._converted(path.strip("/"), found)
+
+    def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+        return self._converted(path, super()._table(path, start, stop, *rest))
+
+    def _converted(self, path: str, values: Any) -> Any:
+        powers = POWERS.get(path)
+        if powers is None:
+            return values
+        factor = float(np.prod([f**p for f, p in zip(self._factors, powers, strict=True)]))
+        values = values * factor
+        if path == "frames/velocity":
+            values[..., :2] *= self._factors[0]
+        return values
+
+
+def in_units(results: Results, units: str | Units, shown: str | Units) -> Results:
+    """The results of a file in `units`, such as 'm,s,N', with all numbers in `shown`, such as 'm,s,kN'."""
+    given, wanted = Units.parse(units), Units.parse(shown)
+    sizes, targets = _sizes(given), _sizes(wanted)
+    if sizes is None or targets is None:
+        bad = given if sizes is None else wanted
+        raise InputError(
+            f"units {bad.length},{bad.time},{bad.force} cannot be converted; known are lengths {', '.join(LENGTHS)}, "
+            f"times {', '.join(TIMES)}, forces {', '.join(FORCES)}"
+        )
+    return ConvertedResults(results.path, tuple(a / b for a, b in zip(sizes, targets, strict=True)))  # type: ignore[arg-type]
+
+
+def check_units(results: Results, units: str | Units) -> None:
+    """InputError when the file cannot be in these units: no material of it would have a possible density or weight.
+
+    Says nothing where names of units are unknown or the analysis file that the results hold cannot be read.
+    """
+    given = Units.parse(units)
+    sizes = _sizes(given)
+    materials = _densities_and_weights(results)
+    if sizes is None or not materials:
+        return
+    length, time, force = sizes
+    mass = force * time**2 / length
+    for density, weight in materials:
+        in_si = density * mass / length**3, weight * force / length**3
+        if DENSITY[0] <= in_si[0] <= DENSITY[1] or WEIGHT[0] <= abs(in_si[1]) <= WEIGHT[1]:
+            return
+    density, weight = materials[0]
+    fitting = [
+        name
+        for name in ("m,s,N", "m,s,kN", "m,s,MN", "mm,s,N")
+        if any(_fits(name, *material) for material in materials)
+    ]
+    hint = f"; it seems to be in {' or '.join(fitting)}" if fitting else ""
+    names = f"{given.length},{given.time},{given.force}"
+    raise InputError(
+        f"--units {names}: the file cannot be in these units, its density {density:g} and weight {weight:g} would be "
+        f"{density * mass / length**3:.3g} kg/m³ and {weight * force / length**3:.3g} N/m³{hint}. --units states the "
+        f"units of the file; --show {names} converts to these",
+        results.path,
+    )
+
+
+def _fits(name: str, density: float, weight: float) -> bool:
+    sizes = _sizes(Units.parse(name))
+    assert sizes is not None
+    length, time, force = sizes
+    return DENSITY[0] <= density * force * time**2 / length**4 <= DENSITY[1] and (
+        weight == 0 or WEIGHT[0] <= abs(weight) * force / length**3 <= WEIGHT[1]
+    )
+
+
+def _densities_and_weights(results: Results) -> list[tuple[float, float]]:
+    """Of the block materials in the analysis file that the results hold; [] where it cannot be read."""
+    try:
+        text = str(results["input/analysis"])
+        lines = [re.split("[#!]", line)[0] for line in text.splitlines()]
+        words = [float(word.lower().replace("d", "e")) for line in lines for word in re.split(r"[\s,]+", line) if word]
+        blocks, joints = int(words[2]), int(words[3])
+        length = 13 * blocks + 3 * joints
+        if not (blocks > 0 and joints >= 0 and length <= len(words) - 6):
+            return []
+        for start in (len(words) - length, len(words) - length - 1):  # without and with an SOR factor at the end
+            rows = [words[start + 13 * i : start + 13 * (i + 1)] for i in range(blocks)]
+            if all(row[0] > 0 and row[2] > max(row[0], abs(row[1])) and -1 < row[3] < 0.5 for row in rows):
+                return [(row[0], row[1]) for row in rows]
+    except (KeyError, ValueError, IndexError, OverflowError, InputError):
+        pass
+    return []

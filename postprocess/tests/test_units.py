@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""Units: what a picture shows is in the units that it names, or there is no picture."""
+
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+import rockdda
+from rockdda import cli
+from rockdda.frames import FIELDS
+from rockdda.plot_style import DIMENSIONS
+from rockdda.units import POWERS, check_units, in_units
+from synthetic import write_wall
+
+ANALYSIS = """\
+1   # k01
+10 2 1 0.01 0.005  ! steps, materials, g2, g1
+{g0}
+{density} {weight} {modulus} 0.25  0 0 0  0 0 0  0 0 0
+{density} {weight} {modulus} 0.25  0 0 0  0 0 0  0 0 0
+35 0 0 {omega}
+"""
+
+
+def write_results(path, density, weight, g0="", omega=""):
+    write_wall(path, 3, 2)
+    text = ANALYSIS.format(density=density, weight=weight, modulus=2e6 * density, g0=g0, omega=omega)
+    with h5py.File(path, "r+") as file:
+        del file["input/analysis"]
+        file["input/analysis"] = text
+    return path
+
+
+@pytest.mark.parametrize(("g0", "omega"), [("", ""), ("", "1.4"), ("0\n0 0 0\n", "1.4"), ("1e9", "")])
+def test_newtons_are_not_called_kilonewtons(tmp_path, monkeypatch, capsys, g0, omega):
+    monkeypatch.chdir(tmp_path)
+    write_results(tmp_path / "a.h5", 2500, 24525, g0, omega)
+    command = ["plot", "a.h5", "--field", "stress_x", "-o", "a.png"]
+    assert cli.main([*command, "--units", "m,s,kN"]) == cli.BAD_INPUT
+    error = capsys.readouterr().err
+    assert "would be 2.5e+06 kg/m³ and 2.45e+07 N/m³; it seems to be in m,s,N. --units states the units of" in error
+    assert not (tmp_path / "a.png").exists()
+    for units in (["--units", "m,s,N"], ["--units", "SI"], ["--units", "m,s,N", "--show", "mm,ms,kN"], []):
+        assert cli.main([*command, *units]) == 0
+    assert cli.main([*command, "--show", "m,s,kN"]) == cli.BAD_INPUT
+    assert "state them, too" in capsys.readouterr().err
+    assert cli.main([*command, "--units", "m,s,pound", "--show", "m,s,kN"]) == cli.BAD_INPUT
+    assert "units m,s,pound cannot be converted; known are" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("density", "weight", "fitting"),
+    [
+        (2500, 24525, {"m,s,N"}),
+        (2.5, 24.525, {"m,s,kN"}),
+        (2.5e-9, 24.525e-6, {"mm,s,N"}),
+        (2.5e-9, 0, {"mm,s,N"}),
+        (2.5e6, 24525, {"m,s,N"}),  # a scaled mass: the weight is possible
+        (1, 1, {"m,s,kN"}),
+        (1e-3, 1e-3, set()),
+    ],
+)
+def test_units_are_refused_when_no_solid_fits(tmp_path, density, weight, fitting):
+    results = rockdda.open(write_results(tmp_path / "a.h5", density, weight))
+    for units in ("m,s,N", "m,s,kN", "mm,s,N"):
+        if units in fitting:
+            check_units(results, units)
+        else:
+            with pytest.raises(rockdda.InputError, match="cannot be in these units"):
+                check_units(results, units)
+    check_units(results, "furlong,fortnight,N")  # not known: they are labels
+
+
+def test_all_numbers_are_converted(flat_arch, tmp_path):
+    """Each field and column by the unit that its label names, from m, s, N to mm, ms, kN."""
+    plain = rockdda.open(flat_arch)
+    shown = in_units(plain, "m,s,N", "mm,ms,kN")
+    factor = {
+        "length": 1e3,
+        "time": 1e3,
+        "force": 1e-3,
+        "speed": 1.0,
+        "spin": 1e-3,
+        "stress": 1e-9,
+        "rad": 1.0,
+        "": 1.0,
+    }
+    for name in FIELDS:
+        expected = plain.frames[-1].field(name) * factor[DIMENSIONS[name]]
+        # displacements are differences of coordinates of up to 10 m: round-off of these
+        np.testing.assert_allclose(shown.frames[-1].field(name), expected, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(shown.frames[-1].contacts.force, 1e-3 * plain.frames[-1].contacts.force, rtol=1e-14)
+    np.testing.assert_allclose(shown.block_area, 1e6 * plain.block_area, rtol=1e-14)
+    before, after = plain.history(), shown.history()
+    for column in before:
+        power = next((p for path, p in POWERS.items() if column.startswith(path.split("/")[1])), (0, 0, 0))
+        scale = (1e3 ** power[0]) * (1e3 ** power[1]) * (1e-3 ** power[2])
+        np.testing.assert_allclose(after[column], scale * before[column], rtol=1e-12, err_msg=column)
+    assert shown.frame_at(1e9).time == pytest.approx(1e3 * plain.frames[-1].time, rel=1e-14)
+    np.testing.assert_array_equal(shown.block_rows("stress", 1)[-1], shown.frames[-1].stress[1])
+
+
+def test_every_dataset_has_a_unit_or_none(flat_arch):
+    """A dataset that the program adds must be given its unit here."""
+    without = (
+        "rotation",
+        "edge_joint",
+        "offset",
+        "material",
+        "step",
+        "iterations",
+        "attempts",
+        "contacts",
+        "state",
+        "blocks",
+    )
+    for path in sorted(rockdda.open(flat_arch).keys()):
+        assert path in POWERS or path.startswith("input/") or path.endswith(without), path
+
+
+def test_films_and_views_convert_too(flat_arch, tmp_path, capsys):
+    film = tmp_path / "a.html"
+    source = shutil.copy(flat_arch, tmp_path / "b.h5")
+    assert cli.main(["animate", str(source), "-o", str(film), "--units", "m,s,N", "--show", "mm,s,kN"]) == 0
+    assert " [mm]" in film.read_text()
