@@ -159,8 +159,12 @@ class _Reader:
         if not isinstance(template, str):
             raise self.fail("template: expected the name of a folder", "template")
         folder = self.path.parent / template
-        if not folder.is_dir():
-            raise self.fail(f"template: no such folder: {folder}", "template")
+        try:
+            found = folder.is_dir()
+        except OSError:  # a name that is too long
+            found = False
+        if not found:
+            raise self.fail(f"template: no such folder: {short(str(folder), 200)}", "template")
         threads = run.get("threads", 1)
         if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= _MOST_THREADS:
             raise self.fail(

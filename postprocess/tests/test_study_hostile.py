@@ -153,6 +153,12 @@ def test_large_studies_end_soon(tmp_path, text, message):
     assert time.process_time() - begin < 5.0  # the slowest takes about 1 s
 
 
+def test_long_names_of_folders_are_refused(tmp_path):
+    (tmp_path / "s.toml").write_text(f"template = '{'p' * 5000}'\n[parameters]\nn = [1]")
+    with pytest.raises(InputError, match=r"s\.toml:1:1: error: template: no such folder"):
+        read_study(tmp_path / "s.toml")
+
+
 def test_many_braces_end_soon(tmp_path):
     study = write_study(tmp_path)
     (tmp_path / "template/b.df").write_text("{{" * 500_000)
