@@ -91,7 +91,7 @@ contains
       logical :: use_direct
       character(len=:), allocatable :: failure
 
-      call pass_reference(self)
+      call pass_settings(self)
       call measure_inertia(self, matrix, first_guess)
       first_guess = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(first_guess)
       expected = self%correction*first_guess
@@ -107,7 +107,7 @@ contains
       if (.not. use_direct) then
          self%pcg%max_iterations = granted
          call self%pcg%solve(matrix, f, x, report, error)
-         if (allocated(error)) return
+         if (allocated(error) .or. report%interrupted) return
          if (report%converged) then
             if (share_of_digits(self) >= least_share) self%correction = &
                max(report%iterations/(first_guess*share_of_digits(self)), forget*self%correction)
@@ -124,6 +124,8 @@ contains
          self%waiting = self%patience_lost
          self%correction = max(self%correction, 2*wasted/first_guess)
       end if
+      report%interrupted = self%is_interrupted()
+      if (report%interrupted) return
       call self%direct%solve(matrix, f, x, report, error)
       report%iterations = wasted
       if (allocated(failure)) self%choice = self%direct%name()//' took over: '//failure
@@ -203,13 +205,15 @@ contains
       self%patience_lost = nint(memory(3))
    end subroutine unpack_auto
 
-   !> Hand the reference load on to the solvers that do the work.
-   subroutine pass_reference(self)
+   !> Hand the reference load and requests to stop on to the solvers that do the work.
+   subroutine pass_settings(self)
       type(auto_solver_type), intent(inout) :: self
+      if (allocated(self%interruption) .and. .not. allocated(self%pcg%interruption)) &
+         allocate (self%pcg%interruption, source=self%interruption)
       if (.not. allocated(self%reference_load)) return
       self%pcg%reference_load = self%reference_load
       self%direct%reference_load = self%reference_load
-   end subroutine pass_reference
+   end subroutine pass_settings
 
    !> Geometric mean of rho_i, see the head of the module, over some hundred blocks.
    subroutine measure_inertia(self, matrix, share)

@@ -34,6 +34,7 @@ module rockdda_linear_pcg
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       integer :: max_iterations = 3000
       integer :: passes = 0                !! passes of the last solve
+      logical, private :: stops = .false.  !! a stop was requested during the last solve
       real(wp) :: first_residual = 0       !! relative residual that the last solve began with
       logical, private :: stale = .true.   !! the splitting is not that of the graph
       integer, private :: values_id = 0    !! matrix whose splitting is at hand, 0 none
@@ -58,6 +59,8 @@ module rockdda_linear_pcg
    !> With pivots of changed rows only, the preconditioner is a little worse. Where a solve takes more iterations than
    !> this, that costs more than setting all of it up again.
    integer, parameter :: few_iterations = 20
+   !> Iterations between two checks for a request to stop.
+   integer, parameter :: check_every = 16
 
 contains
 
@@ -85,6 +88,7 @@ contains
       self%first_residual = relative
       self%passes = 0
       self%growth = 0
+      self%stops = .false.
       if (relative > self%tolerance) then
          if (self%stale) then
             call self%splitting%set_pattern(self%residual%graph)
@@ -103,6 +107,8 @@ contains
          before = relative
          self%passes = self%passes + 1
          call correct(self, max(0.5_wp*self%tolerance/relative, smallest_reduction), x, report%iterations)
+         report%interrupted = self%stops
+         if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)
          if (.not. relative < 0.5_wp*before) exit
       end do
@@ -164,15 +170,18 @@ contains
             !$omp end do
          end do
          total = sum(self%sums, dim=2)
-         !$omp barrier
          done = done + 1
+         !$omp master
+         if (mod(done, check_every) == 0) self%stops = self%is_interrupted()
+         !$omp end master
+         !$omp barrier
          rho = total(1)
          if (.not. rho_start > 0) rho_start = rho
          alpha = 0
          if (total(2) > least_curvature*rho) alpha = real(rho/total(2), sp)
          rho_next = rho - 2*alpha*total(3) + real(alpha, wp)**2*total(4)
          if (.not. (rho_next > reduction**2*rho_start .and. rho_next < divergence*rho_start)) exit
-         if (done >= self%max_iterations .or. .not. alpha > 0) exit
+         if (done >= self%max_iterations .or. self%stops .or. .not. alpha > 0) exit
          beta = real(rho_next/rho, sp)
       end do
       !$omp do schedule(static)

@@ -6,6 +6,7 @@
 module rockdda_linear_solver
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
+   use rockdda_base_interruption, only : interruption_type
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
@@ -14,6 +15,7 @@ module rockdda_linear_solver
    !> What a solve did.
    type :: solve_report_type
       logical :: converged = .false.
+      logical :: interrupted = .false.      !! a stop was requested: not converged, x is of no use
       integer :: iterations = 0             !! 0 for a direct solve
       real(wp) :: residual = 0              !! |K x - f| / |f|, see rockdda_linear_residual
       character(len=:), allocatable :: detail !! why it did not converge, or which block failed
@@ -23,10 +25,12 @@ module rockdda_linear_solver
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
       !> equilibrium the loads in f cancel; the sum of their magnitudes says what a small residual is.
       real(wp), allocatable :: reference_load(:, :)
+      class(interruption_type), allocatable :: interruption   !! requests to stop; absent: none
       character(len=:), allocatable :: choice  !! of a solver that chooses: which one solved last, and why
    contains
       procedure(solve_interface), deferred :: solve
       procedure(name_interface), deferred :: name
+      procedure :: is_interrupted
       procedure :: pack => pack_nothing
       procedure :: unpack => unpack_nothing
    end type linear_solver_type
@@ -52,6 +56,13 @@ module rockdda_linear_solver
    end interface
 
 contains
+
+   !> Was a stop requested? Iterative solvers call this every few iterations.
+   logical function is_interrupted(self)
+      class(linear_solver_type), intent(in) :: self
+      is_interrupted = .false.
+      if (allocated(self%interruption)) is_interrupted = self%interruption%is_requested()
+   end function is_interrupted
 
    !> What the solver has learnt from earlier solves and later ones depend on: a checkpoint has to hold it.
    !> Most solvers learn nothing: what they keep (orderings, factors) is a function of the matrix.

@@ -68,8 +68,11 @@ contains
          call sweep(self, matrix, f, min(self%check_every, self%max_sweeps - sweeps), x)
          sweeps = min(sweeps + self%check_every, self%max_sweeps)
          call self%residual%evaluate(matrix, f, x, relative)
+         report%interrupted = self%is_interrupted()
+         if (report%interrupted) exit
       end do
       report%iterations = sweeps
+      if (report%interrupted) return
       call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
       if (.not. report%converged .and. sweeps >= self%max_sweeps) report%detail = &
          'SOR: '//to_string(sweeps)//' sweeps exhausted, '//report%detail
