@@ -16,6 +16,9 @@
 !> enough. And PCG is tried first all the same, with as many iterations as cost no more than the direct solve; after a
 !> failure that is not repeated for a number of solves, which doubles.
 !>
+!> A factor serves all solves with one matrix, of which the search for friction forces needs several; how many it were
+!> lately counts too.
+!>
 !> Nothing but counts enters, and what is remembered is in `pack`: the same solve makes the same choice, on any machine
 !> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over. As long as
 !> the matrix stays the same (values_id), so does the choice: a factor at hand is worth more than any count.
@@ -41,6 +44,8 @@ module rockdda_linear_auto
       real(wp), private :: correction = 1      !! iterations that solves by PCG needed lately, over those expected
       integer, private :: waiting = 0          !! direct solves before PCG is tried again
       integer, private :: patience_lost = 0    !! length of the last wait
+      real(wp), private :: reuse = 1           !! solves with one matrix lately
+      integer, private :: n_solves = 0         !! with the present matrix
       ! of the matrix solved last
       integer, private :: values_id = 0
       logical, private :: direct_was_used = .false.
@@ -56,6 +61,9 @@ module rockdda_linear_auto
    real(wp), parameter :: per_preparation = 350   !! PCG, for each stored block
    real(wp), parameter :: per_operation = 0.05_wp !! factorisation
    real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
+   real(wp), parameter :: per_backsolve = 2       !! one more solution, for each entry of the factor
+   !> Iterations of PCG with the matrix of the solve before, over those of a first solve: the solution is nearly known.
+   real(wp), parameter :: follow_up = 0.5_wp
    !> So few blocks take the direct solver less than 0.1 ms, whatever the matrix, and it is exact to rounding.
    integer, parameter :: few_blocks = 30
    !> The analysis is paid once for many solves; without one at hand it is worth making when PCG is expected to
@@ -99,8 +107,11 @@ contains
          use_direct = self%direct_was_used
          granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       else
+         self%reuse = max(1.0_wp, real(self%n_solves, wp), forget*self%reuse)
+         self%n_solves = 0
          call choose(self, matrix, f, expected, x, use_direct, granted)
       end if
+      self%n_solves = self%n_solves + 1
       self%values_id = matrix%values_id
       self%direct_was_used = use_direct
       wasted = 0
@@ -144,7 +155,7 @@ contains
       type(error_type), allocatable :: error
       type(solve_report_type) :: report
       logical :: done
-      real(wp) :: work_pcg, work_direct, operations, fill, affordable
+      real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves
       use_direct = .false.
       granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       if (matrix%n <= few_blocks) then
@@ -152,23 +163,24 @@ contains
          self%choice = self%direct%name()//': few blocks'
          return
       end if
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + expected*per_iteration)
+      solves = 1 + follow_up*(self%reuse - 1)
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*expected*per_iteration)
       self%choice = 'pcg: about '//to_string(nint(min(expected, 1.0e9_wp)))//' iterations expected'
       if (matrix%n > self%direct_limit .or. work_pcg <= worth_analysis*real(matrix%n, wp)**1.5_wp) return
       call self%direct%count_work(matrix, operations, fill, error)
       ! no room for the analysis: leave it to PCG
       if (allocated(error)) return
-      work_direct = per_operation*operations + per_fill*fill
+      work_direct = per_operation*operations + (per_fill + (self%reuse - 1)*per_backsolve)*fill
       if (work_pcg <= work_direct) return
       call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
       self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%from_zero)
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + share_of_digits(self)*expected*per_iteration)
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share_of_digits(self)*expected*per_iteration)
       self%choice = 'pcg: about '//to_string(nint(min(share_of_digits(self)*expected, 1.0e9_wp)))// &
                     ' iterations expected'
       if (work_pcg <= work_direct) return
-      affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/per_iteration
+      affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/(solves*per_iteration)
       if (self%waiting == 0 .and. work_pcg < worth_a_try*work_direct .and. affordable >= 1) then
          granted = nint(min(affordable, real(most_iterations, wp)))
          self%choice = 'pcg: tried with '//to_string(granted)//' iterations, which cost as much as '//self%direct%name()
@@ -187,22 +199,24 @@ contains
          share = min(1.0_wp, log(self%pcg%first_residual/self%pcg%tolerance)/log(1/self%pcg%tolerance))
    end function share_of_digits
 
-   !> Correction of the count, solves to wait, length of the last wait.
+   !> Correction of the count, solves to wait, length of the last wait, solves with one matrix lately and with the last.
    pure subroutine pack_auto(self, memory)
       class(auto_solver_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: memory(:)
-      allocate (memory(3))
-      memory = [self%correction, real(self%waiting, wp), real(self%patience_lost, wp)]
+      memory = [self%correction, real(self%waiting, wp), real(self%patience_lost, wp), self%reuse, &
+                real(self%n_solves, wp)]
    end subroutine pack_auto
 
    !> Take back what `pack` gave.
    pure subroutine unpack_auto(self, memory)
       class(auto_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)
-      if (size(memory) /= 3) return
+      if (size(memory) /= 5) return
       self%correction = memory(1)
       self%waiting = nint(memory(2))
       self%patience_lost = nint(memory(3))
+      self%reuse = memory(4)
+      self%n_solves = nint(memory(5))
    end subroutine unpack_auto
 
    !> Hand the reference load and requests to stop on to the solvers that do the work.
