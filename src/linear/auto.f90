@@ -222,8 +222,8 @@ contains
    !> Hand the reference load and requests to stop on to the solvers that do the work.
    subroutine pass_settings(self)
       type(auto_solver_type), intent(inout) :: self
-      if (allocated(self%interruption) .and. .not. allocated(self%pcg%interruption)) &
-         allocate (self%pcg%interruption, source=self%interruption)
+      if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
+      if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
       if (.not. allocated(self%reference_load)) return
       self%pcg%reference_load = self%reference_load
       self%direct%reference_load = self%reference_load
