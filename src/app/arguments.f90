@@ -38,7 +38,7 @@ module rockdda_app_arguments
    end type option_type
 
    character(len=*), parameter :: run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: known(17) = [ &
+   type(option_type), parameter :: known(18) = [ &
                                    option_type('--output', takes_text, writers), &
                                    option_type('--seed', takes_whole, ' lines '), &
                                    option_type('--config', takes_text, run_only), &
@@ -49,6 +49,7 @@ module rockdda_app_arguments
                                    option_type('--save-every', takes_whole, run_only), &
                                    option_type('--max-wall', takes_real, runs), &
                                    option_type('--checkpoint-every', takes_real, runs), &
+                                   option_type('--strict', takes_nothing, runs), &
                                    option_type('--dialect', takes_text, ''), &
                                    option_type('--force', takes_nothing, ''), &
                                    option_type('--quiet', takes_nothing, ''), &
@@ -165,6 +166,7 @@ contains
          select case (name)
          case ('--help'); line%help = .true.
          case ('--version'); line%version = .true.
+         case ('--strict'); line%strict = .true.
          case ('--force'); line%force = .true.
          case ('--quiet'); line%quiet = .true.
          case ('--json'); line%json = .true.

@@ -90,6 +90,7 @@ contains
 !$    if (run%facts%threads > 0) call omp_set_num_threads(run%facts%threads)
       if (is_set(line%checkpoint_every)) run%facts%checkpoint_every = line%checkpoint_every
       if (is_set(line%max_wall)) run%deadline = run%start + line%max_wall
+      run%strict = line%strict
    end subroutine apply_command_line
 
 end module rockdda_app_command_resume

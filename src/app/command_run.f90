@@ -39,6 +39,7 @@ contains
          call run%prepare(line, input, error)
       end if
       if (is_set(input%options%max_wall)) run%deadline = run%start + input%options%max_wall
+      run%strict = input%options%strict
       ! nothing has been written so far, and nothing is when the input is bad; from here on a signal ends the run in
       ! order, and a second one when there is a checkpoint
       call watch_signals()

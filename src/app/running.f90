@@ -2,17 +2,20 @@
 !> The loop over steps and the end of a run: what `run` and `resume` share.
 module rockdda_app_running
    use rockdda_base_error, only : error_type, error_code
-   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_state, only : energy_names, n_energies
+   use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_driver_outcome, only : done_share
    use rockdda_driver_run, only : run_type, first_line
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : complain, say, seen_signal, set_writing, set_last_words
+   use rockdda_app_process, only : complain, say, set_writing, set_last_words
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : show_error, begin_json, finish_json, end_json
+   use rockdda_app_stop_request, only : stop_request_type
    implicit none
    private
    public :: step_until_done, end_run, summarise, prepare_sudden_end
@@ -25,13 +28,12 @@ contains
       type(run_type), intent(inout) :: run
       type(progress_type), intent(inout) :: progress
       type(error_type), allocatable, intent(out) :: error
+      type(stop_request_type) :: stop_request
+      stop_request%deadline = run%deadline
+      call run%sim%set_interruption(stop_request)
       do while (.not. run%sim%is_finished())
-         if (len(seen_signal()) > 0) then
-            run%reason = 'signal '//seen_signal()
-            return
-         end if
-         if (wall_seconds() >= run%deadline) then
-            run%reason = 'max-wall'
+         if (stop_request%is_requested()) then
+            run%reason = stop_request%reason()
             return
          end if
          call run%sim%advance(error)
@@ -39,11 +41,14 @@ contains
             run%reason = 'failed: '//first_line(error%message)
             return
          end if
+         ! the step at hand was dropped; the loop finds the reason
+         if (run%sim%interrupted) cycle
          call set_writing(.true.)
          call run%keep(error)
          call set_writing(.false.)
          if (allocated(error)) then
-            run%reason = 'output: '//first_line(error%message)
+            run%reason = trim(merge('failed', 'output', error%code == error_code%computation))//': '// &
+                         first_line(error%message)
             return
          end if
          if (allocated(run%warning)) call complain('rockdda: warning: '//run%warning)
@@ -86,6 +91,7 @@ contains
       ! from here on a second SIGINT finds nothing to interrupt
       call set_writing(.true.)
       call run%close(error)
+      if (allocated(run%warning)) call complain('rockdda: warning: '//run%warning)
       exit_code = 0
       if (allocated(error)) then
          exit_code = error%code
@@ -119,6 +125,7 @@ contains
       integer, intent(in) :: exit_code
       logical, intent(out) :: ok
       type(json_type) :: json
+      type(diagnostics_type) :: all_messages
       character(len=:), allocatable :: status
       integer :: i
       status = 'done'
@@ -129,7 +136,8 @@ contains
                   to_string(run%sim%state%time, 10)//', '//to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
-                  'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file, ok)
+                  'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file// &
+                  warnings_text(run%warnings), ok)
          return
       end if
       call begin_json(json, line, status, exit_code)
@@ -143,6 +151,14 @@ contains
       call json%put('first_step', run%first_step)
       call json%put('steps', run%sim%state%step)
       call json%put('time', run%sim%state%time)
+      call json%put('planned_time', run%sim%planned_time())
+      call json%put('done_share', done_share(run%sim))
+      call json%open('{', 'cuts')
+      do i = 1, n_cut_reasons
+         call json%put(trim(cut_names(i)), run%sim%control%cuts(i))
+      end do
+      call json%close('}')
+      call json%put('short_steps', run%sim%control%short_steps)
       call json%put('frames', run%n_frames)
       call json%open('{', 'contacts')
       call json%put('open', run%sim%record%contacts(1))
@@ -154,8 +170,30 @@ contains
          call json%put(trim(energy_names(i)), run%sim%record%energy(i))
       end do
       call json%close('}')
+      call json%open('{', 'energy_given')
+      associate (given => run%sim%ledger%given)
+         call json%put('discarded', given%given(1))
+         call json%put('geometry', given%given(2))
+         call json%put('compared_with', given%scale)
+      end associate
+      call json%close('}')
       call json%put('wall_seconds', wall_seconds() - run%start)
-      call end_json(json, messages, error, ok)
+      all_messages = messages
+      do i = 1, run%warnings%n
+         call all_messages%add(severity%warning, run%warnings%items(i)%message)
+      end do
+      call end_json(json, all_messages, error, ok)
    end subroutine summarise
+
+   !> One line for each warning, each after a line end.
+   pure function warnings_text(warnings) result(text)
+      type(diagnostics_type), intent(in) :: warnings
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, warnings%n
+         text = text//new_line('a')//'warning: '//warnings%items(i)%message
+      end do
+   end function warnings_text
 
 end module rockdda_app_running

@@ -113,11 +113,12 @@ contains
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
+             '  --strict          end the run when energy comes from nowhere (exit 3) instead of warning'//nl// &
              common_text()// &
              nl// &
-             'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run after the'//nl// &
-             'current step with everything so far in OUT.h5 and a checkpoint (exit 4); a second SIGINT ends'//nl// &
-             'it at once.'//nl// &
+             'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run'//nl// &
+             'within the current step, which is dropped, with everything before it in OUT.h5 and a'//nl// &
+             'checkpoint (exit 4); a second SIGINT ends it at once.'//nl// &
              nl// &
              'examples:'//nl// &
              '  rockdda run slope.dc slope.df'//nl// &
@@ -143,6 +144,8 @@ contains
              '                    does not count here'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: as in the run'//nl// &
+             '  --strict          end the run when energy comes from nowhere (exit 3) instead of warning; one'//nl// &
+             '                    given to the run itself does not count here'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &

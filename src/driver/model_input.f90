@@ -39,6 +39,7 @@ module rockdda_driver_model_input
       real(wp) :: t_end = unset_real
       real(wp) :: max_wall = unset_real
       real(wp) :: checkpoint_every = unset_real
+      logical :: strict = .false.                    !! energy from nowhere ends the run
       logical :: force = .false.                     !! overwrite an older result
    end type run_request_type
 
@@ -191,6 +192,7 @@ contains
          options%save_every = request%save_every
          options%save_dt = unset_real
       end if
+      options%strict = options%strict .or. request%strict
       if (len(request%solver) > 0) options%method = request%solver
       if (len(request%output) > 0) options%output_file = request%output
    end subroutine apply_to_options

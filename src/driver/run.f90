@@ -35,6 +35,7 @@ module rockdda_driver_run
    use rockdda_driver_checkpointing, only : save_checkpoint, load_checkpoint
    use rockdda_driver_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_driver_model_input, only : model_input_type, run_request_type
+   use rockdda_driver_outcome, only : short_run_warning, cuts_text
    use rockdda_driver_output_choice, only : choose_output
    use rockdda_driver_turn, only : take_turn, end_turn
    implicit none
@@ -52,7 +53,9 @@ module rockdda_driver_run
       type(simulation_type) :: sim
       character(len=:), allocatable :: output, log_file, checkpoint_file
       character(len=:), allocatable :: reason      !! 'finished' or why it stopped
-      character(len=:), allocatable :: warning     !! of the last `keep`: what went wrong and does not end the run
+      character(len=:), allocatable :: warning     !! of the last `keep` or `close`: what does not end the run
+      type(diagnostics_type) :: warnings           !! all of them, for the summary
+      logical :: strict = .false.                  !! energy from nowhere ends the run
       type(checkpoint_facts_type) :: facts         !! what a checkpoint says about the run
       integer :: first_step = 0                    !! after which this process began
       integer :: n_frames = 0                      !! in the file
@@ -62,6 +65,7 @@ module rockdda_driver_run
       type(results_type), private :: results
       type(log_type), private :: log
       type(frame_plan_type), private :: plan
+      logical, private :: energy_was_reported = .false.
       character(len=digest_length), private :: digest = ''  !! of the checkpoint to go on from
       real(wp), private :: last_checkpoint = 0              !! wall clock
       integer, private :: planned_steps = 0                 !! end of the run as the checkpoint says
@@ -79,6 +83,7 @@ module rockdda_driver_run
       procedure :: keep
       procedure :: close => close_run
       procedure :: fraction_done
+      procedure, private :: warn, judge_energy
       procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, save, &
          reopen_files, end_files
    end type run_type
@@ -315,6 +320,7 @@ contains
       integer :: every
       if (allocated(self%warning)) deallocate (self%warning)
       call self%results%append_history(self%sim%record, error)
+      if (.not. allocated(error)) call self%judge_energy(error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time)) call self%save_frame(error)
       if (allocated(error)) return
@@ -334,10 +340,39 @@ contains
          call move_alloc(problem, error)
          return
       end if
-      self%warning = 'no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
-                     '; the run goes on, an older checkpoint is as it was'
-      call self%log%put('warning: '//self%warning, error)
+      call self%warn('no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
+                     '; the run goes on, an older checkpoint is as it was', error)
    end subroutine keep_step
+
+   !> Energy from nowhere: a warning, once; with `strict` the run ends.
+   subroutine judge_energy(self, error)
+      class(run_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      if (self%sim%ledger%given%false_column() == 0) return
+      if (self%energy_was_reported .and. .not. self%strict) return
+      text = self%sim%ledger%given%describe(self%sim%state%step)
+      if (self%strict) then
+         call make_error(error, error_code%computation, text)
+      else
+         call self%warn(text, error)
+      end if
+      self%energy_was_reported = .true.
+   end subroutine judge_energy
+
+   !> A warning: for the caller at once, in the log, and in the summary.
+   subroutine warn(self, text, error)
+      class(run_type), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      type(error_type), allocatable, intent(out) :: error
+      if (allocated(self%warning)) then
+         self%warning = self%warning//new_line('a')//'rockdda: warning: '//text
+      else
+         self%warning = text
+      end if
+      call self%warnings%add(severity%warning, text)
+      call self%log%put('warning: '//text, error)
+   end subroutine warn
 
    !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they never end before
    !> it. On error the older checkpoint is as it was, and so is the way back to it.
@@ -403,12 +438,22 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error   !! of the run so far
       type(error_type), allocatable :: output_error, no_checkpoint
+      character(len=:), allocatable :: short
+
+      if (allocated(self%warning)) deallocate (self%warning)
       if (.not. allocated(error)) call self%save(.true., no_checkpoint)
       if (self%last_frame /= self%sim%state%step) call self%save_frame(output_error)
       if (.not. allocated(output_error) .and. self%last_logged /= self%sim%state%step .and. &
           self%sim%state%step > 0) call self%log_step(output_error)
       call keep_first(output_error)
-      call self%results%close(self%reason == 'finished', self%reason, output_error)
+      short = ''
+      if (self%reason == 'finished' .and. .not. allocated(error)) short = short_run_warning(self%sim)
+      if (len(short) > 0) call self%warn(short, output_error)
+      call keep_first(output_error)
+      call self%log%put('planned time: '//to_string(self%sim%planned_time(), 10)//'. '//cuts_text(self%sim), &
+                        output_error)
+      call keep_first(output_error)
+      call self%results%close(self%reason == 'finished', self%reason, output_error, self%sim%planned_time())
       call keep_first(output_error)
       call keep_first(no_checkpoint)
       call self%log%put('end: '//self%reason//' after '//to_string(self%sim%state%step)//' steps at time '// &

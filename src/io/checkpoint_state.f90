@@ -82,6 +82,8 @@ contains
       call archive%item('last_k01', control%last_k01)
       call archive%item('stage', control%stage)
       call archive%item('released', control%released)
+      call archive%fixed('cuts', control%cuts)
+      call archive%item('short_steps', control%short_steps)
    end subroutine exchange_control
 
    !> Energies.
@@ -94,6 +96,13 @@ contains
       call archive%item('contact_energy', ledger%contact_energy)
       call archive%item('fixed_energy', ledger%fixed_energy)
       call archive%item('bolt_energy', ledger%bolt_energy)
+      call archive%item('exchanged', ledger%given%exchanged)
+      call archive%item('given_scale', ledger%given%scale)
+      call archive%fixed('given_sum', ledger%given%sum)
+      call archive%fixed('given_lowest', ledger%given%lowest)
+      call archive%fixed('given', ledger%given%given)
+      call archive%fixed('given_worst_discarded', ledger%given%worst(:, 1))
+      call archive%fixed('given_worst_geometry', ledger%given%worst(:, 2))
    end subroutine exchange_ledger
 
    !> The record of the last step.

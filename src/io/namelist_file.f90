@@ -169,6 +169,7 @@ contains
       case ('threads'); call get_integer(namelist, entry, 1, options%threads, messages)
       case ('max_wall'); call get_positive(namelist, entry, options%max_wall, messages)
       case ('checkpoint_every'); call get_positive(namelist, entry, options%checkpoint_every, messages)
+      case ('strict'); call get_logical(namelist, entry, options%strict, messages)
       end select
    end subroutine read_run
 

@@ -9,8 +9,8 @@ module rockdda_io_option_names
    !> All groups; their names below in the same order.
    character(len=*), parameter :: option_groups(11) = [character(len=name_length) :: 'run', 'time', 'contact', &
       'solver', 'material', 'load', 'line_load', 'joint_law', 'block_damping', 'stage', 'output']
-   character(len=*), parameter :: run_names(8) = [character(len=name_length) :: 'title', 'steps', 't_end', &
-      'save_every', 'save_dt', 'threads', 'max_wall', 'checkpoint_every']
+   character(len=*), parameter :: run_names(9) = [character(len=name_length) :: 'title', 'steps', 't_end', &
+      'save_every', 'save_dt', 'threads', 'max_wall', 'checkpoint_every', 'strict']
    character(len=*), parameter :: time_names(8) = [character(len=name_length) :: 'dt_max', 'dt_min', 'k01', &
       'displacement_ratio', 'length_scale', 'rotation', 'cut_factor', 'max_open_close']
    character(len=*), parameter :: contact_names(8) = [character(len=name_length) :: 'stiffness', 'shear_ratio', &

@@ -8,6 +8,7 @@
 module rockdda_io_results
    use, intrinsic :: iso_fortran_env, only : int64
    use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
@@ -342,11 +343,12 @@ contains
    end function waiting_bytes
 
    !> Write what waits, say how the run ended, and give the file free.
-   subroutine close_results(self, complete, exit_reason, error)
+   subroutine close_results(self, complete, exit_reason, error, planned_time)
       class(results_type), intent(inout) :: self
       logical, intent(in) :: complete                    !! the run came to its end
       character(len=*), intent(in) :: exit_reason        !! 'finished' or why it stopped
       type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: planned_time     !! of the run when no step is cut
       if (.not. self%file%is_open) then
          call self%lock%release()
          return
@@ -355,6 +357,8 @@ contains
       if (.not. self%failed) then
          call self%file%set_attribute('/', 'exit_reason', exit_reason, error)
          if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
+         if (.not. allocated(error) .and. present(planned_time)) &
+            call self%file%set_attribute('/', 'planned_time', to_string(planned_time, 17), error)
          if (.not. allocated(error)) call self%file%flush(error)
          if (.not. allocated(error)) call self%file%sync(error)
          self%failed = allocated(error)

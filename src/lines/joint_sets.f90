@@ -61,7 +61,7 @@ contains
          ! lengths are positive: what lies outside (0, 2 mean) is drawn again, which keeps the mean
          do
             call stream%normal(z)
-            if (abs(randomness*z) < 1) exit
+            if (.not. abs(randomness*z) >= 1) exit
          end do
          value = mean*(1 + randomness*z)
       else if (kind == law%lognormal) then

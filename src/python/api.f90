@@ -48,13 +48,13 @@ contains
 
    !> What is asked for beside the files. Texts may be empty.
    subroutine request(handle, output, solver, dialect, threads, steps, save_every, t_end, max_wall, checkpoint_every, &
-                      force)
+                      strict, force)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: output, solver
       integer(c_int), intent(in) :: dialect                     !! 0 auto, 1 peer, 2 g0
       integer(c_int), intent(in) :: threads, steps, save_every
       real(c_double), intent(in) :: t_end, max_wall, checkpoint_every
-      integer(c_int), intent(in) :: force                       !! 0 or 1
+      integer(c_int), intent(in) :: strict, force               !! 0 or 1
       type(session_type), pointer :: session
       call get_session(handle, session)
       session%request%output = output
@@ -66,6 +66,7 @@ contains
       if (t_end > 0) session%request%t_end = t_end
       if (max_wall > 0) session%request%max_wall = max_wall
       if (checkpoint_every > 0) session%request%checkpoint_every = checkpoint_every
+      session%request%strict = strict /= 0
       session%request%force = force /= 0
    end subroutine request
 

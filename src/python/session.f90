@@ -15,6 +15,7 @@ module rockdda_python_session
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_driver_model_input, only : model_input_type, run_request_type
    use rockdda_driver_run, only : run_type, first_line
+   use rockdda_driver_stop_request, only : deadline_type
    implicit none
    private
    public :: session_type, new_session, get_session, drop_session, messages_text
@@ -80,6 +81,7 @@ contains
    subroutine start(self, write_results)
       class(session_type), intent(inout) :: self
       logical, intent(in) :: write_results
+      type(deadline_type) :: limit
       integer :: before
       call use_threads(self, before)
       self%run%start = wall_seconds()
@@ -93,6 +95,11 @@ contains
       end if
       call restore_threads(before)
       self%is_started = .not. allocated(self%error)
+      self%run%strict = self%input%options%strict
+      if (self%is_started .and. is_set(self%request%max_wall)) then
+         limit%deadline = self%run%start + self%request%max_wall
+         call self%run%sim%set_interruption(limit)
+      end if
       if (self%is_started) call self%run%sim%contact_forces(self%force)
    end subroutine start
 
@@ -115,9 +122,16 @@ contains
             self%run%reason = 'failed: '//first_line(self%error%message)
             exit
          end if
-         if (self%run%is_open) call self%run%keep(self%error)
+         if (self%run%sim%interrupted) exit
+         if (self%run%is_open) then
+            call self%run%keep(self%error)
+         else if (self%run%strict .and. self%run%sim%ledger%given%false_column() > 0) then
+            call make_error(self%error, error_code%computation, &
+                            self%run%sim%ledger%given%describe(self%run%sim%state%step))
+         end if
          if (allocated(self%error)) then
-            self%run%reason = 'output: '//first_line(self%error%message)
+            self%run%reason = trim(merge('failed', 'output', self%error%code == error_code%computation))//': '// &
+                              first_line(self%error%message)
             exit
          end if
          if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
@@ -136,6 +150,7 @@ contains
       if (.not. self%run%is_open) return
       if (.not. self%run%sim%is_finished()) self%run%reason = reason
       call self%run%close(self%error)
+      if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
    end subroutine finish
 
    !> Take the number of threads of the session for this thread of Python.

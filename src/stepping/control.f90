@@ -14,6 +14,20 @@ module rockdda_stepping_control
    implicit none
    private
    public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
+   public :: cut_reason, n_cut_reasons, cut_names
+
+   !> Why an attempt at a step is repeated with a shorter step.
+   type :: cut_reason_enum
+      integer :: displacement = 1   !! a vertex would move further than g2 w0
+      integer :: contacts = 2       !! contacts still change after the last open-close round
+      integer :: solver = 3         !! the equations could not be solved
+      integer :: ruined_block = 4   !! a block would invert or vanish
+   end type cut_reason_enum
+   type(cut_reason_enum), parameter :: cut_reason = cut_reason_enum()
+   integer, parameter :: n_cut_reasons = 4
+   !> Names for programs.
+   character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
+                                                             'solver', 'ruined_block']
 
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
@@ -26,6 +40,8 @@ module rockdda_stepping_control
       real(wp) :: last_k01 = 1              !! with which its velocity was carried on
       integer :: stage = 1                  !! present stage; beyond the list: no stage
       logical, allocatable :: released(:)   !! (nf) fixed points let go so far
+      integer :: cuts(n_cut_reasons) = 0    !! steps cut so far, by reason
+      integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
       procedure :: gravity
@@ -93,8 +109,10 @@ contains
       limit = parameters%displacement_ratio*parameters%w0
       if (shortened) return
       wanted = min(parameters%dt_max, growth*dt)
-      if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) &
+      if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) then
          wanted = max(dt, min(wanted, 0.9_wp*limit*dt/displacement))
+         self%short_steps = self%short_steps + 1
+      end if
       self%dt = max(parameters%dt_min, wanted)
    end subroutine accepted
 

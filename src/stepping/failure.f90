@@ -27,6 +27,7 @@ module rockdda_stepping_failure
       integer :: no_solution = 4     !! the solver failed or did not converge
       integer :: ruined = 5          !! a block inverts or vanishes
       integer :: thrown = 6          !! a block moves by more than w0 in the smallest step
+      integer :: interrupted = 7     !! a stop was requested
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 

@@ -21,13 +21,14 @@ module rockdda_stepping_ledger
    use rockdda_assembly_points, only : support_energy
    use rockdda_assembly_bolts, only : bolt_response, bolt_energy
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type
+   use rockdda_stepping_given_energy, only : given_energy_type
    use rockdda_stepping_links, only : bolt_round_type, contact_dashpots
    implicit none
    private
    public :: ledger_type
 
    !> Sums taken at a time, at most.
-   integer, parameter :: n_sums = 6
+   integer, parameter :: n_sums = 10
 
    type :: ledger_type
       real(wp) :: total(n_energies) = 0     !! as in step_record_type%energy
@@ -35,6 +36,9 @@ module rockdda_stepping_ledger
       real(wp) :: contact_energy = 0        !! in contact springs at the end of the last step
       real(wp), allocatable :: fixed_energy(:) !! (nf) in the springs of fixed points
       real(wp) :: bolt_energy = 0           !! in bolts
+      type(given_energy_type) :: given      !! by `discarded` and `geometry`
+      real(wp), private :: before(n_energies) = 0 !! `total` at the start of the step
+      real(wp), private :: step_discarded = 0     !! in the step, by contacts
       real(wp), allocatable, private :: sums(:, :) !! (columns, >= pieces) scratch
    contains
       procedure :: start
@@ -141,6 +145,8 @@ contains
       end do
       self%total(energy%springs) = self%bolt_energy
       self%at_start = sum(self%total(1:4))
+      self%before = self%total
+      call self%given%start(self%total(energy%kinetic))
    end subroutine start
 
    !> Contacts of an accepted step: springs, friction, dashpots, changes of state.
@@ -154,8 +160,9 @@ contains
       real(wp), intent(in) :: dt   !! step [time]
       type(contact_table_type), intent(inout) :: table
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
-      integer :: p, n
+      integer :: p, n, column, c
       n = n_pieces(table%n)
+      self%before = self%total
       call make_room(self, table%n)
       !$omp parallel do default(none) shared(self, parameters, laws, state, trial, dt, table, n) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
@@ -173,6 +180,14 @@ contains
       ! closed contacts that the search no longer found
       discarded = discarded + (self%contact_energy - carried)
       self%contact_energy = stored
+      self%step_discarded = discarded
+      do column = 1, 2
+         if (n == 0) exit
+         p = maxloc(self%sums(5 + 2*column, 1:n), dim=1)
+         c = nint(self%sums(6 + 2*column, p))
+         if (c > 0) call self%given%add_contact(column, self%sums(5 + 2*column, p), state%step + 1, &
+                                                table%block_a(c), table%block_b(c), table%point(:, c))
+      end do
       call add(self, energy%friction, friction)
       call add(self, energy%dissipated, dissipated)
       call add(self, energy%discarded, discarded)
@@ -188,9 +203,11 @@ contains
       type(open_close_type), intent(in) :: trial
       real(wp), intent(in) :: dt   !! step [time]
       type(contact_table_type), intent(inout) :: table
-      real(wp), intent(out) :: sums(n_sums)   !! carried, friction, dissipated, discarded, geometry, stored
+      !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
+      !> state gives and its number, the same by geometry
+      real(wp), intent(out) :: sums(n_sums)
       real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
-      real(wp) :: damping(2)
+      real(wp) :: damping(2), worst(4)
       integer :: c
       logical :: was_closed, damped
       damped = any(laws%damping_ratio > 0)
@@ -202,6 +219,7 @@ contains
       discarded = 0
       geometry = 0
       stored = 0
+      worst = 0
       do c = first, last
          was_closed = table%state(c) /= contact_state%open
          x0 = table%gap(c)
@@ -210,6 +228,7 @@ contains
          if (was_closed) before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
          carried = carried + table%energy(c)
          geometry = geometry + (before - table%energy(c))
+         if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
          if (trial%state_used(c) == contact_state%open) then
             discarded = discarded + before
             table%state(c) = contact_state%open
@@ -226,7 +245,10 @@ contains
          s1 = s0 + trial%slip(c)
          if (was_closed .or. x0 < 0) then
             dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
-            if (.not. was_closed) discarded = discarded - 0.5_wp*kn*x0**2
+            if (.not. was_closed) then
+               discarded = discarded - 0.5_wp*kn*x0**2
+               if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
+            end if
          else
             dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
          end if
@@ -252,7 +274,7 @@ contains
          table%energy(c) = 0.5_wp*kn*x1**2 + 0.5_wp*ks*s1**2
          stored = stored + table%energy(c)
       end do
-      sums = [carried, friction, dissipated, discarded, geometry, stored]
+      sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine end_contacts
 
    !> Blocks of an accepted step: loads, elastic dissipation, damping; state is that of the step's start.
@@ -364,13 +386,20 @@ contains
       self%total(energy%strain) = strain_moved
    end subroutine add_motion
 
-   !> Sum up the springs and close the balance.
-   pure subroutine close_step(self)
+   !> Sum up the springs, close the balance, and judge what `discarded` and `geometry` gave.
+   pure subroutine close_step(self, parameters, loads, n_contacts)
       class(ledger_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      type(step_loads_type), intent(in) :: loads
+      integer, intent(in) :: n_contacts   !! of the step
       self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)
+      call self%given%add_step(self%before, self%total, [-self%step_discarded, &
+                               self%total(energy%geometry) - self%before(energy%geometry)], &
+                               sum(hypot(loads%weight(1, :), loads%weight(2, :))), parameters%w0, n_contacts, &
+                               parameters%normal_stiffness)
    end subroutine close_step
 
    !> Add to one column.

@@ -8,6 +8,7 @@ module rockdda_stepping_options_check
    use rockdda_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
    use rockdda_stepping_loads, only : attach_line_loads
+   use rockdda_stepping_parameter_check, only : check_parameters
    implicit none
    private
    public :: check_options
@@ -23,6 +24,7 @@ contains
       integer, allocatable :: line_blocks(:)
       real(wp), allocatable :: line_ends(:, :)
       call new_contact_laws(parameters%joint_materials, parameters%joint_laws, laws, messages)
+      call check_parameters(parameters, messages)
       call check_stages(parameters, blocks%fixed%n, messages)
       call attach_line_loads(blocks, parameters, line_blocks, line_ends, messages)
    end subroutine check_options

@@ -8,6 +8,7 @@ module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error, add_context
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_interruption, only : interruption_type
    use rockdda_base_strings, only : to_string
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_base_phase_times, only : phase_times_type, phase
@@ -24,7 +25,8 @@ module rockdda_stepping_simulation
    use rockdda_assembly_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver, default_solver
-   use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement
+   use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
+      cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
@@ -32,6 +34,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
       attach_line_loads
+   use rockdda_stepping_parameter_check, only : check_parameters
    use rockdda_stepping_reach, only : predicted_reach, search_limits, quantised
    use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
    implicit none
@@ -70,6 +73,7 @@ module rockdda_stepping_simulation
       real(wp), allocatable :: line_ends(:, :)  !! (4, line loads) where they are now
       type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
+      logical :: interrupted = .false.          !! the last `advance` stopped before its step was complete
       ! derived from the model
       type(contact_topology_type), private :: topology
       type(contact_law_type), allocatable, private :: laws(:)
@@ -85,10 +89,14 @@ module rockdda_stepping_simulation
       type(step_loads_type), private :: loads
       type(line_search_type), private :: line
       real(wp), allocatable, private :: largest(:)   !! (nb)
+      real(wp), allocatable, private :: last_motion(:, :)   !! (6, nb) to go back to when the step is interrupted
+      integer, private :: step_cuts(n_cut_reasons) = 0   !! of the step at hand
    contains
       procedure :: init
       procedure :: advance
       procedure :: is_finished
+      procedure :: set_interruption
+      procedure :: planned_time
       procedure :: contact_forces
       procedure, private :: prepare_contacts
       procedure, private :: try_step
@@ -96,6 +104,7 @@ module rockdda_stepping_simulation
       procedure, private :: solve_round
       procedure, private :: settle_friction
       procedure, private :: accept
+      procedure, private :: count_cut
    end type simulation_type
 
 contains
@@ -114,6 +123,7 @@ contains
          return
       end if
       call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%laws, problems)
+      call check_parameters(parameters, problems)
       call check_stages(parameters, blocks%fixed%n, problems)
       call attach_line_loads(blocks, parameters, self%line_blocks, self%line_ends, problems)
       call problems%to_error(error)
@@ -147,10 +157,26 @@ contains
    pure logical function is_finished(self)
       class(simulation_type), intent(in) :: self
       is_finished = self%state%step >= self%parameters%n_steps .or. &
-                    self%state%time >= self%parameters%t_end*(1 - 1.0e-12_wp)
+                    .not. self%state%time < self%parameters%t_end*(1 - 1.0e-12_wp)
    end function is_finished
 
-   !> One accepted step. On error (code 3) the state is that of the last accepted step.
+   !> Stop on request: within a step too, between solves and between iterations of the solver.
+   subroutine set_interruption(self, interruption)
+      class(simulation_type), intent(inout) :: self
+      class(interruption_type), intent(in) :: interruption
+      if (allocated(self%solver%interruption)) deallocate (self%solver%interruption)
+      allocate (self%solver%interruption, source=interruption)
+   end subroutine set_interruption
+
+   !> Time at the end of the run when no step is cut.
+   pure real(wp) function planned_time(self)
+      class(simulation_type), intent(in) :: self
+      planned_time = min(self%parameters%t_end, self%parameters%n_steps*self%parameters%dt_max)
+   end function planned_time
+
+   !> One accepted step, unless a stop is requested: `interrupted` is then true, and the state is that of the last
+   !> accepted step, from which the same step can be repeated. On error (code 3) the state is that of the last accepted
+   !> step too.
    subroutine advance(self, error)
       class(simulation_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -158,7 +184,11 @@ contains
       integer :: outcome, attempts, rounds, iterations
       logical :: at_floor, is_first
       character(len=:), allocatable :: detail
+      real(wp), allocatable :: memory(:)
 
+      self%interrupted = .false.
+      if (allocated(self%solver%interruption)) self%last_motion = self%equations%x
+      call self%solver%pack(memory)
       call self%times%start()
       call self%control%end_stages(self%parameters, self%state%step, self%state%time)
       wanted = self%control%dt
@@ -169,20 +199,29 @@ contains
       attempts = 0
       iterations = 0
       is_first = .true.
+      self%step_cuts = 0
       do
          attempts = attempts + 1
-         at_floor = dt <= self%parameters%dt_min*(1 + 1.0e-12_wp)
+         ! the negation: a step that is no number has no smaller one
+         at_floor = .not. dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
          call self%try_step(dt, reach, is_first, at_floor, outcome, rounds, iterations, displacement, detail, error)
          is_first = .false.
          if (allocated(error)) then
             call add_context(error, 'step '//to_string(self%state%step + 1))
             return
          end if
+         if (outcome == attempt%interrupted) then
+            self%interrupted = .true.
+            self%equations%x = self%last_motion
+            call self%solver%unpack(memory)
+            return
+         end if
          if (outcome == attempt%converged .or. outcome == attempt%search_again) then
-            if (displacement > limit .and. .not. at_floor) then
+            if (.not. displacement <= limit .and. .not. at_floor) then
+               call self%count_cut(cut_reason%displacement)
                dt = cut_for_displacement(self%parameters, dt, displacement)
                cycle
-            else if (displacement > max(limit, self%parameters%w0)) then
+            else if (.not. displacement <= max(limit, self%parameters%w0)) then
                outcome = attempt%thrown
             else if (outcome == attempt%converged) then
                exit
@@ -199,8 +238,16 @@ contains
                                 self%trial, self%equations%x, error)
             return
          end if
+         if (outcome == attempt%ruined) then
+            call self%count_cut(cut_reason%ruined_block)
+         else if (outcome == attempt%no_solution) then
+            call self%count_cut(cut_reason%solver)
+         else
+            call self%count_cut(cut_reason%contacts)
+         end if
          dt = max(self%parameters%dt_min, self%parameters%cut_factor*dt)
       end do
+      self%control%cuts = self%control%cuts + self%step_cuts
       call self%times%lap(phase%other)
       call self%accept(dt, abs(dt - wanted) > 0 .and. attempts == 1, displacement)
       self%record%open_close_iterations = rounds
@@ -210,6 +257,13 @@ contains
       self%times%solver_iterations = self%times%solver_iterations + iterations
       call self%times%lap(phase%update)
    end subroutine advance
+
+   !> Count a cut of the step at hand.
+   pure subroutine count_cut(self, reason)
+      class(simulation_type), intent(inout) :: self
+      integer, intent(in) :: reason   !! one of cut_reason%...
+      self%step_cuts(reason) = self%step_cuts(reason) + 1
+   end subroutine count_cut
 
    !> Search the contacts of the step from the state at its start, and set up their links.
    subroutine prepare_contacts(self, reach)
@@ -283,6 +337,7 @@ contains
          call self%solve_round(dt, .false., n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, &
                                error)
          if (solved) call self%settle_friction(dt, settings, iterations, solved, detail, error)
+         if (self%interrupted) outcome = attempt%interrupted
          if (.not. solved) return
          fraction = 1
          if (rounds > 1 .and. .not. settings%peer) call self%line%search(self%blocks, self%laws, settings, &
@@ -352,6 +407,8 @@ contains
       type(solve_report_type) :: report
       integer :: n_assembled
       solved = .false.
+      self%interrupted = self%solver%is_interrupted()
+      if (self%interrupted) return
       if (friction_only) then
          call set_friction_forces(self%friction, self%trial, self%equations)
       else
@@ -373,6 +430,7 @@ contains
          return
       end if
       iterations = iterations + report%iterations
+      self%interrupted = report%interrupted
       if (.not. report%converged) then
          if (allocated(report%detail)) detail = report%detail
          return
@@ -459,7 +517,7 @@ contains
       call move_blocks(self%blocks, self%parameters, self%matrices, dt, self%equations%x, self%state)
       call self%ledger%stored_energies(self%blocks, self%matrices, self%state, kinetic_moved, strain_moved)
       call self%ledger%add_motion(kinetic_predicted, strain_predicted, kinetic_moved, strain_moved, k01)
-      call self%ledger%close_step()
+      call self%ledger%close_step(self%parameters, self%loads, self%table%n)
       self%state%velocity = k01*self%state%velocity
       self%state%step = self%state%step + 1
       self%state%time = self%state%time + dt

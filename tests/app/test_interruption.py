@@ -207,6 +207,53 @@ class Stop(InterruptionTest):
         self.check_ended("max-wall")
 
 
+class LongStep(InterruptionTest):
+    """A wall whose first step has many rounds of many PCG iterations."""
+
+    # With so many rows the whole first step takes PCG half a minute on a fast machine, one round a second.
+    ROWS = 40
+    # Reading, cutting and writing take a second; the rest is for a busy machine.
+    SOON = 15
+
+    def setUp(self):
+        super().setUp()
+        generator = random.Random(1)
+        n = self.ROWS
+        lines = [(0, i, n, i) for i in range(n + 1)] + [(0, 0, 0, n), (n, 0, n, n)]
+        for i in range(n):
+            positions = [k / 2 + 0.1 + 0.3 * generator.random() for k in range(2 * n)]
+            lines += [(x, i, x, i + 1) for x in positions]
+        rows = "".join(f"{a} {b} {c} {d} 1\n" for a, b, c, d in lines)
+        self.write("wall.dc", f"0.005\n{len(lines)} 0\n0 0 1 0 0 0\n{rows}1 0.5 1 0.5\n")
+        self.write("wall.df", "0 1 1 1 0.01 0.01\n2500 24525 5e9 .25\n0 0 0 0 0 0\n0 0 0\n30 0 0\n")
+
+    def test_a_time_limit_ends_it_within_the_step(self):
+        start = time.monotonic()
+        wall = ("wall.dc", "wall.df", "--solver", "pcg")
+        outcome = self.run_program("run", *wall, "--max-wall", "2", "--json", "--quiet")
+        self.assertLess(time.monotonic() - start, self.SOON)
+        self.assertEqual((outcome.code, outcome.json["exit_reason"], outcome.json["steps"]), (4, "max-wall", 0))
+        with self.open("wall.h5") as file:
+            self.assertEqual(len(file["history/step"]), 0)
+            self.assertEqual(len(file["frames/step"]), 1)
+        outcome = self.run_program("resume", "wall.ckpt.h5", "--max-wall", "1", "--json", "--quiet")
+        self.assertEqual((outcome.code, outcome.json["steps"]), (4, 0))
+
+    def test_a_signal_ends_it_within_the_step(self):
+        process = self.start_program("run", "wall.dc", "wall.df", "--solver", "pcg", "--quiet")
+        deadline = time.monotonic() + PATIENCE
+        while not self.path("wall.ckpt.h5").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(1)
+        process.send_signal(signal.SIGTERM)
+        start = time.monotonic()
+        self.finish(process, 4)
+        self.assertLess(time.monotonic() - start, self.SOON)
+        with self.open("wall.h5") as file:
+            self.assertEqual(file.attrs["exit_reason"], "signal SIGTERM")
+            self.assertEqual(len(file["history/step"]), 0)
+
+
 class Kill(InterruptionTest):
     def test_kill_at_random_moments(self):
         generator = random.Random(1)

@@ -1,0 +1,61 @@
+! SPDX-License-Identifier: MIT
+!> What the end of a run has to say about it: how much of the planned time was computed, and why steps were short.
+module rockdda_driver_outcome
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_stepping_control, only : n_cut_reasons
+   use rockdda_stepping_simulation, only : simulation_type
+   implicit none
+   private
+   public :: done_share, short_run_warning, cuts_text
+
+   !> A run that has done all its steps in less than this share of the planned time is reported.
+   real(wp), parameter :: least_share = 0.5_wp
+   character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
+                                                              'a vertex would have moved further than g2*w0', &
+                                                              'contacts did not settle', &
+                                                              'the equations could not be solved', &
+                                                              'a block would have inverted or vanished']
+
+contains
+
+   !> Share of the planned time that has been computed, 1 when no time was planned.
+   pure real(wp) function done_share(sim)
+      type(simulation_type), intent(in) :: sim
+      done_share = 1
+      if (sim%planned_time() > 0) done_share = min(1.0_wp, sim%state%time/sim%planned_time())
+   end function done_share
+
+   !> Warning about a run that has done all its steps but only part of the planned time; else ''.
+   function short_run_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (done_share(sim) >= least_share) return
+      text = 'only '//to_string(100*done_share(sim), 3)//' % of the planned time was computed: '// &
+             to_string(sim%state%step)//' steps ended at time '//to_string(sim%state%time)//' instead of '// &
+             to_string(sim%planned_time())//'. '//cuts_text(sim)// &
+             '. Do not take the state at the end for the final one: --t-end computes up to a time'
+   end function short_run_warning
+
+   !> How often steps were cut, by reason.
+   function cuts_text(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, n_cut_reasons
+         if (sim%control%cuts(i) == 0) cycle
+         if (len(text) > 0) text = text//', '
+         text = text//to_string(sim%control%cuts(i))//' times because '//trim(cut_texts(i))
+      end do
+      if (len(text) == 0) then
+         text = 'No step was cut'
+      else
+         text = 'Steps were cut '//text
+      end if
+      if (sim%control%short_steps > 0) text = text//'; after '//to_string(sim%control%short_steps)// &
+         ' steps the limit g2*w0 kept the next one short'
+   end function cuts_text
+
+end module rockdda_driver_outcome

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""What a run says at its end about energy that came from nowhere and about time that it did not compute."""
+
+import unittest
+
+from support import ProgramTest, h5py
+
+# A block falls 0.05 onto a base. With a closing tolerance of 0.005 w0 the contact closes with an overlap: its spring
+# gives energy that nothing has put into it.
+GEOMETRY = """\
+0.01
+8 0
+0
+0
+2
+0
+0
+0
+0 0 4 0 1
+4 0 4 1 1
+4 1 0 1 1
+0 1 0 0 1
+1 1.05 1 2.05 1
+1 2.05 3 2.05 1
+3 2.05 3 1.05 1
+3 1.05 1 1.05 1
+0.5 0.5 0.5 0.5
+3.5 0.5 3.5 0.5
+"""
+ANALYSIS = """\
+1 40 1 1 0.02 0.01
+1e8
+0 0
+1000 9810 1e8 0.2  0 0 0  0 0 0  0 0 0
+30 0 0
+"""
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class EnergyFromNowhere(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("fall.dc", GEOMETRY)
+        self.write("fall.df", ANALYSIS)
+        self.write("late.nml", "&contact close_tolerance = 0.005 /\n")
+
+    def test_a_sound_run_passes(self):
+        outcome = self.run_program("run", "fall.dc", "fall.df", "--strict", "--json")
+        self.assertEqual((outcome.code, outcome.json["warnings"]), (0, 0))
+        given = outcome.json["energy_given"]
+        self.assertGreater(given["compared_with"], 0)
+        # a hundredth of what is accepted
+        self.assertLess(max(given["discarded"], given["geometry"]), 1e-5 * given["compared_with"])
+
+    def test_false_energy_is_reported_once(self):
+        outcome = self.run_program("run", "fall.dc", "fall.df", "--config", "late.nml")
+        self.assertEqual(outcome.code, 0)
+        for text in (outcome.out, outcome.err, self.path("fall.log").read_text()):
+            self.assertEqual(text.count("energy from nowhere"), 1, text)
+            self.assertRegex(text, r"'discarded' gave .* where block 2 meets block 1 at \(1, 0\.99")
+        outcome = self.run_program("run", "fall.dc", "fall.df", "--config", "late.nml", "--json", "--force")
+        (warning,) = [m["message"] for m in outcome.json["messages"] if m["severity"] == "warning"]
+        self.assertIn("energy from nowhere", warning)
+
+    def test_strict_ends_the_run_and_keeps_its_results(self):
+        self.write("strict.nml", "&contact close_tolerance = 0.005 /\n&run strict = .true. /\n")
+        for more in (("--config", "late.nml", "--strict"), ("--config", "strict.nml")):
+            outcome = self.run_program("run", "fall.dc", "fall.df", *more, "--json", "--force")
+            self.assertEqual(outcome.code, 3)
+            steps = outcome.json["steps"]
+            self.assertTrue(0 < steps < 40)
+            with h5py.File(self.path("fall.h5"), "r") as file:
+                self.assertEqual(len(file["history/step"]), steps)
+                self.assertEqual(file["frames/step"][-1], steps)
+                self.assertTrue(file.attrs["exit_reason"].startswith("failed: energy from nowhere"))
+        # the checkpoint is an older one: the same steps come to the same end, or pass without --strict
+        self.assertEqual(self.run_program("resume", "fall.ckpt.h5", "--strict").code, 3)
+        outcome = self.run_program("resume", "fall.ckpt.h5", "--json")
+        self.assertEqual((outcome.code, outcome.json["steps"]), (0, 40))
+        self.assertIn("energy from nowhere", outcome.out)
+
+    def test_what_was_given_before_a_stop_is_not_forgotten(self):
+        whole = self.run_program("run", "fall.dc", "fall.df", "--config", "late.nml", "--json")
+        self.run_program("run", "fall.dc", "fall.df", "--config", "late.nml", "--steps", "25", "--force")
+        outcome = self.run_program("resume", "fall.ckpt.h5", "--steps", "15", "--json")
+        self.assertEqual(outcome.json["energy_given"], whole.json["energy_given"])
+        self.assertIn("energy from nowhere", outcome.out)
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class ShortRun(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("fall.dc", GEOMETRY)
+        # g2 so small that each step may fall by 1e-5 only
+        self.write("slow.df", ANALYSIS.replace("0.02", "0.00001"))
+        self.write("fall.df", ANALYSIS)
+
+    def test_a_run_that_went_nowhere_says_so(self):
+        outcome = self.run_program("run", "fall.dc", "slow.df", "--json")
+        self.assertEqual(outcome.code, 0)
+        self.assertAlmostEqual(outcome.json["planned_time"], 0.4)
+        self.assertAlmostEqual(outcome.json["done_share"], outcome.json["time"] / 0.4)
+        self.assertLess(outcome.json["done_share"], 0.5)
+        self.assertGreater(outcome.json["cuts"]["displacement"], 0)
+        self.assertEqual(outcome.json["cuts"]["contacts"], 0)
+        self.assertIn("of the planned time was computed: 40 steps ended at time", outcome.out)
+        outcome = self.run_program("run", "fall.dc", "slow.df", "--force")
+        for text in (outcome.out, outcome.err, self.path("slow.log").read_text()):
+            self.assertRegex(text, r"instead of 0\.4\. Steps were cut \d+ times because a vertex would have moved")
+        with h5py.File(self.path("slow.h5"), "r") as file:
+            self.assertAlmostEqual(float(file.attrs["planned_time"]), 0.4)
+
+    def test_counts_survive_a_stop(self):
+        whole = self.run_program("run", "fall.dc", "slow.df", "--json").json
+        self.run_program("run", "fall.dc", "slow.df", "--steps", "15", "--force")
+        rest = self.run_program("resume", "slow.ckpt.h5", "--steps", "25", "--json").json
+        for name in ("cuts", "short_steps", "planned_time", "done_share"):
+            self.assertEqual(rest[name], whole[name], name)
+
+    def test_a_run_to_its_time_says_nothing(self):
+        for more in ((), ("--t-end", "0.2")):
+            outcome = self.run_program("run", "fall.dc", "fall.df", *more, "--json", "--force")
+            self.assertEqual((outcome.code, outcome.json["warnings"]), (0, 0), outcome.out)
+        self.assertEqual(outcome.json["done_share"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
