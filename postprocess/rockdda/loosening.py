@@ -18,6 +18,9 @@ The rock between two neighbouring points counts as loosened when the lower point
 gradient between them is not below the limit. The *loosening height* is the height of the upper point of the highest
 such pair above the lowest point (the crown): the rock above it arches, the true height is at most as large. It is 0
 when the crown itself is stable and infinite when the highest point is not in equilibrium.
+
+A history shorter than the window, a share of the time that the run was to cover (`planned_time`), shows neither: it
+is refused. That is so when steps were cut again and again and the run did its number of steps in little time.
 """
 
 from __future__ import annotations
@@ -91,10 +94,12 @@ def loosening(
     *,
     window: float = WINDOW,
     gradient_limit: float = GRADIENT_LIMIT,
+    planned_time: float | None = None,
 ) -> Loosening:
     """The two criteria for `displacement` (steps, points), vertical and positive upwards, of points at `heights`.
 
-    `window`: the share of the run, at its end, in which oscillations are looked at.
+    `window`: the share of the run, at its end, in which oscillations are looked at. `planned_time`: the time that the
+    run was to cover; by default the last of `time`. A history shorter than the window of it is refused.
     """
     times = np.asarray(time, dtype=np.float64)
     moved = np.asarray(displacement, dtype=np.float64)
@@ -114,6 +119,14 @@ def loosening(
         raise InputError(f"window: must be above 0 and at most 1, found {window}")
     if not gradient_limit > 0:
         raise InputError(f"gradient_limit: must be above 0, found {gradient_limit}")
+    plan = float(times[-1]) if planned_time is None else float(planned_time)
+    # the first row is the end of a step, which the history covers too
+    covered = float(times[-1] - max(0.0, times[0] - np.diff(times).max()))
+    if plan * window > covered * (1 + 1e-9):
+        raise InputError(
+            f"the history covers a time of {covered:g}, the window is {window:.3g} of the planned {plan:g}: "
+            "too short to judge equilibrium; run longer (the log of the run says why its steps were short)"
+        )
     order = np.argsort(levels, kind="stable")
     levels, moved = levels[order], moved[:, order]
     if (np.diff(levels) <= 0).any():
@@ -152,7 +165,14 @@ def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: fl
         points[:, 1],
         window=window,
         gradient_limit=gradient_limit,
+        planned_time=_planned_time(results),
     )
+
+
+def _planned_time(results: Results) -> float | None:
+    """The time that the run was to cover, None where the file does not say."""
+    value = results.attributes.get("planned_time")
+    return None if value is None else float(value)
 
 
 def height_label(height: float, tunnel_height: float) -> str:

@@ -130,6 +130,7 @@ class Session:
         t_end: float | None = None,
         max_wall: float | None = None,
         checkpoint_every: float | None = None,
+        strict: bool = False,
         force: bool = False,
     ) -> None:
         """Say what is wanted beside the files."""
@@ -154,6 +155,7 @@ class Session:
             -1.0 if t_end is None else float(t_end),
             -1.0 if max_wall is None else float(max_wall),
             -1.0 if checkpoint_every is None else float(checkpoint_every),
+            int(strict),
             int(force),
         )
 

@@ -48,6 +48,7 @@ def run(
     max_wall: float | None = None,
     checkpoint_every: float | None = None,
     dialect: str | None = None,
+    strict: bool = False,
     force: bool = False,
     progress: Progress | bool | None = None,
 ) -> Results:
@@ -60,7 +61,8 @@ def run(
 
     Raises InputError before anything is computed or written; ConvergenceError when the computation cannot go on (its
     `results` hold everything up to there); OutputError. Ctrl-C (KeyboardInterrupt) stops after the step at hand; the
-    results so far are kept. With max_wall the results come back incomplete: look at `results.complete`.
+    results so far are kept. With max_wall the results come back incomplete: look at `results.complete`; the step at
+    hand is dropped. With strict=True energy from nowhere raises ConvergenceError; otherwise it is a warning.
     """
     session = Session()
     session.request(
@@ -73,6 +75,7 @@ def run(
         t_end=t_end,
         max_wall=max_wall,
         checkpoint_every=checkpoint_every,
+        strict=strict,
         force=force,
     )
     started = clock.monotonic()
@@ -136,6 +139,7 @@ class Simulation:
         save_every: int | None = None,
         checkpoint_every: float | None = None,
         dialect: str | None = None,
+        strict: bool = False,
         force: bool = False,
     ) -> None:
         self._session = Session()
@@ -148,6 +152,7 @@ class Simulation:
             save_every=save_every,
             t_end=t_end,
             checkpoint_every=checkpoint_every,
+            strict=strict,
             force=force,
         )
         with ExitStack() as stack:

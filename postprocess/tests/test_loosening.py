@@ -116,3 +116,19 @@ def test_bad_limits_are_refused():
         loosening(TIME, columns, HEIGHTS, window=0)
     with pytest.raises(InputError, match="gradient_limit"):
         loosening(TIME, columns, HEIGHTS, gradient_limit=0)
+
+
+def test_a_history_shorter_than_the_window_is_refused():
+    columns = np.stack([held()] * 4, axis=1)
+    assert loosening(TIME, columns, HEIGHTS, planned_time=1.0).height == 0
+    # 1,500 steps that were cut again and again: 0.018 of 0.75
+    few = np.linspace(0.018 / 1500, 0.018, 1500)
+    with pytest.raises(InputError, match=r"covers a time of 0\.018, the window is 0\.667 of the planned 0\.75"):
+        loosening(few, columns[:1500], HEIGHTS, planned_time=0.75)
+    # just long enough
+    assert loosening(TIME, columns, HEIGHTS, planned_time=1.49).height == 0
+    with pytest.raises(InputError, match="too short"):
+        loosening(TIME, columns, HEIGHTS, planned_time=1.51)
+    # the first half of the run is missing
+    with pytest.raises(InputError, match="too short"):
+        loosening(TIME[1250:], columns[1250:], HEIGHTS)

@@ -333,3 +333,29 @@ def test_a_stretched_bond_is_kept_at_rest(tmp_path):
     assert results["history/contacts"][-1].tolist() == [0, 0, 2]
     hanging, above = results["history/measured_displacement"][-1, :, 1]
     assert above - hanging == pytest.approx(stretch, rel=0.01)  # and the strain of the blocks near the joint
+
+
+FALL = """0.01 8 0 0 0 2 0 0 0
+0 0 4 0 1  4 0 4 1 1  4 1 0 1 1  0 1 0 0 1  1 1.05 1 2.05 1  1 2.05 3 2.05 1  3 2.05 3 1.05 1  3 1.05 1 1.05 1
+0.5 0.5 0.5 0.5  3.5 0.5 3.5 0.5
+"""
+
+
+def test_energy_from_nowhere_is_a_warning_or_an_error(tmp_path):
+    # the contact closes late, with an overlap whose energy nothing has put in
+    (tmp_path / "fall.dc").write_text(FALL, encoding="utf-8")
+    (tmp_path / "fall.df").write_text(
+        "1 40 1 1 0.02 0.01 1e8 0 0\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n", encoding="utf-8"
+    )
+    (tmp_path / "late.nml").write_text("&contact close_tolerance = 0.005 /\n", encoding="utf-8")
+    model = (tmp_path / "fall.dc", tmp_path / "fall.df")
+    settings = {"config": tmp_path / "late.nml", "output": tmp_path / "fall.h5", "force": True}
+    with pytest.warns(rockdda.InputWarning, match="energy from nowhere"):
+        rockdda.run(*model, **settings)
+    with pytest.raises(rockdda.ConvergenceError, match="energy from nowhere") as caught:
+        rockdda.run(*model, **settings, strict=True)
+    assert 0 < caught.value.results.n_steps < 40
+    simulation = rockdda.Simulation(*model, config=tmp_path / "late.nml", strict=True)
+    with pytest.raises(rockdda.ConvergenceError, match="energy from nowhere"):
+        simulation.advance(40)
+    assert 0 < simulation.step < 40

@@ -13,6 +13,7 @@ import pytest
 import rockdda
 from places import INPUTS, ROOT
 from rockdda import cli
+from rockdda.errors import InputError
 from rockdda.loosening import loosening_of
 from rockdda.study import Study, read_study
 from rockdda.study_run import collect, run_study
@@ -124,3 +125,9 @@ def test_the_models_of_the_tutorial_run(program, tmp_path):
     assert "0 errors" in call("check", "rock.dc", "rock.df")
     call("run", "rock.dc", "rock.df", "--save-every", "100", "--steps", "3", "--quiet")
     assert loosening_of(rockdda.open(tmp_path / "rock.h5")).heights.tolist() == [0, 1.5, 3, 4.5, 6, 7.5]
+
+    # steps that are kept short: the run ends long before the time that its steps were to cover
+    (tmp_path / "slow.nml").write_text("&time displacement_ratio = 1e-10 /\n", encoding="utf-8")
+    call("run", "rock.dc", "rock.df", "--config", "slow.nml", "--steps", "3", "--quiet", "--force")
+    with pytest.raises(InputError, match="of the planned"):
+        loosening_of(rockdda.open(tmp_path / "rock.h5"))
