@@ -450,7 +450,7 @@ contains
       if (self%reason == 'finished' .and. .not. allocated(error)) short = short_run_warning(self%sim)
       if (len(short) > 0) call self%warn(short, output_error)
       call keep_first(output_error)
-      call self%log%put('planned time: '//to_string(self%sim%planned_time(), 10)//'. '//cuts_text(self%sim), &
+      call self%log%put('# planned time: '//to_string(self%sim%planned_time(), 10)//'. '//cuts_text(self%sim), &
                         output_error)
       call keep_first(output_error)
       call self%results%close(self%reason == 'finished', self%reason, output_error, self%sim%planned_time())
