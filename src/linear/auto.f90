@@ -63,7 +63,7 @@ module rockdda_linear_auto
    real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
    real(wp), parameter :: per_backsolve = 2       !! one more solution, for each entry of the factor
    !> Iterations of PCG with the matrix of the solve before, over those of a first solve: the solution is nearly known.
-   real(wp), parameter :: follow_up = 0.5_wp
+   real(wp), parameter :: follow_up = 0.15_wp
    !> So few blocks take the direct solver less than 0.1 ms, whatever the matrix, and it is exact to rounding.
    integer, parameter :: few_blocks = 30
    !> The analysis is paid once for many solves; without one at hand it is worth making when PCG is expected to
