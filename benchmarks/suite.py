@@ -53,7 +53,7 @@ def plan_runs(options: argparse.Namespace) -> list[Run]:
             for size, ratio, steps in cases:
                 if size <= max(sizes):
                     runs.append(Run("wall", size, ratio=ratio, steps=steps, solver=options.solver, kind="ratio"))
-            # the automatic contact stiffness
+            # soft blocks: a contact stiffness of 50 E
             if max(sizes) >= 2000:
                 runs.append(Run("wall", 2000, ratio=40, softness=50, steps=8, solver=options.solver, kind="soft"))
     for model, size, steps in (("roof", 1000, 8), ("slope", 1000, 12), ("tunnel", 1100, 100), ("slide", 1, 200)):

@@ -10,6 +10,7 @@ module rockdda_model_parameters
       time_table_type, dialect
    use rockdda_model_options, only : run_options_type, stage_type, line_load_type, joint_law_type, &
       base_motion_type, is_set
+   use rockdda_model_contact_numbers, only : automatic_over_e, far_over_e, mean_edge, advised_ratio, stiffness_advice
    implicit none
    private
    public :: parameters_type, resolve_parameters
@@ -67,7 +68,7 @@ contains
       type(parameters_type), intent(out) :: parameters
       type(diagnostics_type), intent(inout) :: messages !! notes and errors are appended
       logical :: peer_dialect, by_height
-      real(wp) :: extent(2), e_max
+      real(wp) :: extent(2), e_max, edge
       integer :: i
 
       peer_dialect = analysis%dialect == dialect%peer
@@ -121,9 +122,12 @@ contains
       parameters%normal_stiffness = analysis%stiffness
       call override('contact stiffness (g0)', options%stiffness, parameters%normal_stiffness)
       if (parameters%normal_stiffness <= 0) then
-         parameters%normal_stiffness = 50*e_max
-         call messages%add(severity%note, 'contact stiffness is automatic: 50 times the largest E = '// &
+         parameters%normal_stiffness = automatic_over_e*e_max
+         call messages%add(severity%note, 'contact stiffness (g0) is automatic: the largest E = '// &
                            to_string(parameters%normal_stiffness)//', constant in the run')
+      else if (parameters%normal_stiffness > far_over_e*e_max) then
+         call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
+                           to_string(parameters%normal_stiffness/e_max)//' times the largest E: '//stiffness_advice())
       end if
       parameters%shear_stiffness = parameters%normal_stiffness/real_or(options%shear_ratio, 2.5_wp)
       parameters%fixed_stiffness = parameters%normal_stiffness*real_or(options%fixed_stiffness_factor, 100.0_wp)
@@ -131,6 +135,11 @@ contains
       ! neighbours' neighbours are no candidates
       parameters%search_distance = min(real_or(options%search_factor, 2.5_wp)*parameters%displacement_ratio* &
                                        parameters%w0, 2*mean_diameter(blocks))
+      edge = mean_edge(blocks)
+      if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
+         'the displacement ratio (g2) lets a block move by '// &
+         to_string(parameters%displacement_ratio*parameters%w0)//' in a step, more than the mean length of edges, '// &
+         to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
       parameters%angle_tolerance = real_or(options%angle_tolerance, 3.0_wp)*acos(-1.0_wp)/180
       parameters%close_tolerance = merge(2.0e-4_wp, 1.0e-12_wp, parameters%peer_contacts)
       parameters%open_tolerance = merge(2.0e-7_wp, 1.0e-12_wp, parameters%peer_contacts)

@@ -10,6 +10,8 @@ module rockdda_stepping_failure
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_contact_numbers, only : highest_over_e, mean_edge, advised_time_step, advised_ratio, &
+      stiffness_advice
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -105,7 +107,7 @@ contains
       else if (outcome == attempt%thrown) then
          call tell_thrown(dt, blocks, parameters, state, table, x, text)
       else
-         call tell_flipping(parameters, table, trial, text)
+         call tell_flipping(blocks, parameters, state, table, trial, text)
       end if
       call make_error(error, error_code%computation, text)
    end subroutine report_failure
@@ -131,8 +133,8 @@ contains
       text = text//new_line('a')//'  contact springs are '//to_string(ratio)//' times as stiff as the inertia'// &
              ' of the lightest block, '//block_at(state, lightest)
       if (ratio > 1.0e6_wp) then
-         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0, '// &
-                     '&contact stiffness) or the time step (g1, dt_max, dt_min), remove splinters by a larger e0')
+         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0) or the '// &
+                     'time step (g1, dt_max, dt_min), remove splinters by a larger e0')
       end if
       call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
       call advise(text, 'with an iterative solver, try --solver cholmod or dense')
@@ -213,21 +215,23 @@ contains
          end if
       end if
       call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
-      call advise(text, 'a smaller displacement ratio (g2) and time step (g1, dt_min) make contacts meet earlier; '// &
-                  'k01 below 1 takes out motion')
+      call advise_numbers(blocks, parameters, state, block, text)
+      call advise(text, 'shorter steps (&time dt_min) make contacts meet earlier; k01 below 1 takes out motion')
    end subroutine tell_thrown
 
    !> Contacts that change for ever.
-   subroutine tell_flipping(parameters, table, trial, text)
+   subroutine tell_flipping(blocks, parameters, state, table, trial, text)
+      type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       character(len=:), allocatable, intent(inout) :: text
       logical, allocatable :: told(:)
-      real(wp) :: largest, ratio
-      integer :: k, c
+      integer :: k, c, thinnest
       text = text//'contacts still change after '//to_string(parameters%max_open_close)// &
              ' open-close rounds'//new_line('a')//'  those that changed most often:'
+      thinnest = 0
       allocate (told(table%n), source=.false.)
       do k = 1, min(most_listed, table%n)
          c = maxloc(trial%changes(1:table%n), dim=1, mask=.not. told)
@@ -237,22 +241,70 @@ contains
                 to_string(table%block_b(c))//' at '//at(table%point(:, c))//': '//to_string(trial%changes(c))// &
                 ' changes, now '//state_name(trial%state(c))//', gap '//to_string(trial%gap(c))// &
                 ', its force misses its law by '//to_string(trial%miss(c))
+         thinnest = thinner(blocks, state, thinnest, table%block_a(c))
+         thinnest = thinner(blocks, state, thinnest, table%block_b(c))
       end do
       if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
                                                       to_string(parameters%max_open_close)//', 20 by default')
       if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
          'allow shorter steps: &time dt_min, now '//to_string(parameters%dt_min))
-      largest = 0
-      do k = 1, size(parameters%block_materials)
-         largest = max(largest, parameters%block_materials(k)%youngs_modulus)
-      end do
-      ratio = parameters%normal_stiffness/largest
-      if (ratio > 100) call advise(text, 'the contact stiffness is '//to_string(ratio)//' times the largest E: a '// &
-                                   'lower one (1 to 50 times, g0 or &contact stiffness) settles sooner')
+      call advise_numbers(blocks, parameters, state, thinnest, text)
       if (parameters%k01 >= 1) call advise(text, 'k01 a little below 1 (0.98) takes out the vibration that keeps '// &
                                            'contacts changing')
       call advise(text, 'contacts of blocks that overlap or are splinters cannot settle: look at the blocks named here')
    end subroutine tell_flipping
+
+   !> Advice on g0, g1 and g2 where they are far from the rule, which is explained in docs/contact-numbers.md.
+   subroutine advise_numbers(blocks, parameters, state, block, text)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: block   !! thinnest one of those concerned; 0: none
+      character(len=:), allocatable, intent(inout) :: text
+      real(wp) :: ratio, dt, moved, width
+      ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
+      if (ratio > highest_over_e) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
+                                              ' times the largest E: '//stiffness_advice())
+      dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
+                             parameters%normal_stiffness)
+      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) is long for blocks of this size on such '// &
+                                              'springs: '//to_string(parameters%dt_max)//', at most '// &
+                                              to_string(dt)//' is advised')
+      if (block == 0) return
+      moved = parameters%displacement_ratio*parameters%w0
+      width = thickness(blocks, state, block)
+      if (moved > width) call advise(text, 'the displacement ratio (g2) allows steps of '//to_string(moved)// &
+                                     ', more than '//block_at(state, block)//' is thick, '//to_string(width)//': lower g2 from '// &
+                                     to_string(parameters%displacement_ratio)//' to '// &
+                                     to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), &
+                                                   width/parameters%w0)))
+   end subroutine advise_numbers
+
+   !> The thinner one of two blocks; 0 is none.
+   pure integer function thinner(blocks, state, a, b)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: a, b
+      thinner = b
+      if (a == 0) return
+      if (thickness(blocks, state, a) <= thickness(blocks, state, b)) thinner = a
+   end function thinner
+
+   !> Twice the area over the circumference: the width of a long block [length].
+   pure real(wp) function thickness(blocks, state, block)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: block
+      real(wp) :: circumference
+      integer :: v, first, last
+      first = blocks%vertex_offset(block) + 1
+      last = blocks%vertex_offset(block + 1)
+      circumference = norm2(state%vertices(:, first) - state%vertices(:, last))
+      do v = first, last - 1
+         circumference = circumference + norm2(state%vertices(:, v + 1) - state%vertices(:, v))
+      end do
+      thickness = 2*state%area(block)/circumference
+   end function thickness
 
    !> One line of advice.
    subroutine advise(text, what)
