@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -86,7 +87,7 @@ def convert(
             reports[0].warning("the bolts have no stiffness: the program ignores them")
         texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
     if analysis is not None:
-        if counted is not None and analysis.has_tables:
+        if counted is not None and analysis.names_points:
             analysis.fixed_count = _count_fixed(counted)
         texts[stem.with_name(stem.name + ".df")] = analysis.text(f"from {title}")
         options = analysis.options_text()
@@ -275,13 +276,54 @@ def _program() -> str | None:
 
 
 def _template(geometry: Geometry) -> Analysis:
-    """Typical rock: granite-like blocks, joints of 35 degrees, a dynamic run of one second."""
+    """Typical rock: granite-like blocks, joints of 35 degrees, a dynamic run of one second.
+
+    g0, g1 and g2 follow from the joint stiffness and the edges to expect (docs/contact-numbers.md).
+    """
     blocks = max([material for _, material in geometry.material_lines], default=1)
     joints = max([material for _, material in geometry.lines], default=1)
     rock = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
-    analysis = Analysis(1.0, 200, 0.01, 0.005, [rock] * max(blocks, 1), [(35.0, 0.0, 0.0)] * max(joints, 1))
+    stiffness, step, ratio = contact_numbers(*_edge_and_half_height(geometry), rock.density, rock.youngs_modulus)
+    steps = math.ceil(round(TEMPLATE_TIME / step, 6))
+    analysis = Analysis(1.0, steps, ratio, step, [rock] * max(blocks, 1), [(35.0, 0.0, 0.0)] * max(joints, 1))
+    analysis.stiffness = stiffness
     analysis.loads = [[] for _ in geometry.loading]
+    analysis.has_stiffness = True
     return analysis
+
+
+TEMPLATE_TIME = 1.0  # s
+TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
+
+
+def contact_numbers(edge: float, half_height: float, density: float, modulus: float) -> tuple[float, float, float]:
+    """g0, g1 and g2 of a dynamic run by the rule, with one digit. `edge` is the mean length of edges."""
+    stiffness = min(TEMPLATE_JOINT_STIFFNESS * edge / 2, modulus)
+    step = edge * math.sqrt(density / (2 * stiffness))  # a tenth of the longest advised, for splinters
+    ratio = min(0.01, 0.02 * edge / half_height)
+    return _one_digit(stiffness), _one_digit(min(step, TEMPLATE_TIME)), _one_digit(ratio)
+
+
+def _one_digit(value: float) -> float:
+    """Rounded down to one digit; the tiny amount keeps 0.1 from becoming 0.09."""
+    exponent = math.floor(math.log10(value * (1 + 1e-12)))
+    return float(f"{math.floor(value * (1 + 1e-12) / 10.0**exponent + 1e-9):d}e{exponent}")
+
+
+def _edge_and_half_height(geometry: Geometry) -> tuple[float, float]:
+    """The mean length of edges, and half of the height.
+
+    Lines of length S on an area A, half of them in each of two sets, are 2 A/S apart in each.
+    """
+    ends = [point for (x1, y1, x2, y2), _ in geometry.lines for point in ((x1, y1), (x2, y2))]
+    length = sum(math.hypot(x2 - x1, y2 - y1) for (x1, y1, x2, y2), _ in geometry.lines)
+    if not length > 0:
+        return 1.0, 1.0
+    width = max(x for x, _ in ends) - min(x for x, _ in ends)
+    height = max(y for _, y in ends) - min(y for _, y in ends)
+    extent = max(width, height)
+    area = max(width, 1e-3 * extent) * max(height, 1e-3 * extent)
+    return 2 * area / length, max(height, 1e-3 * extent) / 2
 
 
 def _write(texts: dict[Path, str], force: bool) -> None:

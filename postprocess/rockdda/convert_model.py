@@ -158,6 +158,7 @@ class Analysis:
     fixed_count: int = 0  # points, after cutting
     loads: list[list[TimeRow]] = field(default_factory=list)  # t fx fy of each loading point
     options: dict[str, list[tuple[str, str]]] = field(default_factory=dict)  # group -> (name, value)
+    has_stiffness: bool = False  # write it into the analysis file, in dialect g0, also without tables
 
     def set_option(self, group: str, name: str, value: str) -> None:
         """An entry of the options file."""
@@ -168,17 +169,24 @@ class Analysis:
         """Are there time-dependent values? They need the dialect with g0."""
         return any(self.loads)
 
+    @property
+    def names_points(self) -> bool:
+        """Is the analysis file in dialect g0, which counts the fixed points?"""
+        return self.has_tables or self.has_stiffness
+
     def text(self, title: str = "") -> str:
-        """The analysis file, in dialect g0 when there are tables, else in dialect peer."""
+        """The analysis file, in dialect g0 when there are tables or a stiffness to write, else in dialect peer."""
         out = [f"# {title}"] if title else []
         out += [f"{number(self.k01)}   # k01: 0 static to 1 dynamic", f"{self.steps}   # time steps"]
         out += [f"{len(self.blocks)}   # block materials", f"{len(self.joints)}   # joint materials"]
         out += [f"{number(self.g2)}   # g2: largest displacement of a step over w0"]
         out += [f"{number(self.g1)}   # g1: largest time step"]
-        if self.has_tables:
+        counts = ["0"] * self.fixed_count + [str(len(table)) for table in self.loads]
+        if self.names_points:
             out += [f"{number(self.stiffness)}   # g0: stiffness of contact springs, 0 automatic"]
+        if self.names_points and counts:
             out += ["# numbers of time-dependent values: fixed points, then loading points"]
-            out += ["  ".join(["0"] * self.fixed_count + [str(len(table)) for table in self.loads])]
+            out += ["  ".join(counts)]
             for i, table in enumerate(self.loads, start=1):
                 if table:
                     out += [f"# loading point {i}: t fx fy", *(row(*values) for values in table)]
@@ -188,12 +196,14 @@ class Analysis:
             out += [row(*block.stress), row(*block.stress_gradient), row(*block.velocity)]
         out += ["# joint materials: friction angle, cohesion, tensile strength"]
         out += [row(*joint) for joint in self.joints]
+        if self.names_points and not counts:  # without points only this tells the dialects apart
+            out += ["1.4   # SOR factor"]
         return "\n".join(out) + "\n"
 
     def options_text(self) -> str:
         """The options file; empty when there is nothing to say."""
         options = {group: list(entries) for group, entries in self.options.items()}
-        if self.stiffness > 0 and not self.has_tables:  # dialect peer cannot say it
+        if self.stiffness > 0 and not self.names_points:  # dialect peer cannot say it
             options.setdefault("contact", []).insert(0, ("stiffness", number(self.stiffness)))
         out: list[str] = []
         for group, entries in options.items():
