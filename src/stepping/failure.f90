@@ -273,11 +273,11 @@ contains
       if (block == 0) return
       moved = parameters%displacement_ratio*parameters%w0
       width = thickness(blocks, state, block)
-      if (moved > width) call advise(text, 'the displacement ratio (g2) allows steps of '//to_string(moved)// &
-                                     ', more than '//block_at(state, block)//' is thick, '//to_string(width)//': lower g2 from '// &
-                                     to_string(parameters%displacement_ratio)//' to '// &
-                                     to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), &
-                                                   width/parameters%w0)))
+      if (moved <= width) return
+      call advise(text, 'the displacement ratio (g2) allows steps of '//to_string(moved)//', more than '// &
+                  block_at(state, block)//' is thick, '//to_string(width)//': lower g2 from '// &
+                  to_string(parameters%displacement_ratio)//' to '// &
+                  to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
    end subroutine advise_numbers
 
    !> The thinner one of two blocks; 0 is none.
