@@ -80,6 +80,8 @@ def convert(
         _match_loads(counted, analysis, reports[-1])
     elif template and geometry is not None:
         analysis = _template(geometry)
+        if _program() is None and any(segment[:2] != segment[2:] for segment in geometry.fixed):
+            analysis.has_stiffness = False  # points cannot be counted: g0 goes into an options file
         reports[0].note("the analysis file has typical values for rock in m, kg, s, N: change them to yours")
     texts: dict[Path, str] = {}
     if geometry is not None:
