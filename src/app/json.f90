@@ -3,7 +3,7 @@
 !> the result is always valid.
 module rockdda_app_json
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_base_strings, only : to_string, to_exact_string
+   use rockdda_base_strings, only : to_string, to_exact_string, utf8_length
    implicit none
    private
    public :: json_type
@@ -154,37 +154,5 @@ contains
       buffer(used + 1:used + 1) = '"'
       json = buffer(1:used + 1)
    end function quoted
-
-   !> Bytes of the well-formed UTF-8 character (beyond ASCII) at the beginning of a text; 0 when there is none.
-   pure integer function utf8_length(text)
-      character(len=*), intent(in) :: text
-      integer :: lead, next, i, n, smallest, largest
-      utf8_length = 0
-      lead = iachar(text(1:1))
-      smallest = 128
-      largest = 191
-      select case (lead)
-      case (194:223)
-         n = 2
-      case (224:239)
-         n = 3
-         if (lead == 224) smallest = 160
-         if (lead == 237) largest = 159
-      case (240:244)
-         n = 4
-         if (lead == 240) smallest = 144
-         if (lead == 244) largest = 143
-      case default
-         return
-      end select
-      if (len(text) < n) return
-      next = iachar(text(2:2))
-      if (next < smallest .or. next > largest) return
-      do i = 3, n
-         next = iachar(text(i:i))
-         if (next < 128 .or. next > 191) return
-      end do
-      utf8_length = n
-   end function utf8_length
 
 end module rockdda_app_json

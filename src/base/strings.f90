@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Numbers to text, for messages and text files.
+!> Numbers to text, for messages and text files, and the encoding of text.
 module rockdda_base_strings
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: to_string, to_exact_string, counted, lower_case
+   public :: to_string, to_exact_string, counted, lower_case, utf8_length, as_utf8
 
    !> Shortest text that a person would write for a number.
    interface to_string
@@ -123,5 +123,62 @@ contains
       text = to_string(n)//' '//noun
       if (n /= 1) text = text//'s'
    end function counted
+
+   !> Bytes of the well-formed UTF-8 character (beyond ASCII) at the beginning of a text; 0 when there is none.
+   pure integer function utf8_length(text)
+      character(len=*), intent(in) :: text
+      integer :: lead, next, i, n, smallest, largest
+      utf8_length = 0
+      lead = iachar(text(1:1))
+      smallest = 128
+      largest = 191
+      select case (lead)
+      case (194:223)
+         n = 2
+      case (224:239)
+         n = 3
+         if (lead == 224) smallest = 160
+         if (lead == 237) largest = 159
+      case (240:244)
+         n = 4
+         if (lead == 240) smallest = 144
+         if (lead == 244) largest = 143
+      case default
+         return
+      end select
+      if (len(text) < n) return
+      next = iachar(text(2:2))
+      if (next < smallest .or. next > largest) return
+      do i = 3, n
+         next = iachar(text(i:i))
+         if (next < 128 .or. next > 191) return
+      end do
+      utf8_length = n
+   end function utf8_length
+
+   !> Text as UTF-8: bytes that are no UTF-8 are taken as ISO 8859-1 (Latin-1).
+   pure function as_utf8(text) result(utf8)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: utf8
+      character(len=2*len(text)) :: buffer
+      integer :: i, n, used, code
+      used = 0
+      i = 1
+      do while (i <= len(text))
+         n = 1
+         code = iachar(text(i:i))
+         if (code >= 128) n = utf8_length(text(i:))
+         if (n > 0) then
+            buffer(used + 1:used + n) = text(i:i + n - 1)
+            used = used + n
+         else
+            n = 1
+            buffer(used + 1:used + 2) = achar(192 + code/64)//achar(128 + mod(code, 64))
+            used = used + 2
+         end if
+         i = i + n
+      end do
+      utf8 = buffer(1:used)
+   end function as_utf8
 
 end module rockdda_base_strings

@@ -20,7 +20,7 @@ module rockdda_driver_run
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : to_string, as_utf8
    use rockdda_base_version, only : version, build_description
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
@@ -270,7 +270,7 @@ contains
       self%checkpoint_file = checkpoint_path(self%output)
       self%log_file = log_path(self%output)
       associate (header => self%facts%header)
-         header%title = input%parameters%title
+         header%title = as_utf8(input%parameters%title)
          header%program_version = version
          header%created = utc_now()
          header%geometry = input%model_text
@@ -426,7 +426,8 @@ contains
       self%last_frame = self%sim%state%step
       if (.not. self%facts%header%frames) return
       call self%sim%contact_forces(self%force)
-      call self%results%append_frame(self%sim%state, self%sim%contacts, self%force, error)
+      call self%results%append_frame(self%sim%state, self%sim%contacts, self%force, &
+                                     self%sim%bolt_forces(), error)
       self%n_frames = self%n_frames + 1
    end subroutine save_frame
 

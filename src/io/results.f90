@@ -11,7 +11,7 @@ module rockdda_io_results
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_contact_table, only : contact_table_type
-   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
@@ -33,8 +33,8 @@ module rockdda_io_results
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
                          s_frame_step = 14, s_frame_time = 15, s_vertices = 16, s_centroid = 17, s_rotation = 18, &
-                         s_stress = 19, s_velocity = 20, s_offset = 21, s_point = 22, s_force = 23, s_state = 24, &
-                         s_blocks = 25, n_series = n_tables
+                         s_stress = 19, s_velocity = 20, s_bolt_ends = 21, s_bolt_force = 22, s_offset = 23, &
+                         s_point = 24, s_force = 25, s_state = 26, s_blocks = 27, n_series = n_tables
 
    type :: results_type
       type(hdf5_file_type), private :: file
@@ -142,7 +142,30 @@ contains
       if (.not. allocated(error)) call write_points(self%file, 'model/fixed_points', blocks%fixed, error)
       if (.not. allocated(error)) call write_points(self%file, 'model/loading_points', blocks%loading, error)
       if (.not. allocated(error)) call write_points(self%file, 'model/measured_points', blocks%measured, error)
+      if (.not. allocated(error)) call write_bolts(self%file, blocks%bolts, error)
    end subroutine write_model
+
+   !> Bolts: ends at the start, blocks of the two ends from 0 (-1: outside), and stiffness, pretension, strength.
+   subroutine write_bolts(file, bolts, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(bolt_set_type), intent(in) :: bolts
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: ends(:), values(:, :)
+      integer, allocatable :: block(:)
+      integer :: n
+      n = bolts%n
+      allocate (ends(0), block(0), values(3, n))
+      if (n > 0) then
+         ends = reshape(bolts%ends(:, 1:n), [4*n])
+         block = reshape(bolts%blocks(:, 1:n) - 1, [2*n])
+         values(1, :) = bolts%stiffness(1:n)
+         values(2, :) = bolts%pretension(1:n)
+         values(3, :) = bolts%strength(1:n)
+      end if
+      call file%write('model/bolt_ends', [2, 2, n], ends, error)
+      if (.not. allocated(error)) call file%write('model/bolt_blocks', [2, n], block, error)
+      if (.not. allocated(error)) call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
+   end subroutine write_bolts
 
    !> Points with the attribute `block`, counted from 0.
    subroutine write_points(file, name, points, error)
@@ -165,13 +188,14 @@ contains
    subroutine add_tables(self, blocks)
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
-      integer :: nb, nv, nm, nf
+      integer :: nb, nv, nm, nf, n_bolts
       integer, parameter :: single(0) = [integer ::]
       logical, parameter :: reals = .true., integers = .false.
       nb = blocks%n_blocks
       nv = blocks%n_vertices()
       nm = blocks%measured%n
       nf = blocks%fixed%n
+      n_bolts = blocks%bolts%n
       call self%series(s_step)%init('history/step', integers, single)
       call self%series(s_time)%init('history/time', reals, single)
       call self%series(s_dt)%init('history/dt', reals, single)
@@ -192,6 +216,8 @@ contains
       call self%series(s_rotation)%init('frames/rotation', reals, [nb])
       call self%series(s_stress)%init('frames/stress', reals, [3, nb])
       call self%series(s_velocity)%init('frames/velocity', reals, [6, nb])
+      call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts])
+      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [n_bolts])
       call self%series(s_offset)%init('frames/contact_offset', integers, single)
       call self%series(s_point)%init('frames/contact_point', reals, [2])
       call self%series(s_force)%init('frames/contact_force', reals, [2])
@@ -228,13 +254,14 @@ contains
 
    !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
    !> is its vertex in the moved configuration.
-   subroutine append_frame(self, state, contacts, force, error)
+   subroutine append_frame(self, state, contacts, force, bolt_force, error)
       class(results_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: contacts
       real(wp), intent(in) :: force(:, :)               !! (2, contacts%n) on block_a, zero when open
+      real(wp), intent(in) :: bolt_force(:)             !! (bolts) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
-      integer :: nb, nv, c, n
+      integer :: nb, nv, n_bolts, c, n
       integer, allocatable :: pair(:, :)
       real(wp), allocatable :: point(:, :)
       if (.not. self%frames) return
@@ -246,6 +273,7 @@ contains
       end if
       nb = self%series(s_rotation)%row_size
       nv = self%series(s_vertices)%row_size/2
+      n_bolts = self%series(s_bolt_force)%row_size
       associate (s => self%series)
          call s(s_frame_step)%add([state%step], 1)
          call s(s_frame_time)%add([state%time], 1)
@@ -254,6 +282,12 @@ contains
          call s(s_rotation)%add(state%rotation(1:nb), 1)
          call s(s_stress)%add(reshape(state%stress(:, 1:nb), [3*nb]), 1)
          call s(s_velocity)%add(reshape(state%velocity(:, 1:nb), [6*nb]), 1)
+         if (n_bolts > 0) then
+            call s(s_bolt_ends)%add(reshape(state%bolt_ends(:, 1:n_bolts), [4*n_bolts]), 1)
+         else
+            call s(s_bolt_ends)%add([real(wp) ::], 1)
+         end if
+         call s(s_bolt_force)%add(bolt_force(1:n_bolts), 1)
          self%so_far%frames = self%so_far%frames + 1
          self%so_far%contacts = self%so_far%contacts + n
          call s(s_offset)%add([self%so_far%contacts], 1)

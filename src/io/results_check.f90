@@ -258,10 +258,11 @@ contains
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(out) :: total
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: whole(3) = [character(len=20) :: 'model/vertex_offset', 'model/edge_joint', &
-                                                 'model/block_material']
-      character(len=*), parameter :: real(6) = [character(len=22) :: 'model/vertices', 'model/block_area', &
-         'model/block_centroid', 'model/fixed_points', 'model/loading_points', 'model/measured_points']
+      character(len=*), parameter :: whole(4) = [character(len=20) :: 'model/vertex_offset', 'model/edge_joint', &
+                                                 'model/block_material', 'model/bolt_blocks']
+      character(len=*), parameter :: real(8) = [character(len=22) :: 'model/vertices', 'model/block_area', &
+         'model/block_centroid', 'model/fixed_points', 'model/loading_points', 'model/measured_points', &
+         'model/bolt_ends', 'model/bolt_properties']
       integer, allocatable :: integers(:)
       real(wp), allocatable :: reals(:)
       integer :: i

@@ -8,7 +8,7 @@ module rockdda_io_results_header
 
    integer, parameter :: results_format_version = 1
    !> Growing tables, and check sums: one for each table, one for the model.
-   integer, parameter :: n_tables = 25, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 27, n_totals = n_tables + 1
 
    !> What the file says about itself and where it came from.
    type :: results_header_type

@@ -21,6 +21,7 @@ module rockdda_stepping_simulation
    use rockdda_contact_friction_search, only : friction_search_type
    use rockdda_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_contact_open_close, only : open_close_type, judge_settings_type
+   use rockdda_assembly_bolts, only : bolt_force
    use rockdda_assembly_kinematics, only : move_point
    use rockdda_assembly_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
@@ -98,6 +99,7 @@ module rockdda_stepping_simulation
       procedure :: set_interruption
       procedure :: planned_time
       procedure :: contact_forces
+      procedure :: bolt_forces
       procedure, private :: prepare_contacts
       procedure, private :: try_step
       procedure, private :: predict_motion
@@ -552,5 +554,16 @@ contains
          end associate
       end do
    end subroutine contact_forces
+
+   !> Axial forces of the bolts in the present state, tension positive.
+   pure function bolt_forces(self) result(force)
+      class(simulation_type), intent(in) :: self
+      real(wp) :: force(self%blocks%bolts%n)
+      integer :: l
+      do l = 1, size(force)
+         force(l) = bolt_force(self%blocks%bolts%stiffness(l), self%blocks%bolts%pretension(l), &
+                               self%state%bolt_elongation(l), self%state%bolt_plastic(l))
+      end do
+   end function bolt_forces
 
 end module rockdda_stepping_simulation

@@ -27,7 +27,7 @@ RISING = """\
 class Layout(ResultsTest):
     """Names, shapes and types, and how the tables fit together."""
 
-    def check(self, *arguments, fixed, loading, measured, save_every):
+    def check(self, *arguments, fixed, loading, measured, save_every, bolts=0):
         data, attributes = self.run_model(*arguments, "--save-every", str(save_every))
         nb = len(data["model/block_material"])
         nv = len(data["model/vertices"])
@@ -45,6 +45,9 @@ class Layout(ResultsTest):
             "model/fixed_points": ((fixed, 2), REAL),
             "model/loading_points": ((loading, 2), REAL),
             "model/measured_points": ((measured, 2), REAL),
+            "model/bolt_ends": ((bolts, 2, 2), REAL),
+            "model/bolt_blocks": ((bolts, 2), INTEGER),
+            "model/bolt_properties": ((bolts, 3), REAL),
             "history/step": ((ns,), INTEGER),
             "history/time": ((ns,), REAL),
             "history/dt": ((ns,), REAL),
@@ -65,6 +68,8 @@ class Layout(ResultsTest):
             "frames/rotation": ((nk, nb), REAL),
             "frames/stress": ((nk, nb, 3), REAL),
             "frames/velocity": ((nk, nb, 6), REAL),
+            "frames/bolt_ends": ((nk, bolts, 2, 2), REAL),
+            "frames/bolt_force": ((nk, bolts), REAL),
             "frames/contact_offset": ((nk + 1,), INTEGER),
             "frames/contact_point": ((total, 2), REAL),
             "frames/contact_force": ((total, 2), REAL),
@@ -170,7 +175,23 @@ class Layout(ResultsTest):
         self.check(*arguments, fixed=4, loading=1, measured=1, save_every=20)
 
     def test_bolted_beam(self):
-        self.check(INPUTS / "bolted_beam", "--steps", "30", fixed=6, loading=0, measured=4, save_every=1)
+        arguments = (INPUTS / "bolted_beam", "--steps", "30")
+        data, _ = self.check(*arguments, fixed=6, loading=0, measured=4, save_every=1, bolts=1)
+        self.assertEqual(data["model/bolt_ends"].tolist(), [[[-2.5, 0.3], [2.5, 0.3]]])
+        self.assertEqual(data["model/bolt_properties"].tolist(), [[1e7, 2e5, 0]])
+        self.assertEqual(data["frames/bolt_force"][0].tolist(), [2e5], "the pretension")
+        centres = data["model/block_centroid"][data["model/bolt_blocks"][0]]
+        self.assertLess(np.abs(centres[:, 0] - [-2.5, 2.5]).max(), 1e-9, "the outer cubes")
+        ends = data["frames/bolt_ends"][:, 0]
+        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        # the same difference in another order, of lengths of 5: rounding times the stiffness of 1e7
+        self.assertLess(np.abs(data["frames/bolt_force"][:, 0] - (2e5 + 1e7 * (length - 5))).max(), 1e-7)
+
+    def test_title_is_utf8_whatever_the_options_file_is(self):
+        with open(self.path("latin.nml"), "wb") as file:
+            file.write("&run title = 'Böschung ü' /\n".encode("latin-1"))
+        _, attributes = self.run_model("block.dc", "block.df", "--config", "latin.nml")
+        self.assertEqual(attributes["/"]["title"], "Böschung ü")
 
     def test_open_contacts_and_input_state(self):
         self.write("block.dc", TWO_MATERIALS)
