@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
@@ -14,13 +15,14 @@ import numpy as np
 
 from .animate_html import SHOWN_FIELDS, film_page
 from .errors import InputError, OutputError
-from .plot_blocks import MANY, add_colour_bar, add_fixed_points, add_outline
+from .plot_blocks import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
 from .plot_style import MATERIALS, Units, field_label, limits_of, size_of, style
+from .readable import plain_text
 from .results import FIELDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
 
     from .results import Results
@@ -71,7 +73,7 @@ def animate(
     try:
         if path.suffix.lower() == ".html":
             chosen = list(dict.fromkeys([field, *(fields or SHOWN_FIELDS)]))
-            name = title or results.title or results.path.stem
+            name = title or results.title or results.name
             part.write_text(film_page(results, frames, chosen, units, name, progress), encoding="utf-8")
         else:
             _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
@@ -104,9 +106,9 @@ def _draw(
     from matplotlib import pyplot as plt
 
     with style():
-        axes, drawn = _scene(results, frames, field, scale, outline, limits, units)
+        axes, drawn, bolts = _scene(results, frames, field, scale, outline, limits, units, dpi)
         figure = cast("Figure", axes.figure)
-        stamp = title if title is not None else results.title
+        stamp = title if title is not None else plain_text(results.title)
         first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
         enlarged = f"displacements × {scale:g}" if scale != 1 else ""
         clock = axes.set_title(" ")
@@ -122,6 +124,9 @@ def _draw(
                     if field != "material":
                         drawn.set_array(now.field(field))
                     share = (now.time - first) / (last - first) if last > first else 1.0
+                    if bolts is not None:
+                        start = results.bolt_ends
+                        bolts.set_segments(list(start + scale * (now.bolt_ends - start)))
                     bar.set_data([0, share], [1.005, 1.005])
                     time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
                     clock.set_text(", ".join(part for part in (stamp, time, enlarged) if part))
@@ -138,8 +143,8 @@ def _moved(results: Results, vertices: Any, scale: float) -> Any:
 
 def _scene(
     results: Results, frames: list[int], field: str, scale: float, outline: bool,
-    limits: tuple[float, float] | None, units: Units,
-) -> tuple[Axes, PolyCollection]:  # fmt: skip
+    limits: tuple[float, float] | None, units: Units, dpi: int,
+) -> tuple[Axes, PolyCollection, LineCollection | None]:  # fmt: skip
     """Axes for all frames: limits around all of them, one colour scale."""
     import matplotlib.pyplot as plt
     from matplotlib.collections import PolyCollection
@@ -153,7 +158,9 @@ def _scene(
         found = now.field(field)
         values += [found.min(), found.max()]
     margin = 0.03 * float((high - low).max())
-    _, axes = plt.subplots(figsize=size_of(*(high - low + 2 * margin)), layout="constrained")
+    # H.264 takes even numbers of pixels; a quarter of one more, so that rounding does not lose one
+    size = [(2 * math.ceil(inches * dpi / 2) + 0.25) / dpi for inches in size_of(*(high - low + 2 * margin))]
+    _, axes = plt.subplots(figsize=size, layout="constrained")
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
@@ -172,7 +179,7 @@ def _scene(
     if outline:
         add_outline(axes, results.vertices, results.vertex_offset)
     add_fixed_points(axes, results)
-    return axes, drawn
+    return axes, drawn, add_bolts(axes, results.bolt_ends)
 
 
 def _writer(path: Path, fps: Any) -> Any:
@@ -191,6 +198,6 @@ def _writer(path: Path, fps: Any) -> Any:
         except (ImportError, RuntimeError) as error:
             raise InputError("an .mp4 needs ffmpeg: install imageio-ffmpeg, or make a .gif or .html", path) from error
     mpl.rcParams["animation.ffmpeg_path"] = program
-    # even numbers of pixels, and colours that every player knows
-    arguments = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-crf", "20"]
+    # colours that every player knows
+    arguments = ["-pix_fmt", "yuv420p", "-crf", "20"]
     return FFMpegWriter(fps=fps, codec="libx264", extra_args=arguments)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 from pathlib import Path
@@ -57,14 +58,21 @@ app = typer.Typer(
 
 @app.command(name="plot")
 def plot_command(
-    files: Annotated[list[Path], typer.Argument(metavar="OUT.h5...", help="Results files.", show_default=False)],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Results files, or one geometry or block file.", show_default=False),
+    ],
     output: Output = None,
     kind: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--kind", "-k", help="blocks, stress, contacts, displacements, history, profile, energy or iterations."
+            "--kind",
+            "-k",
+            help="blocks (the default), stress, contacts, displacements, history, profile, energy or iterations; of a "
+            "geometry file lines (the default) or blocks.",
+            show_default=False,
         ),
-    ] = "blocks",
+    ] = None,
     field: FieldName = "displacement",
     frame: FrameNumber = -1,
     time: Annotated[
@@ -98,9 +106,12 @@ def plot_command(
     """Draw a picture (.png, .pdf, .svg): blocks, stresses, forces, histories, profiles, energies.
 
     Without -o the picture gets the name of the results and the kind, as slope_blocks.png; an existing one is replaced.
-    Several results files are drawn side by side with one colour scale.
+    Several results files are drawn side by side with one colour scale. A geometry file is drawn before any run: its
+    lines by joint material, or the blocks that they make (--kind blocks), with points and bolts; so is a block file.
 
     Examples:
+
+        rockdda-post plot slope.dc
 
         rockdda-post plot slope.h5
 
@@ -120,6 +131,19 @@ def plot_command(
         mpl.use("Agg")
     from . import plot
 
+    if any(plot.is_input(path) for path in files):
+        given_options = (("scale", scale), ("limits", limits), ("line", line), ("column", columns), ("label", labels))
+        unused = [name for name, value in (*given_options, ("time", time)) if value] + ["interactive"] * interactive
+        if len(files) > 1:
+            raise InputError("geometry and block files are drawn one at a time")
+        if unused:
+            raise InputError(f"--{unused[0]} is for results, not for a geometry or block file", files[0])
+        drawn = plot.input_plot(files[0], kind, units=units, title=title)
+        path = target(output, files[0], f"_{kind or 'input'}.png")
+        plot.save(drawn, path, dpi)
+        tell(quiet, as_json, str(path), output=path, kind=kind or "input")
+        return
+    kind = kind or "blocks"
     framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
     opened = [in_shown_units(open_results(path, frame, field, framed), units, show) for path in files]
     runs, units = [run for run, _ in opened], opened[0][1]
@@ -269,6 +293,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns the exit code. No error shows a traceback, unless ROCKDDA_TRACEBACK is set."""
     usage_error = typer.BadParameter.__mro__[1]
     click_error = usage_error.__mro__[1]
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # names of files in any encoding are printed as they are
+            stream.reconfigure(errors="surrogateescape")
     try:
         code = app(arguments, prog_name="rockdda-post", standalone_mode=False)
         if sys.stdout is not None:

@@ -34,7 +34,7 @@ def export_command(
         ),
     ] = None,
     table: Annotated[
-        str, typer.Option("--table", help="Of a .csv: history, blocks, vertices or contacts.")
+        str, typer.Option("--table", help="Of a .csv: history, blocks, vertices, contacts or bolts.")
     ] = "history",
     frames: Annotated[
         str | None,

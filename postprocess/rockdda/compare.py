@@ -22,6 +22,8 @@ HISTORY = (
     "energy", "measured_displacement", "measured_stress", "measured_rotation", "fixed_force",
 )  # fmt: skip
 FRAMES = ("step", "time", "vertices", "centroid", "rotation", "stress", "velocity")
+MODEL_BOLTS = ("bolt_ends", "bolt_blocks", "bolt_properties")
+BOLTS = ("bolt_ends", "bolt_force")  # of frames
 CONTACTS = ("contact_blocks", "contact_state", "contact_point", "contact_force")
 
 
@@ -33,8 +35,8 @@ class Difference:
     message: str
     step: int | None = None  # of the first difference
     time: float | None = None
-    index: tuple[int, ...] = ()  # within the row
-    block: int | None = None  # from 0
+    index: tuple[int, ...] = ()  # within the row, from 0
+    block: int | None = None  # from 1, as in the input files
     first: Any = None  # the two values there
     second: Any = None
     largest: float | None = None  # anywhere in the dataset
@@ -64,7 +66,8 @@ def compare(
     states and the like must always agree. Attributes (when a run was made, why it ended) and input texts do not count.
     """
     result = Comparison(True, tolerance)
-    for name in (*MODEL, *MODEL_POINTS):
+    bolts = all(f"model/{name}" in results for name in MODEL_BOLTS for results in (a, b))  # not in older files
+    for name in (*MODEL, *MODEL_POINTS, *(MODEL_BOLTS if bolts else ())):
         path = f"model/{name}"
         result.compared.append(path)
         _add(
@@ -73,8 +76,8 @@ def compare(
     if any(d.dataset in ("model/vertex_offset", "model/block_area") and d.largest is None for d in result.differences):
         return _sorted(result)  # other blocks: nothing else can be compared
     times = {"history": _clock(a, "history"), "frames": _clock(a, "frames")}
-    total, done = len(HISTORY) + len(FRAMES) + len(CONTACTS), 0
-    for group, names in (("history", HISTORY), ("frames", FRAMES)):
+    total, done = len(HISTORY) + len(FRAMES) + len(BOLTS) * bolts + len(CONTACTS), 0
+    for group, names in (("history", HISTORY), ("frames", (*FRAMES, *(BOLTS if bolts else ())))):
         for name in names:
             path = f"{group}/{name}"
             result.compared.append(path)
@@ -193,16 +196,18 @@ def _difference(
 ) -> Difference:  # fmt: skip
     step, time = _when(clock, row)
     place = (row, *index) if clock is None else index
-    block = None
+    block, where = None, ""
     per_block = path.startswith("frames/") or path.startswith("model/block")
     if offset is not None and place:
-        block = int(np.searchsorted(offset, place[0], side="right")) - 1
+        block = int(np.searchsorted(offset, place[0], side="right"))
+    elif path.startswith(("frames/bolt", "model/bolt")):
+        where = f", bolt {place[0] + 1}" if place else ""
     elif per_block and place:
-        block = place[0]
+        block = place[0] + 1
     when = f"step {step}, time {time:.6g}" if step is not None else "the model"
-    where = f", block {block}" if block is not None else ""
-    inner = f"[{', '.join(map(str, place))}]" if place else ""
-    message = f"{when}{where}: {inner + ' ' if inner else ''}{_shown(x)} and {_shown(y)}"
+    where = f", block {block}" if block is not None else where
+    inner = f"array index [{', '.join(map(str, place))}]:" if place else ""
+    message = f"{when}{where}{', ' + inner if inner else ':'} {_shown(x)} and {_shown(y)}"
     return Difference(path, message, step, time, place, block, _native(x), _native(y))
 
 
@@ -232,7 +237,7 @@ def _contacts(
             if differs.any():
                 place = np.unravel_index(int(np.argmax(np.where(differs, gap, -1))), gap.shape)
                 row, index = int(place[0]), tuple(int(i) for i in place)
-                block, other = (int(i) for i in x.blocks[row])
+                block, other = (int(i) + 1 for i in x.blocks[row])
                 message = (
                     f"step {step}, time {time:.6g}, block {block} against block {other}: "
                     f"{_shown(u[index])} and {_shown(v[index])}"

@@ -251,7 +251,7 @@ def _corners(entity: Any, chord: float) -> list[Point]:
 
 
 def write_dxf(frame: Frame, path: Path) -> Path:
-    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, and the fixed points."""
+    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points and bolts."""
     import ezdxf
 
     document = ezdxf.new("R2010")
@@ -266,6 +266,10 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     points: npt.NDArray[Any] = results.fixed_points
     for x, y in points:
         space.add_point((x, y), dxfattribs={"layer": "fixed_points"})
+    if len(frame.bolt_ends):
+        document.layers.add("bolts", color=5)
+    for start, end in frame.bolt_ends.tolist():
+        space.add_line(start, end, dxfattribs={"layer": "bolts"})
     try:
         document.saveas(path)
     except OSError as error:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["to_csv", "to_dxf", "to_text", "to_vtk"]
 
 Progress = Callable[[int, int], None]
-POLYGON = 7  # VTK's number
+LINE, POLYGON = 3, 7  # VTK's numbers
 TYPES = {"f8": "Float64", "i4": "Int32", "i8": "Int64", "u1": "UInt8"}
 
 
@@ -44,7 +44,8 @@ def to_vtk(
     `path` ending in .pvd: an index with the times, beside a folder with one .vtu file for each frame (all by default);
     a path without ending gets this one, and an existing folder takes such files under the name of the results.
     Ending in .vtu: one frame (the last by default). Polygons are blocks; with the points go displacements, with the
-    cells every field, stresses as 3 × 3 tensors, velocities and block numbers.
+    cells every field, stresses as 3 × 3 tensors, velocities and block numbers (from 1). Bolts are lines with their
+    forces, in a second file for each frame (…_bolts.vtu), which the index holds, too.
     """
     path = Path(path)
     if path.is_dir():
@@ -53,7 +54,10 @@ def to_vtk(
         path = path.with_name(path.name + ".pvd")
     if path.suffix.lower() == ".vtu":
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
-        _write(path, partial(_write_text, _vtu(results.frames[number])))
+        now = results.frames[number]
+        _write(path, partial(_write_text, _vtu(now)))
+        if len(now.bolt_ends):
+            _write(path.with_name(f"{path.stem}_bolts.vtu"), partial(_write_text, _bolts_vtu(now)))
         return path
     if path.suffix.lower() != ".pvd":
         raise InputError(f"VTK files end in .pvd (all frames) or .vtu (one frame), not in {path.suffix!r}", path)
@@ -64,13 +68,19 @@ def to_vtk(
     except OSError as error:
         raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
     rows = []
-    for k, number in enumerate(numbers):
+    for done, number in enumerate(numbers, start=1):
         now = results.frames[number]
         part = folder / f"{path.stem}_{number:05d}.vtu"
         _write(part, partial(_write_text, _vtu(now)))
-        rows.append(f'    <DataSet timestep="{now.time!r}" file="{folder.name}/{part.name}"/>\n')
+        parts = [part]
+        if len(now.bolt_ends):
+            parts.append(folder / f"{path.stem}_bolts_{number:05d}.vtu")
+            _write(parts[1], partial(_write_text, _bolts_vtu(now)))
+        for k, piece in enumerate(parts):
+            place = f'part="{k}" ' if len(parts) > 1 else ""
+            rows.append(f'    <DataSet timestep="{now.time!r}" {place}file="{folder.name}/{piece.name}"/>\n')
         if progress is not None:
-            progress(k + 1, len(numbers))
+            progress(done, len(numbers))
     head = (
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n  <Collection>\n'
     )
@@ -91,11 +101,7 @@ def _array(name: str, values: npt.NDArray[Any], kind: str, components: int = 1) 
 def _vtu(frame: Frame) -> str:
     """One frame as an unstructured grid of polygons."""
     results = frame.results
-    nb, nv = results.n_blocks, results.n_vertices
-
-    def flat(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        return np.column_stack([vectors, np.zeros(len(vectors))])
-
+    nb = results.n_blocks
     tensor = np.zeros((nb, 3, 3))
     tensor[:, 0, 0], tensor[:, 1, 1] = frame.stress[:, 0], frame.stress[:, 1]
     tensor[:, 0, 1] = tensor[:, 1, 0] = frame.stress[:, 2]
@@ -105,28 +111,58 @@ def _vtu(frame: Frame) -> str:
         if name != "velocity"
     ]
     cells += [
-        _array("velocity", flat(frame.velocity[:, :2]), "f8", 3),
+        _array("velocity", _flat(frame.velocity[:, :2]), "f8", 3),
         _array("stress_tensor", tensor.reshape(nb, 9), "f8", 9),
         _array("area_at_start", results.block_area, "f8"),
     ]
-    parts = [
-        '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
-        'header_type="UInt64" compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n',
-        f'<FieldData>\n<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1">{frame.time!r}</DataArray>\n',
-        f'</FieldData>\n<Piece NumberOfPoints="{nv}" NumberOfCells="{nb}">\n<Points>\n',
-        _array("Points", flat(frame.vertices), "f8", 3),
-        "</Points>\n<Cells>\n",
-        _array("connectivity", np.arange(nv), "i8"),
-        _array("offsets", results.vertex_offset[1:], "i8"),
-        _array("types", np.full(nb, POLYGON), "u1"),
-        "</Cells>\n<PointData>\n",
-        _array("displacement", flat(frame.vertex_displacement), "f8", 3),
+    point_data = [
+        _array("displacement", _flat(frame.vertex_displacement), "f8", 3),
         _array("edge_joint", results.edge_joint, "i4"),
-        "</PointData>\n<CellData>\n",
-        *cells,
-        "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
     ]
-    return "".join(parts)
+    return _grid(frame.time, frame.vertices, results.vertex_offset[1:], POLYGON, point_data, cells)
+
+
+def _bolts_vtu(frame: Frame) -> str:
+    """The bolts of a frame as lines."""
+    ends, blocks = frame.bolt_ends, frame.results.bolt_blocks + 1
+    cells = [
+        _array("force", frame.bolt_force, "f8"),
+        _array("bolt", np.arange(1, len(ends) + 1), "i4"),
+        _array("blocks", blocks, "i4", 2),
+    ]
+    points = ends.reshape(-1, 2)
+    displacement = _array("displacement", _flat(points - frame.results.bolt_ends.reshape(-1, 2)), "f8", 3)
+    return _grid(frame.time, points, 2 * np.arange(1, len(ends) + 1), LINE, [displacement], cells)
+
+
+def _flat(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Vectors in the plane with a third component."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])
+
+
+def _grid(
+    time: float, points: npt.NDArray[Any], offsets: npt.NDArray[Any], kind: int, point_data: list[str], cells: list[str]
+) -> str:
+    """An unstructured grid of cells of one kind; each has points of its own."""
+    n_points, n_cells = len(points), len(offsets)
+    return "".join(
+        [
+            '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n',
+            f'<FieldData>\n<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1">{time!r}</DataArray>\n',
+            f'</FieldData>\n<Piece NumberOfPoints="{n_points}" NumberOfCells="{n_cells}">\n<Points>\n',
+            _array("Points", _flat(points), "f8", 3),
+            "</Points>\n<Cells>\n",
+            _array("connectivity", np.arange(n_points), "i8"),
+            _array("offsets", offsets, "i8"),
+            _array("types", np.full(n_cells, kind), "u1"),
+            "</Cells>\n<PointData>\n",
+            *point_data,
+            "</PointData>\n<CellData>\n",
+            *cells,
+            "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
+        ]
+    )
 
 
 def to_csv(
@@ -137,15 +173,17 @@ def to_csv(
     progress: Progress | None = None,
 ) -> Path:
     """Write a table; returns the path. `what` is 'history' (one row per step), 'blocks' (per frame and block: centroid
-    and every field), 'vertices' (per frame and vertex) or 'contacts' (per frame and contact).
+    and every field), 'vertices' (per frame and vertex), 'contacts' (per frame and contact) or 'bolts' (per frame and
+    bolt: its ends, their blocks, its length and axial force).
 
-    Numbers have as many digits as it takes to read back the same value.
+    Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
+    1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
     """
     path = Path(path)
     if what == "history":
         _write(path, lambda stream: results.history().to_csv(stream, lineterminator="\n"))
         return path
-    tables = {"blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows}
+    tables = {"blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "bolts": _bolt_rows}
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: history, {', '.join(tables)}")
     numbers = chosen(results, frames)
@@ -178,14 +216,21 @@ def _owner(frame: Frame) -> npt.NDArray[Any]:
 def _vertex_rows(frame: Frame) -> dict[str, Any]:
     owner = _owner(frame)
     number = np.arange(len(owner)) - frame.results.vertex_offset[owner]
-    return {"block": owner, "vertex": number, "x": frame.vertices[:, 0], "y": frame.vertices[:, 1]}
+    return {"block": owner + 1, "vertex": number + 1, "x": frame.vertices[:, 0], "y": frame.vertices[:, 1]}
 
 
 def _contact_rows(frame: Frame) -> dict[str, Any]:
     contacts = frame.contacts
-    columns: dict[str, Any] = {"first": contacts.blocks[:, 0], "second": contacts.blocks[:, 1]}
+    columns: dict[str, Any] = {"first": contacts.blocks[:, 0] + 1, "second": contacts.blocks[:, 1] + 1}
     columns |= {"x": contacts.point[:, 0], "y": contacts.point[:, 1], "state": contacts.state}
     return columns | {"force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
+
+
+def _bolt_rows(frame: Frame) -> dict[str, Any]:
+    ends, blocks = frame.bolt_ends, frame.results.bolt_blocks + 1
+    columns: dict[str, Any] = {"bolt": np.arange(1, len(ends) + 1), "first": blocks[:, 0], "second": blocks[:, 1]}
+    columns |= {f"{axis}{end + 1}": ends[:, end, k] for end in (0, 1) for k, axis in enumerate("xy")}
+    return columns | {"length": np.hypot(*(ends[:, 1] - ends[:, 0]).T), "force": frame.bolt_force}
 
 
 def to_text(

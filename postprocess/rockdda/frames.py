@@ -13,11 +13,12 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from .results import Results
 
-__all__ = ["CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "Frames"]
+__all__ = ["BOLT_TABLES", "CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "Frames"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
+BOLT_TABLES = ["bolt_ends", "bolt_force"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 
 
@@ -136,6 +137,19 @@ class Frame:
         begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
         return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in CONTACT_TABLES))
 
+    @property
+    def bolt_ends(self) -> FloatArray:
+        """(n, 2, 2) x y of both ends of the bolts [length]; empty in files of older versions."""
+        return self._bolt_row("bolt_ends", (0, 2, 2))
+
+    @property
+    def bolt_force(self) -> FloatArray:
+        """(n,) axial forces of the bolts, tension positive [force]."""
+        return self._bolt_row("bolt_force", (0,))
+
+    def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:
+        return self._row(name) if len(self.results.bolt_ends) else np.zeros(shape)
+
     def polygons(self) -> list[FloatArray]:
         """For each block an (m, 2) array of its vertices, counter-clockwise, not closed [length]."""
         return np.split(self.vertices, self.results.vertex_offset[1:-1])
@@ -177,7 +191,7 @@ def _fields() -> dict[str, Field]:
             lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
         ),
         ("material", "block material", "number, from 1", lambda f: f.results.block_material),
-        ("block", "block", "number, from 0", lambda f: np.arange(f.results.n_blocks)),
+        ("block", "block", "number, from 1", lambda f: np.arange(1, f.results.n_blocks + 1)),
     ]
     return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
 

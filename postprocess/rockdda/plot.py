@@ -3,7 +3,7 @@
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `displacements`; curves: `history`, `profile`, `energy`,
 `iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
-is named.
+is named. `input_plot` draws geometry and block files before any run.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ import numpy.typing as npt
 from .errors import InputError, OutputError
 from .plot_blocks import blocks, contact_forces, displacements, stress_crosses
 from .plot_curves import energy, history, iterations, profile, profile_data
+from .plot_input import INPUT_KINDS, input_plot, is_input
 from .plot_interactive import interactive
 from .plot_style import PAPER_WIDTH, Units, field_label, limits_of, nice_ticks, style
+from .readable import plain_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from .results import Results
 
 __all__ = [
+    "INPUT_KINDS",
     "KINDS",
     "Units",
     "blocks",
@@ -37,7 +40,9 @@ __all__ = [
     "displacements",
     "energy",
     "history",
+    "input_plot",
     "interactive",
+    "is_input",
     "iterations",
     "plot",
     "profile",
@@ -69,7 +74,7 @@ def small_multiples(
     if not runs:
         raise InputError("small multiples need at least one run")
     units = Units.parse(units)
-    names = list(labels) if labels is not None else [run.path.stem for run in runs]
+    names = list(labels) if labels is not None else [plain_text(run.name) for run in runs]
     if len(names) != len(runs):
         raise InputError(f"{len(runs)} runs, but {len(names)} labels")
     values = np.concatenate([run.frames[frame].field(field) for run in runs])

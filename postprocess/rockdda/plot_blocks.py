@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .plot_style import (
+    BOLT,
     COMPRESSION,
     MATERIALS,
     SEQUENTIAL,
@@ -22,10 +24,11 @@ from .plot_style import (
     size_of,
     style,
 )
+from .readable import plain_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import Collection, PolyCollection
+    from matplotlib.collections import Collection, LineCollection, PolyCollection
 
     from .results import Frame, Results
 
@@ -110,7 +113,8 @@ def frame_axes(
     axes.set_xlabel(units.label("x", "length"))
     axes.set_ylabel(units.label("y", "length"))
     time = f"t = {frame.time:.4g}" + (f" {units.time}" if units.time else "")
-    axes.set_title(f"{results.title}, {time}" if title is None and results.title else time if title is None else title)
+    name = plain_text(results.title)
+    axes.set_title(f"{name}, {time}" if title is None and name else time if title is None else title)
     return axes
 
 
@@ -123,6 +127,26 @@ def add_fixed_points(axes: Axes, results: Results) -> None:
     points = results.fixed_points
     if len(points):
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
+
+
+def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> LineCollection | None:
+    """Add bolts, (n, 2, 2) places of their ends: with a white rim, to be seen on any colour."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patheffects import Normal, Stroke
+
+    if not len(ends):
+        return None
+    # end caps are part of the line, so that a film moves one artist
+    rim = [Stroke(linewidth=3.4, foreground="white", capstyle="projecting"), Normal()]
+    drawn = LineCollection(list(ends), colors=BOLT, linewidths=1.6, zorder=3.5, path_effects=rim, label=label or "")
+    drawn.set_in_layout(False)
+    axes.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def _shown_bolts(frame: Frame, scale: float) -> FloatArray:
+    start = frame.results.bolt_ends
+    return start + scale * (frame.bolt_ends - start)
 
 
 def _enlarged(axes: Axes, scale: float) -> None:
@@ -178,6 +202,7 @@ def blocks(
                 add_colour_bar(axes, drawn, field_label(field, units))
         if outline and now.index != 0:
             add_start(axes, results, shown)
+        add_bolts(axes, _shown_bolts(now, scale))
         add_fixed_points(axes, results)
         _enlarged(axes, scale)
     return axes
@@ -236,10 +261,12 @@ def stress_crosses(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
+        add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
-        _scale_bar(axes, 2 * half * reference, f"{_short(reference)} {units.of('stress')}")
+        value = _short_factor(reference)
+        _scale_bar(axes, 2 * half * value, f"{_short(value)} {units.of('stress')}")
     return axes
 
 
@@ -288,8 +315,13 @@ def contact_forces(
         handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
         labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
+        add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        _scale_bar(axes, 2 * longest, f"{_short(reference)} {units.of('force')}", 2.2 * size)
+        if carrying.any():
+            value = _short_factor(reference)
+            share_of = value / reference
+            length, width = 2 * longest * (0.1 + 0.9 * share_of), size * (0.3 + 1.9 * share_of)
+            _scale_bar(axes, length, f"{_short(value)} {units.of('force')}", width)
     return axes
 
 
@@ -324,6 +356,7 @@ def displacements(
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
         add_colour_bar(axes, arrows, field_label("displacement", units))
+        add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
@@ -340,7 +373,7 @@ def _short(value: float) -> str:
 
 def _short_factor(value: float) -> float:
     """1, 2 or 5 times a power of ten, not above the value."""
-    power = 10.0 ** np.floor(np.log10(value))
+    power = 10.0 ** math.floor(math.log10(value))
     return float(max(f for f in (1, 2, 5) if f * power <= value * (1 + 1e-12)) * power)
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .plot_style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, Units, field_label, new_axes, nice_ticks, style
+from .readable import plain_text
 
 if TYPE_CHECKING:
     import pandas
@@ -50,7 +51,7 @@ def _dimension(column: str) -> str:
 
 
 def _readable(column: str) -> str:
-    """'measured_displacement_0_x' as 'displacement x, point 1'."""
+    """'measured_displacement_1_x' as 'displacement x, point 1'."""
     parts = column.split("_")
     digits = [i for i, part in enumerate(parts) if part.isdigit()]
     if not digits:
@@ -58,14 +59,14 @@ def _readable(column: str) -> str:
     i = digits[0]
     what = " ".join(parts[1:i] + parts[i + 1 :])
     owner = "support" if parts[0] == "fixed" else "point"
-    return f"{what}, {owner} {int(parts[i]) + 1}"
+    return f"{what}, {owner} {parts[i]}"
 
 
 def default_columns(results: Results) -> list[str]:
     """Displacements of the first measured points, or the largest displacement of the steps."""
     n = min(len(results.measured_points), 4)
     if n:
-        return [f"measured_displacement_{i}_{k}" for i in range(n) for k in "xy"]
+        return [f"measured_displacement_{i}_{k}" for i in range(1, n + 1) for k in "xy"]
     return ["max_displacement"]
 
 
@@ -105,7 +106,7 @@ def history(
         axes.set_ylabel(units.label(what.pop() if len(what) == 1 else "value", kinds.pop()))
         nice_ticks(axes.yaxis)
         _legend(axes)
-        axes.set_title(results.title if title is None else title)
+        axes.set_title(plain_text(results.title) if title is None else title)
     return axes
 
 
@@ -197,7 +198,7 @@ def profile(
         axes.grid(color="#E4E4E4", lw=0.5)
         nice_ticks(axes.yaxis)
         _legend(axes)
-        axes.set_title(results.title if title is None else title)
+        axes.set_title(plain_text(results.title) if title is None else title)
     return axes
 
 
@@ -246,7 +247,7 @@ def energy(
         for panel in panels:
             _time_axis(panel, units, float(time[-1]) if len(time) else 1.0)
         panels[0].set_xlabel("")
-        panels[0].set_title(results.title if title is None else title)
+        panels[0].set_title(plain_text(results.title) if title is None else title)
     return panels
 
 
@@ -312,5 +313,5 @@ def iterations(
         for panel in panels:
             panel.set_xlim(step[0] if len(step) > 1 else 0, step[-1] if len(step) > 1 else 2)
             panel.grid(color="#E4E4E4", lw=0.5)
-        panels[0].set_title(results.title if title is None else title)
+        panels[0].set_title(plain_text(results.title) if title is None else title)
     return panels

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Results files, read lazily.
 
-Units are those of the input (any consistent set), stresses are positive in tension, blocks and frames count from 0,
-material numbers from 1.
+Units are those of the input (any consistent set), stresses are positive in tension. Arrays are indexed from 0, frame 0
+is the start; numbers that are labels (materials, columns of tables, messages) count from 1, as in the input files.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .frames import CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
+from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
 from .hdf5 import GrowingFile, NoSuchPath, check_format, check_signature, plain
+from .readable import readable
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -118,7 +119,8 @@ class Results:
                     if f"{group}/{name}" not in file:
                         raise KeyError(f"it has no {group}/{name}")
             steps = min(file[f"history/{name}"].shape[0] for name in HISTORY_TABLES)
-            frames = min(file[f"frames/{name}"].shape[0] for name in FRAME_TABLES)
+            bolts = [name for name in BOLT_TABLES if f"frames/{name}" in file]  # older files have none
+            frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
             rows = min(file[f"frames/{name}"].shape[0] for name in CONTACT_TABLES)
@@ -149,7 +151,13 @@ class Results:
 
     @property
     def title(self) -> str:
-        return str(self._attributes.get("title", ""))
+        """The title of the run, readable whatever its encoding."""
+        return readable(str(self._attributes.get("title", "")))
+
+    @property
+    def name(self) -> str:
+        """The file name without folder and ending, readable whatever its encoding."""
+        return readable(self.path.stem)
 
     @property
     def created(self) -> str:
@@ -264,7 +272,7 @@ class Results:
         group, _, name = path.partition("/")
         if group == "history":
             return self._n_steps
-        if group == "frames" and name in FRAME_TABLES:
+        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES):
             return self._n_frames
         return self._n_frames + 1 if path == "frames/contact_offset" else None
 
@@ -328,6 +336,27 @@ class Results:
         """(nm, 2) at the start [length]."""
         return self._constant("model/measured_points")
 
+    @property
+    def bolt_ends(self) -> FloatArray:
+        """(n, 2, 2) x y of both ends of the bolts at the start [length]; empty in files of older versions."""
+        return self._bolts("bolt_ends", np.zeros((0, 2, 2)))
+
+    @property
+    def bolt_blocks(self) -> IntArray:
+        """(n, 2) the blocks that hold the ends of the bolts, from 0; -1 the fixed outside."""
+        return self._bolts("bolt_blocks", np.zeros((0, 2), dtype=np.int64))
+
+    @property
+    def bolt_properties(self) -> FloatArray:
+        """(n, 3) stiffness [force/length], pretension and strength (0: unlimited) [force]."""
+        return self._bolts("bolt_properties", np.zeros((0, 3)))
+
+    def _bolts(self, name: str, none: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        path = f"model/{name}"
+        if path not in self._cache and path not in self:
+            self._cache[path] = none
+        return self._constant(path)
+
     def point_blocks(self, kind: str) -> IntArray:
         """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
         return self._source.use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
@@ -376,9 +405,10 @@ class Results:
         """One row per accepted step (the index), one column per number.
 
         time, dt, open_close_iterations, attempts, solver_iterations; open, sliding, locked: numbers of contacts;
-        max_displacement of the step; energy_kinetic … energy_residual; then for each measured point i (from 0)
+        max_displacement of the step; energy_kinetic … energy_residual; then for each measured point i
         measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, and for
-        each fixed point fixed_force_i_x, _y (of the support on the block).
+        each fixed point fixed_force_i_x, _y (of the support on the block). The points count from 1, as in the input
+        files: measured_rotation_1 is `results["history/measured_rotation"][:, 0]`.
         """
         import pandas
 
@@ -393,13 +423,13 @@ class Results:
             columns[f"energy_{name}"] = tables["energy"][:, i]
         for i in range(tables["measured_rotation"].shape[1]):
             for c, component in enumerate("xy"):
-                columns[f"measured_displacement_{i}_{component}"] = tables["measured_displacement"][:, i, c]
+                columns[f"measured_displacement_{i + 1}_{component}"] = tables["measured_displacement"][:, i, c]
             for c, component in enumerate(("x", "y", "xy")):
-                columns[f"measured_stress_{i}_{component}"] = tables["measured_stress"][:, i, c]
-            columns[f"measured_rotation_{i}"] = tables["measured_rotation"][:, i]
+                columns[f"measured_stress_{i + 1}_{component}"] = tables["measured_stress"][:, i, c]
+            columns[f"measured_rotation_{i + 1}"] = tables["measured_rotation"][:, i]
         for i in range(tables["fixed_force"].shape[1]):
             for c, component in enumerate("xy"):
-                columns[f"fixed_force_{i}_{component}"] = tables["fixed_force"][:, i, c]
+                columns[f"fixed_force_{i + 1}_{component}"] = tables["fixed_force"][:, i, c]
         return pandas.DataFrame(columns, index=pandas.Index(tables["step"], name="step"))
 
     def to_xarray(self) -> xarray.Dataset:

@@ -20,6 +20,21 @@ COLUMNS = [
 ]
 
 
+def add_bolts(path: Path) -> None:
+    """Two bolts: between the blocks 1 and 2, whose second end moves by 0.05 a frame in x, and from block 1 outside."""
+    with h5py.File(path, "a") as file:
+        k = np.arange(len(file["frames/time"]), dtype=float)
+        ends = np.array([[[0.5, 0.5], [1.5, 0.5]], [[0.5, 0.75], [-1.0, 0.75]]])
+        moved = np.repeat(ends[None], len(k), axis=0)
+        moved[:, 0, 1, 0] += 0.05 * k
+        file["model/bolt_ends"] = ends
+        file["model/bolt_blocks"] = np.array([[0, 1], [0, -1]])
+        file["model/bolt_properties"] = np.array([[1e6, 100.0, 0.0], [2e6, 0.0, 5e3]])
+        file.create_dataset("frames/bolt_ends", data=moved, maxshape=(None, 2, 2, 2))
+        force = np.stack([100 + 5e4 * k, -k], axis=1)
+        file.create_dataset("frames/bolt_force", data=force, maxshape=(None, 2))
+
+
 def write_wall(path: Path, columns: int, rows: int, frames: int = 3, complete: bool = True) -> Path:
     """columns × rows unit squares; block 0 at the origin. Frame k at time 0.1 k: x moves by k y/100, y by -k/50.
 

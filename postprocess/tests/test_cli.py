@@ -11,10 +11,12 @@ import urllib.request
 import warnings
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import rockdda
 from PIL import Image
+from places import INPUTS
 from rockdda.cli import main
 from synthetic import write_wall
 
@@ -43,6 +45,46 @@ def test_plot_of_every_kind(folder, capsys, kind):
     assert run(capsys, "plot", "wall.h5", "--kind", kind, "--dpi", 50) == (0, f"wall_{kind}.png\n", "")
     with Image.open(folder / f"wall_{kind}.png") as image:
         assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 10
+
+
+def test_plot_of_input(native, folder, capsys):
+    assert run(capsys, "plot", INPUTS / "tunnel/tunnel.dc", "--units", "SI") == (0, "tunnel_input.png\n", "")
+    assert run(capsys, "plot", INPUTS / "tunnel/tunnel.dc", "-k", "blocks") == (0, "tunnel_blocks.png\n", "")
+    code, _, err = run(capsys, "plot", INPUTS / "tunnel/tunnel.dc", "--scale", 2)
+    assert code == 2
+    assert "--scale is for results, not for a geometry or block file" in err
+    code, _, err = run(capsys, "plot", INPUTS / "tunnel/tunnel.df")
+    assert code == 2
+    assert "expected a geometry or block file" in err
+
+
+@pytest.mark.parametrize(
+    ("what", "title"),
+    [
+        ("plot a.png", b"B\xf6schung"),
+        ("plot a.png", b"cost $x^ and $y"),  # no mathematics
+        ("animate a.html", b"B\xf6schung"),
+        ("animate a.gif", b"two\nlines \x1b[31m \xed\xa0\x80"),
+    ],
+)
+def test_names_and_titles_of_any_encoding(folder, what, title):
+    name = os.fsencode(str(folder)) + b"/w\xe4nde.h5"  # Latin-1
+    with open(name, "wb") as file:  # noqa: PTH123
+        file.write((folder / "wall.h5").read_bytes())
+    with h5py.File(name, "a") as file:
+        kind = h5py.string_dtype("utf-8", len(title))
+        del file.attrs["title"]
+        file.attrs.create("title", np.bytes_(title), dtype=kind)
+    command, output = what.split()
+    done = subprocess.run(
+        [sys.executable, "-m", "rockdda", command, name, "-o", b"\xfc" + output.encode()],
+        capture_output=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "postprocess"), "PYTHONUTF8": "1"},
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(b"\xfc" + output.encode())  # as the shell gave it
+    if output == "a.html":
+        assert "<title>Böschung</title>" in (folder / os.fsdecode(b"\xfca.html")).read_text(encoding="utf-8")
 
 
 def test_the_version_is_that_of_the_package(capsys):
@@ -85,7 +127,7 @@ def test_plot_options(folder, capsys):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["plot"], 2, "rockdda-post: error: Missing argument 'OUT.h5...'"),
+        (["plot"], 2, "rockdda-post: error: Missing argument 'FILE...'"),
         (["plot", "wall.h5", "--colour", "x"], 2, "rockdda-post: error: No such option: --colour"),
         (["sing", "wall.h5"], 2, "rockdda-post: error: No such command 'sing'"),
         (["plot", "none.h5"], 2, "none.h5: error: no such file"),
@@ -174,9 +216,11 @@ def test_compare_says_where_and_when(folder, capsys):
         file["frames/stress"][1, 7, 1] += 0.5
     code, out, err = run(capsys, "compare", "wall.h5", "b.h5")
     assert (code, err) == (1, "")
-    assert out.startswith("they part in frames/stress: step 1, time 0.1, block 7: [7, 1] -3.0 and -2.5; at most 0.5 (")
+    assert out.startswith(
+        "they part in frames/stress: step 1, time 0.1, block 8, array index [7, 1]: -3.0 and -2.5; at most 0.5 ("
+    )
     code, out, _ = run(capsys, "compare", "wall.h5", "b.h5", "--json")
-    assert json.loads(out)["differences"][0]["block"] == 7
+    assert json.loads(out)["differences"][0]["block"] == 8  # counted from 1
     assert run(capsys, "compare", "wall.h5", "b.h5", "--tol", 0.1)[0] == 0
 
 

@@ -55,11 +55,11 @@ def test_the_first_difference_is_found_to_the_last_bit(pair):
     assert not found.same
     assert [d.dataset for d in found.differences] == ["frames/stress", "frames/vertices"]
     first, second = found.differences
-    assert (first.step, first.time, first.block, first.index) == (2, pytest.approx(0.2), 7, (7, 1))
+    assert (first.step, first.time, first.block, first.index) == (2, pytest.approx(0.2), 8, (7, 1))
     assert (first.first, first.second) == (value, np.nextafter(value, 0))
-    assert first.message.startswith("step 2, time 0.2, block 7: [7, 1] ")
+    assert first.message.startswith("step 2, time 0.2, block 8, array index [7, 1]: ")
     assert second.step == 4
-    assert second.block == 13  # vertex 55 of squares
+    assert second.block == 14  # vertex 55 of squares
     assert second.largest == pytest.approx(1e-3)
     assert second.relative == pytest.approx(1e-3 / 5.2, rel=0.1)
 
@@ -77,7 +77,7 @@ def test_states_and_counts_must_agree_whatever_the_tolerance(pair):
     found = differences(pair, 1.0)
     assert [d.dataset for d in found.differences] == ["frames/contact_state", "history/open_close_iterations"]
     assert found.differences[0].step == 2
-    assert "block 0 against block 1: 1 and 0" in found.differences[0].message
+    assert "block 1 against block 2: 1 and 0" in found.differences[0].message
     assert found.differences[1].step == 4
 
 

@@ -3,9 +3,11 @@
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
+import rockdda
 from PIL import Image
 from rockdda.cli import main
 from rockdda.plot import KINDS
@@ -22,6 +24,10 @@ COMMANDS = re.findall(r"^    rockdda-post ((?:plot|animate) [^#\n]*)", PAGE.read
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_of_the_page_run(tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
+    if ".dc" in command or ".blk" in command:
+        pytest.importorskip("rockdda._rockdda")
+        shutil.copy(ROOT / "inputs/tunnel/tunnel.dc", "slope.dc")
+        rockdda.cut("slope.dc", output="slope.blk")
     for name in ("slope", "roof"):
         write_wall(tmp_path / f"{name}.h5", 5, 4)
     before = set(tmp_path.iterdir())

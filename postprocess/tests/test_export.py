@@ -84,7 +84,7 @@ def test_blocks_vertices_and_contacts_as_csv(flat_arch, tmp_path):
     np.testing.assert_array_equal(last["stress_y"], results.frames[3].stress[:, 1])
     vertices = read("vertices", [-1])
     np.testing.assert_array_equal(vertices[["x", "y"]], results.frames[-1].vertices)
-    np.testing.assert_array_equal(vertices["vertex"][vertices["block"] == 0], range(results.vertex_offset[1]))
+    np.testing.assert_array_equal(vertices["vertex"][vertices["block"] == 1], range(1, results.vertex_offset[1] + 1))
     contacts = read("contacts", None)
     assert len(contacts) == results["frames/contact_offset"][-1]
     np.testing.assert_array_equal(contacts[["force_x", "force_y"]], results["frames/contact_force"])

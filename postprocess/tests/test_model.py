@@ -133,7 +133,7 @@ def test_a_model_runs_as_its_files_do(program, tmp_path):
     # and everything had its effect
     history = mine.history()
     # friction stops the block after v²/(2 g tan 30°) = 0.88 mm; load, bolt, base and fixed point change that a little
-    assert 6e-4 < history["measured_displacement_0_x"].iloc[-1] < 9e-4
+    assert 6e-4 < history["measured_displacement_1_x"].iloc[-1] < 9e-4
     assert history["energy_external_work"].iloc[-1] > 0
     with pytest.raises(rockdda.InputError, match="force=True"):
         model.write(tmp_path / "files")

@@ -108,8 +108,8 @@ def test_history_is_a_table(flat_arch):
     np.testing.assert_array_equal(table["sliding"], results["history/contacts"][:, 1])
     for i, name in enumerate(results.energy_names):
         np.testing.assert_array_equal(table[f"energy_{name}"], results["history/energy"][:, i])
-    np.testing.assert_array_equal(table["measured_displacement_0_y"], results["history/measured_displacement"][:, 0, 1])
-    np.testing.assert_array_equal(table["fixed_force_1_x"], results["history/fixed_force"][:, 1, 0])
+    np.testing.assert_array_equal(table["measured_displacement_1_y"], results["history/measured_displacement"][:, 0, 1])
+    np.testing.assert_array_equal(table["fixed_force_2_x"], results["history/fixed_force"][:, 1, 0])
     assert table.shape[1] == 9 + len(results.energy_names) + 6 * len(results.measured_points) + 2 * len(
         results.fixed_points
     )

@@ -188,8 +188,7 @@ class Layout(ResultsTest):
         self.assertLess(np.abs(data["frames/bolt_force"][:, 0] - (2e5 + 1e7 * (length - 5))).max(), 1e-7)
 
     def test_title_is_utf8_whatever_the_options_file_is(self):
-        with open(self.path("latin.nml"), "wb") as file:
-            file.write("&run title = 'Böschung ü' /\n".encode("latin-1"))
+        self.path("latin.nml").write_bytes("&run title = 'Böschung ü' /\n".encode("latin-1"))
         _, attributes = self.run_model("block.dc", "block.df", "--config", "latin.nml")
         self.assertEqual(attributes["/"]["title"], "Böschung ü")
 
