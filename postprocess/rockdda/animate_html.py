@@ -17,7 +17,7 @@ import numpy.typing as npt
 from .plot_style import DIVERGING, MATERIALS, SEQUENTIAL, Units, field_label, limits_of
 
 if TYPE_CHECKING:
-    from .results import Results
+    from .results import Frame, Results
 
 SHOWN_FIELDS = (
     "displacement", "displacement_x", "displacement_y", "rotation", "velocity", "stress", "stress_max", "stress_x",
@@ -48,7 +48,7 @@ def colour_maps() -> dict[str, str]:
 
 
 def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str, Any]:
-    """What the page needs to know beside the frames; `fields` without their values."""
+    """What the page needs beside the frames; `fields` without their values."""
     now = results.frames[-1].vertices
     corners = np.concatenate([results.vertices, now])
     return {
@@ -59,6 +59,8 @@ def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str,
         "box": [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()],
         "areas": [float(f"{area:.6g}") for area in results.block_area],
         "fixed": results.fixed_points.tolist(),
+        "bolts": results.bolt_ends.reshape(-1, 4).tolist(),
+        "boltLabel": units.label("axial force", "force"),
         "maps": colour_maps(),
         "unit": f" {units.time}" if units.time else "",
         "fields": [
@@ -67,6 +69,34 @@ def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str,
             for name in fields
         ],
     }
+
+
+def usual_range(values: npt.NDArray[Any], areas: npt.NDArray[Any]) -> tuple[float, float]:
+    """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
+
+    One splinter that falls out of sight would else take the whole colour scale. In each frame the blocks with the
+    smallest and the largest values go until 2 % of the area is gone on each side; the widest range of all frames
+    counts.
+    """
+    values = np.atleast_2d(values).astype(float)
+    low, high = np.inf, -np.inf
+    for row in values:
+        order = np.argsort(row, kind="stable")
+        share = np.cumsum(areas[order]) / areas.sum()
+        first = int(np.searchsorted(share, 0.02, side="right"))
+        last = int(np.searchsorted(share, 0.98, side="left"))
+        low, high = min(low, float(row[order[first]])), max(high, float(row[order[min(last, len(row) - 1)]]))
+    return low, high
+
+
+def colour_range(whole: tuple[float, float], usual: tuple[float, float]) -> tuple[float, float]:
+    """The usual range of a field, or the whole one where nothing but rounding is left of it: all else is at rest."""
+    return usual if usual[1] - usual[0] > 1e-9 * (whole[1] - whole[0]) else whole
+
+
+def bolt_rows(frame: Frame) -> npt.NDArray[Any]:
+    """(n, 5) x1 y1 x2 y2 force of the bolts of a frame."""
+    return np.column_stack([frame.bolt_ends.reshape(-1, 4), frame.bolt_force])
 
 
 def _plain(label: str) -> str:
@@ -114,15 +144,20 @@ def film_page(
         if progress is not None:
             progress(k + 1, len(frames))
     unit = float(np.abs(moves).max()) / 32767 or 1.0
+    if len(results.bolt_ends):
+        bolts = [bolt_rows(results.frames[index]) for index in frames]
+        setup["boltData"] = pack(np.array(bolts), "f4")
     setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}
     corners = (results.vertices + moves).reshape(-1, 2)
     setup["box"] = [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()]
     for entry in setup["fields"]:
         found = values[entry["name"]].astype(float)
         low, high = float(found.min()), float(found.max())
+        usual = colour_range((float(found.min()), float(found.max())), usual_range(found, results.block_area))
         if entry["name"] != "material":
             low, high, _ = limits_of(entry["name"], found, None)
         span = high - low or 1.0
+        entry |= {"usual": usual}
         entry |= {"low": low, "high": low + span, "data": pack(np.rint((found - low) / span * 65535), "u2")}
     setup["times"] = [float(results.times[index]) for index in frames]
     setup["steps"] = [int(results.steps[index]) for index in frames]

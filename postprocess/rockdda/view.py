@@ -1,25 +1,30 @@
 # SPDX-License-Identifier: MIT
 """A local page that shows a results file in the browser, also while the run goes on.
 
-The server listens on this machine only and answers reading requests only.
+The server listens on this machine only, answers reading requests only, and only those that bring the token of the
+address that it prints, because other users of the machine reach its port, too.
 """
 
 from __future__ import annotations
 
+import html
 import json
 import os
+import secrets
+import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import numpy as np
 import numpy.typing as npt
 
-from .animate_html import SHOWN_FIELDS, describe, page
+from .animate_html import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
 from .errors import InputError, RockddaError
 from .plot_style import Units
 from .results import FIELDS, Frame, Results
@@ -30,14 +35,15 @@ MOST_LOOKED_AT = 25  # frames whose values make the colour scale of a long run
 
 
 class Viewer:
-    """What the page asks for. One results file, used by one request at a time."""
+    """Answers to the requests of the page. One results file, used by one request at a time."""
 
     def __init__(self, results: Results, field: str = "displacement", units: str | Units | None = None) -> None:
         self.results = results
         self.units = Units.parse(units)
         self.fields = list(dict.fromkeys([field, *SHOWN_FIELDS]))
         self._lock = threading.Lock()
-        self._limits: dict[str, dict[int, tuple[float, float]]] = {}
+        self._limits: dict[str, dict[int, tuple[float, float, float, float]]] = {}
+        self.token = secrets.token_urlsafe(24)
 
     def answer(self, path: str) -> tuple[str, bytes]:
         """Type and content for a path; KeyError for one that is not there."""
@@ -53,8 +59,10 @@ class Viewer:
                 return self._floats(self._frame(parts[1]).vertex_displacement)
             if len(parts) == 3 and parts[0] == "field" and parts[1] in FIELDS:
                 return self._floats(self._frame(parts[2]).field(parts[1]))
-            if len(parts) == 3 and parts[0] == "history" and parts[1] in FIELDS:
-                return "application/json", json.dumps(self._history(parts[1], int(parts[2]))).encode()
+            if len(parts) == 2 and parts[0] == "bolts":
+                return self._floats(bolt_rows(self._frame(parts[1])))
+            if len(parts) == 2 and parts[0] == "block":
+                return "application/json", json.dumps(self._block(int(parts[1]))).encode()
         raise KeyError(path)
 
     def _floats(self, values: Any) -> tuple[str, bytes]:
@@ -78,23 +86,28 @@ class Viewer:
         state = self._state()
         if not state["times"]:
             raise InputError("there are no frames yet", self.results.path)
-        title = self.results.title or self.results.path.stem
+        title = self.results.title or self.results.name
         return page(title, describe(self.results, self.fields, self.units) | state | {"live": True})
 
-    def _range(self, name: str) -> tuple[float, float]:
-        """Smallest and largest value of a field, in some frames of a long run, else in all."""
+    def _range(self, name: str) -> tuple[float, float, float, float]:
+        """Smallest and largest value of a field, in some frames of a long run, else in all; then the usual range."""
         known = self._limits.setdefault(name, {})
         n = self.results.n_frames
         for k in np.unique(np.linspace(0, n - 1, min(n, MOST_LOOKED_AT)).round().astype(int)):
             if int(k) not in known:
                 values = self.results.frames[int(k)].field(name)
-                known[int(k)] = (float(values.min()), float(values.max()))
-        return min(low for low, _ in known.values()), max(high for _, high in known.values())
+                usual = usual_range(values, self.results.block_area)
+                known[int(k)] = (float(values.min()), float(values.max()), *usual)
+        low, high, usual_low, usual_high = zip(*known.values(), strict=True)
+        whole = min(low), max(high)
+        return *whole, *colour_range(whole, (min(usual_low), max(usual_high)))
 
-    def _history(self, name: str, block: int) -> list[float]:
+    def _block(self, block: int) -> dict[str, list[float]]:
+        """All fields of one block (from 0) in all frames, in one answer."""
         if not 0 <= block < self.results.n_blocks:
             raise KeyError(block)
-        return [float(value) for value in block_history(self.results, name, block)]
+        now = _BlockInTime(self.results, block)
+        return {name: np.asarray(now.field(name), dtype=float).tolist() for name in self.fields if name != "block"}
 
 
 class _BlockInTime(Frame):
@@ -119,7 +132,7 @@ class _BlockInTime(Frame):
 def block_history(results: Results, field: str, block: int) -> npt.NDArray[Any]:
     """(nk,) a field of one block in every frame."""
     if field == "block":
-        return np.full(results.n_frames, block)
+        return np.full(results.n_frames, block + 1)
     return _BlockInTime(results, block).field(field)
 
 
@@ -131,6 +144,12 @@ def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
             # a page from elsewhere must not read results by giving this machine another name
             if (self.headers.get("Host") or "").lower() not in names:
                 self._send(403, "text/plain", b"this server answers to 127.0.0.1 and localhost only")
+                return
+            token = parse_qs(urlsplit(self.path).query).get("token", [""])[0]
+            if not secrets.compare_digest(token.encode(), viewer.token.encode()):
+                self._send(
+                    403, "text/plain", b"open the whole address that rockdda-post view has printed, with its token"
+                )
                 return
             try:
                 kind, content = viewer.answer(self.path)
@@ -148,6 +167,7 @@ def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
                 self.send_header("Content-Length", str(len(content)))
                 self.send_header("Cache-Control", "no-store")
                 self.send_header("X-Content-Type-Options", "nosniff")
+                self.send_header("Referrer-Policy", "no-referrer")
                 self.end_headers()
                 self.wfile.write(content)
             except (BrokenPipeError, ConnectionResetError):  # the browser has gone on to another frame
@@ -179,19 +199,33 @@ def view(
     units: str | None = None,
     ready: Callable[[str], None] | None = None,
 ) -> None:
-    """Serve the page until interrupted (Ctrl-C); `ready` is called with its address."""
+    """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token."""
     results = path if isinstance(path, Results) else Results(path)
     if field not in FIELDS:
         raise InputError(f"there is no field {field!r}; the fields are: {', '.join(FIELDS)}")
-    server = serve(Viewer(results, field, units), port)
-    address = f"http://127.0.0.1:{server.server_address[1]}/"
-    try:
-        if ready is not None:
-            ready(address)
-        if browser:
-            webbrowser.open(address)
-        server.serve_forever(poll_interval=0.2)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        server.server_close()
+    viewer = Viewer(results, field, units)
+    server = serve(viewer, port)
+    address = f"http://127.0.0.1:{server.server_address[1]}/?token={viewer.token}"
+    with tempfile.TemporaryDirectory(prefix="rockdda-view-") as folder:
+        try:
+            if ready is not None:
+                ready(address)
+            if browser:
+                webbrowser.open(_forwarding_page(Path(folder), address).as_uri())
+            server.serve_forever(poll_interval=0.2)
+        except KeyboardInterrupt:
+            pass
+        finally:
+            server.server_close()
+
+
+def _forwarding_page(folder: Path, address: str) -> Path:
+    """A file that leads to an address. Arguments of a browser can be read by all users, a file of one's own cannot."""
+    path = folder / "open.html"
+    path.touch(mode=0o600)
+    place = html.escape(address, quote=True)
+    text = (
+        f'<!DOCTYPE html><meta http-equiv="refresh" content="0; url={place}"><a href="{place}">rockdda-post view</a>\n'
+    )
+    path.write_text(text, encoding="utf-8")
+    return path

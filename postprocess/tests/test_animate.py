@@ -75,6 +75,17 @@ def test_a_film_says_how_much_displacements_are_enlarged(wall, tmp_path, monkeyp
     assert f"{wall.title}, t = {wall.times[-1]:.4f}, displacements × 100" in said
 
 
+def test_no_line_is_added_below_the_film(wall, tmp_path):
+    reader = pytest.importorskip("imageio_ffmpeg")
+    for dpi in (51, 120):  # the size in inches gives odd numbers of pixels
+        frames = reader.read_frames(str(wall.animate(tmp_path / f"{dpi}.mp4", every=6, dpi=dpi)))
+        width, height = next(frames)["size"]
+        picture = np.frombuffer(next(frames), dtype=np.uint8).reshape(height, width, 3)
+        frames.close()
+        # white paper; the compression of the film may take some of 255
+        assert min(picture[-1].min(), picture[0].min(), picture[:, -1].min()) > 230
+
+
 def test_mp4_has_all_frames_and_even_sides(wall, tmp_path):
     path = wall.animate(tmp_path / "wall.mp4", dpi=51, fps=10)
     assert path.read_bytes()[4:8] == b"ftyp"
@@ -168,12 +179,12 @@ def test_picking_a_block_tells_its_history(wall, tmp_path, page):
     left, top = page.evaluate("[canvas.getBoundingClientRect().left, canvas.getBoundingClientRect().top]")
     page.click(left + x, top + y)
     page.wait("document.body.dataset.history === '7'")
-    assert page.data("picked") == "13"
-    assert page.evaluate("$('name').textContent") == "block 13"
+    assert page.data("picked") == "14"
+    assert page.evaluate("$('name').textContent") == "block 14"  # counted from 1
     rows = page.evaluate("Array.from($('values').rows, (r) => [r.cells[0].textContent, r.cells[1].textContent])")
     told = dict(rows)
     assert float(told["displacement in y [length]"]) == pytest.approx(-0.06, rel=1e-3)
-    history = page.evaluate("source.history(field, 13).then((h) => h)")
+    history = page.evaluate("source.block(13).then((h) => h.displacement_y)")
     np.testing.assert_allclose(history, -0.02 * np.arange(7), atol=1e-5)
     # zooming at a place keeps that place
     before = page.evaluate("Array.from(places([2.5, 2.5]))")

@@ -16,14 +16,21 @@ async function unpack(text, Kind) {
 }
 
 async function fetched(path) {
-  const answer = await fetch(path, { cache: "no-store" });
+  const answer = await fetch(path + location.search, { cache: "no-store" }); // ?token=… of the address
   if (!answer.ok) throw new Error((await answer.text()) || `${path}: ${answer.status}`);
   return answer;
 }
 
 class Film { // everything is in the page, as whole numbers within ranges
   constructor(data) { this.data = data; this.values = {}; }
-  async open() { this.moves = await unpack(this.data.moves.data, Int16Array); }
+  async open() {
+    this.moves = await unpack(this.data.moves.data, Int16Array);
+    if (this.data.boltData) this.boltRows = await unpack(this.data.boltData, Float32Array);
+  }
+  async bolts(k) {
+    const n = 5 * this.data.bolts.length;
+    return this.boltRows.subarray(k * n, (k + 1) * n);
+  }
   async displacement(k) {
     const n = 2 * this.data.vertices, unit = this.data.moves.unit, out = new Float32Array(n);
     for (let i = 0; i < n; i++) out[i] = unit * this.moves[k * n + i];
@@ -40,35 +47,60 @@ class Film { // everything is in the page, as whole numbers within ranges
     const n = this.data.blocks;
     return (await this.all(field)).subarray(k * n, (k + 1) * n);
   }
-  async limits(field) { return [field.low, field.high]; }
-  async history(field, block) {
-    const values = await this.all(field);
-    return this.data.times.map((_, k) => values[k * this.data.blocks + block]);
+  async limits(field) { return [field.low, field.high, ...field.usual]; }
+  async block(block) {
+    const found = {};
+    for (const field of this.data.fields) {
+      const values = await this.all(field);
+      found[field.name] = this.data.times.map((_, k) => values[k * this.data.blocks + block]);
+    }
+    return found;
   }
+  ahead() {}
   async poll() { return null; }
 }
 
 class Live { // a server on this machine
-  constructor() { this.cache = new Map(); }
+  constructor() { this.cache = new Map(); this.known = new Map(); }
   async open() {}
-  async floats(path) {
+  floats(path) { // the promise is kept, so that what is on its way is not fetched twice
     if (!this.cache.has(path)) {
       if (this.cache.size > 64) this.cache.delete(this.cache.keys().next().value);
-      this.cache.set(path, new Float32Array(await (await fetched(path)).arrayBuffer()));
+      const coming = fetched(path).then((answer) => answer.arrayBuffer()).then((bytes) => new Float32Array(bytes));
+      coming.catch(() => this.cache.delete(path));
+      this.cache.set(path, coming);
     }
     return this.cache.get(path);
   }
+  json(path) { // what changes only when there are more frames
+    const key = `${setup.times.length} ${path}`;
+    if (!this.known.has(key)) {
+      if (this.known.size > 32) this.known.delete(this.known.keys().next().value);
+      const coming = fetched(path).then((answer) => answer.json());
+      coming.catch(() => this.known.delete(key));
+      this.known.set(key, coming);
+    }
+    return this.known.get(key);
+  }
   displacement(k) { return this.floats(`displacement/${k}`); }
   field(field, k) { return this.floats(`field/${field.name}/${k}`); }
-  async limits(field) { return (await fetched(`limits/${field.name}`)).json(); }
-  async history(field, block) { return (await fetched(`history/${field.name}/${block}`)).json(); }
+  bolts(k) { return this.floats(`bolts/${k}`); }
+  limits(field) { return this.json(`limits/${field.name}`); }
+  block(block) { return this.json(`block/${block}`); }
+  ahead(k) { // fetch the next frames before they are shown
+    for (let next = k + 1; next <= Math.min(k + 4, setup.times.length - 1); next++) {
+      for (const coming of [this.displacement(next), this.field(field, next), setup.bolts.length ? this.bolts(next) : null]) {
+        if (coming) coming.catch(() => {});
+      }
+    }
+  }
   async poll() { return (await fetched("state")).json(); }
 }
 
 const source = setup.live ? new Live() : new Film(setup);
 let offset, start;
-let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [0, 1];
-let moved, values, drawn = 0;
+let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [0, 1], beyond = [0, 1];
+let moved, values, bolts = null, drawn = 0; // moved: undefined until the first frame has come
 let fitted = true; // nobody has zoomed or moved the picture
 let view = null; // scale in pixels per length, and the place at the middle of the canvas
 
@@ -77,7 +109,7 @@ let view = null; // scale in pixels per length, and the place at the middle of t
 function text(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-3 ? value.toExponential(3) : String(Number(value.toPrecision(5)));
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(3).replace(/\.?0+e/, "e") : String(Number(value.toPrecision(5)));
 }
 
 function ticks(low, high, most) {
@@ -113,7 +145,7 @@ function resize(target, context) {
 function fit() {
   fitted = true;
   const [low, high] = setup.box, box = canvas.getBoundingClientRect();
-  const right = 110, margin = 24;
+  const right = scaleLayout().width + 4, margin = 24;
   const scale = Math.min((box.width - right - 2 * margin) / (high[0] - low[0] || 1), (box.height - 2 * margin) / (high[1] - low[1] || 1));
   view = { scale: Math.max(scale, 1e-12), x: (low[0] + high[0]) / 2 + right / 2 / scale, y: (low[1] + high[1]) / 2 };
 }
@@ -162,14 +194,31 @@ function onScreen(at, width, height) { // the blocks that can be seen, and their
   return [seen, seen.length ? size / seen.length / 2 : 0];
 }
 
+function enlarged() {
+  const factor = Number($("enlarge").value);
+  return Number.isFinite(factor) ? factor : 1;
+}
+
 function present() { // vertices as shown
-  const enlarge = Number($("enlarge").value);
-  const factor = Number.isFinite(enlarge) ? enlarge : 1, out = new Float32Array(start.length);
+  const factor = enlarged(), out = new Float32Array(start.length);
   for (let i = 0; i < out.length; i++) out[i] = start[i] + factor * moved[i];
   return out;
 }
 
+function drawBolts() {
+  if (!bolts) return;
+  const factor = enlarged();
+  setup.bolts.forEach((from, i) => {
+    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[5 * i + j] - v)));
+    for (const [colour, width] of [["#ffffff", 5], ["#b3006b", 2.2]]) {
+      pen.strokeStyle = colour; pen.lineWidth = width;
+      pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
+    }
+  });
+}
+
 function draw() {
+  if (!moved) return; // the window has its size before the first frame is there
   const [width, height] = resize(canvas, pen);
   if (fitted) fit();
   pen.fillStyle = "#ffffff";
@@ -211,6 +260,7 @@ function draw() {
     pen.lineWidth = 3;
     pen.stroke(path);
   }
+  drawBolts();
   for (const [x, y] of setup.fixed) {
     const [px, py] = places([x, y]);
     pen.beginPath();
@@ -222,23 +272,49 @@ function draw() {
   document.body.dataset.drawn = String(++drawn);
 }
 
+const SCALE_FONT = "12px system-ui, sans-serif";
+
+function wrapped(ink, words, most) { // lines of a text that are not wider than so many pixels
+  const lines = [];
+  for (const word of words.split(" ")) {
+    const longer = lines.length ? `${lines[lines.length - 1]} ${word}` : word;
+    if (lines.length && ink.measureText(longer).width <= most) lines[lines.length - 1] = longer; else lines.push(word);
+  }
+  return lines;
+}
+
+function scaleLayout() { // the colour scale: its ticks and how wide it is with all that is written on it
+  const [low, high] = limits;
+  pen.font = SCALE_FONT;
+  const colours = maps[field.map || "sequential"];
+  const marks = field.map === "materials" ? Array.from({ length: Math.min(high, colours.length) }, (_, m) => String(m + 1))
+    : (high > low ? ticks(low, high, 5) : [low]);
+  const ends = field.map ? [] : [beyond[1] > high ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low ? `▼ to ${text(beyond[0])}` : ""];
+  const label = wrapped(pen, field.label, 150);
+  const widths = [...label, ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
+  widths.push(...marks.map((v) => 22 + pen.measureText(typeof v === "string" ? v : text(v)).width));
+  return { marks, ends, label, width: Math.ceil(Math.max(...widths)) + 20 };
+}
+
 function drawScale(width, height, colours) {
-  const [low, high] = limits, x = width - 96, top = 46, tall = Math.min(height - 90, 320);
+  const [low, high] = limits, { marks, ends, label, width: wide } = scaleLayout();
+  const x = width - wide + 6, top = 16 + 15 * (label.length + (ends[0] ? 1 : 0)), tall = Math.max(40, Math.min(height - top - 60, 320));
   pen.fillStyle = "#ffffffd8";
-  pen.fillRect(x - 12, 8, 108, tall + 60);
-  pen.font = "12px system-ui, sans-serif";
+  pen.fillRect(x - 8, 6, wide, top + tall + 24);
+  pen.font = SCALE_FONT;
   pen.fillStyle = "#1d232a";
   pen.textBaseline = "middle";
-  pen.textAlign = "right";
-  pen.fillText(field.label, width - 10, 24, 260);
   pen.textAlign = "left";
+  label.forEach((line, i) => pen.fillText(line, x, 18 + 15 * i));
   if (field.map === "materials") {
-    for (let m = 1; m <= Math.min(high, colours.length); m++) {
-      pen.fillStyle = colours[m - 1]; pen.fillRect(x, top + 20 * (m - 1), 14, 14);
-      pen.fillStyle = "#1d232a"; pen.fillText(String(m), x + 22, top + 20 * (m - 1) + 7);
-    }
+    marks.forEach((name, m) => {
+      pen.fillStyle = colours[m]; pen.fillRect(x, top + 20 * m, 14, 14);
+      pen.fillStyle = "#1d232a"; pen.fillText(name, x + 22, top + 20 * m + 7);
+    });
     return;
   }
+  if (ends[0]) pen.fillText(ends[0], x, top - 9);
+  if (ends[1]) pen.fillText(ends[1], x, top + tall + 12);
   for (let i = 0; i < colours.length; i++) {
     pen.fillStyle = colours[i];
     pen.fillRect(x, top + tall * (1 - (i + 1) / colours.length), 14, tall / colours.length + 1);
@@ -246,11 +322,12 @@ function drawScale(width, height, colours) {
   pen.fillStyle = "#1d232a";
   pen.strokeStyle = "#1d232a";
   pen.lineWidth = 0.8;
-  for (const v of high > low ? ticks(low, high, 5) : [low]) {
+  for (const v of marks) {
     const y = top + tall * (1 - (v - low) / (high - low || 1));
     pen.beginPath(); pen.moveTo(x + 14, y); pen.lineTo(x + 18, y); pen.stroke();
-    pen.fillText(text(v), x + 21, y);
+    pen.fillText(text(v), x + 22, y);
   }
+  document.body.dataset.scale = [x, x - 8 + wide, width].join(" ");
 }
 
 // ---- what is shown ---------------------------------------------------------------------------------------------
@@ -260,19 +337,40 @@ async function show(k) { // the last request wins
   const ticket = ++wanted;
   const last = setup.times.length - 1;
   k = Math.min(Math.max(Math.round(k) || 0, 0), last);
-  const [m, v, l] = await Promise.all([source.displacement(k), source.field(field, k), source.limits(field)]);
+  const asked = field;
+  const [m, v, l, b, history] = await Promise.all([
+    source.displacement(k), source.field(asked, k), source.limits(asked),
+    setup.bolts.length ? source.bolts(k) : null, picked >= 0 ? source.block(picked) : null,
+  ]);
   if (ticket !== wanted) return;
-  frame = k; moved = m; values = v;
-  let [low, high] = $("range").value === "one" ? extremes(v) : l;
-  if (!field.map && mapOf(low, high) === "diverging") { high = Math.max(-low, high); low = -high; }
-  limits = [low, high];
+  frame = k; moved = m; values = v; bolts = b;
+  beyond = $("range").value === "one" ? extremes(v) : l.slice(0, 2);
+  setLimits(l);
+  if (playing) source.ahead(k);
   $("slider").max = last;
   $("slider").value = k;
   $("clock").textContent = `t = ${text(setup.times[k])}${setup.unit} · step ${setup.steps[k]} · frame ${k} of ${last}`;
   document.body.dataset.frame = k;
   document.body.dataset.field = field.name;
   draw();
-  if (picked >= 0) await tell();
+  if (picked >= 0 && history) tell(history);
+}
+
+function setLimits(known) { // of the colours: typed ones, those of the frame, or of all frames
+  const range = $("range").value;
+  let [low, high] = field.map ? known.slice(0, 2) : range === "one" ? extremes(values) : range === "all" ? known.slice(0, 2) : known.slice(2);
+  if (!field.map && mapOf(low, high) === "diverging") { high = Math.max(-low, high); low = -high; }
+  if (range === "typed" && !field.map) {
+    const typed = [$("low"), $("high")].map((input) => (input.value.trim() === "" ? NaN : Number(input.value)));
+    if (Number.isFinite(typed[0])) low = typed[0];
+    if (Number.isFinite(typed[1])) high = typed[1];
+  } else {
+    $("low").value = Number(low.toPrecision(4));
+    $("high").value = Number(high.toPrecision(4));
+  }
+  limits = [low, Math.max(low, high)];
+  for (const name of ["low", "high"]) $(name).hidden = range !== "typed" || Boolean(field.map);
+  document.body.dataset.limits = limits.join(" ");
 }
 
 function extremes(v) {
@@ -281,39 +379,44 @@ function extremes(v) {
   return [low, high];
 }
 
-async function tell() { // the panel of the picked block
+function tell(history) { // the panel of the picked block; blocks count from 1, as in the input files
   $("picked").hidden = false;
-  $("name").textContent = `block ${picked}`;
-  const rows = [];
-  for (const f of setup.fields) rows.push([f.label, text((await source.field(f, frame))[picked])]);
+  $("name").textContent = `block ${picked + 1}`;
+  const rows = setup.fields.filter((f) => history[f.name]).map((f) => [f.label, text(history[f.name][frame])]);
   rows.push(["area at the start", text(setup.areas[picked])]);
   $("values").replaceChildren(...rows.map(([name, value]) => {
     const row = document.createElement("tr");
     for (const content of [name, value]) row.appendChild(document.createElement("td")).textContent = content;
     return row;
   }));
-  chart(await source.history(field, picked));
+  chart(history[field.name] || []);
 }
 
 function chart(history) {
   const target = $("chart"), ink = target.getContext("2d"), [width, height] = resize(target, ink);
-  const left = 62, right = 8, top = 20, bottom = 24, times = setup.times.slice(0, history.length);
+  const right = 12, top = 20, bottom = 24, times = setup.times.slice(0, history.length);
   let [low, high] = extremes(history);
   if (!(high > low)) { low -= Math.abs(low) / 2 || 1; high += Math.abs(high) / 2 || 1; }
+  ink.font = "11px system-ui, sans-serif";
+  const heights = ticks(low, high, 4);
+  const left = Math.ceil(Math.max(...heights.map((v) => ink.measureText(text(v)).width))) + 9;
   const t0 = times[0], t1 = times[times.length - 1] > t0 ? times[times.length - 1] : t0 + 1;
   const x = (t) => left + (width - left - right) * (t - t0) / (t1 - t0);
   const y = (v) => top + (height - top - bottom) * (1 - (v - low) / (high - low));
   ink.fillStyle = "#ffffff"; ink.fillRect(0, 0, width, height);
   ink.font = "11px system-ui, sans-serif"; ink.fillStyle = "#66707a"; ink.strokeStyle = "#e4e7e9"; ink.lineWidth = 1;
   ink.textAlign = "left"; ink.textBaseline = "top";
-  ink.fillText(field.label, 0, 2);
+  ink.fillText(wrapped(ink, field.label, width)[0], 0, 2);
   ink.textAlign = "right"; ink.textBaseline = "middle";
-  for (const v of ticks(low, high, 4)) {
+  for (const v of heights) {
     ink.beginPath(); ink.moveTo(left, y(v)); ink.lineTo(width - right, y(v)); ink.stroke();
     ink.fillText(text(v), left - 5, y(v));
   }
   ink.textAlign = "center"; ink.textBaseline = "top";
-  for (const t of ticks(t0, t1, 4)) ink.fillText(text(t), Math.min(x(t), width - 14), height - bottom + 6);
+  for (const t of ticks(t0, t1, 4)) {
+    const half = ink.measureText(text(t)).width / 2;
+    ink.fillText(text(t), Math.min(x(t), width - half - 1), height - bottom + 6);
+  }
   ink.strokeStyle = "#0072b2"; ink.lineWidth = 1.6;
   ink.beginPath();
   history.forEach((v, k) => (k ? ink.lineTo(x(times[k]), y(v)) : ink.moveTo(x(times[k]), y(v))));
@@ -340,7 +443,7 @@ function blockAt(px, py) {
 
 function pick(block) {
   picked = block;
-  document.body.dataset.picked = block;
+  document.body.dataset.picked = block < 0 ? "" : block + 1;
   if (block < 0) { $("picked").hidden = true; resize(canvas, pen); }
   guarded(() => show(frame));
 }
@@ -384,6 +487,7 @@ function connect() {
   for (const f of setup.fields) $("field").add(new Option(f.label, f.name));
   $("field").onchange = () => { field = setup.fields[$("field").selectedIndex]; guarded(() => show(frame)); };
   $("range").onchange = () => guarded(() => show(frame));
+  for (const name of ["low", "high"]) $(name).onchange = () => guarded(() => show(frame));
   $("enlarge").oninput = () => draw();
   $("outline").onchange = () => draw();
   $("slider").oninput = () => { setPlaying(false); guarded(() => show(Number($("slider").value))); };
@@ -440,7 +544,7 @@ function connect() {
 function hover([px, py]) {
   const block = blockAt(px, py);
   const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
-  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (block >= 0 ? ` · block ${block}: ${text(values[block])}` : "");
+  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (block >= 0 ? ` · block ${block + 1}: ${text(values[block])}` : "");
 }
 
 async function follow() { // new frames of a running job
@@ -470,7 +574,12 @@ guarded(async () => {
   connect();
   $("field").value = field.name;
   if (hash.has("enlarge")) $("enlarge").value = hash.get("enlarge");
-  if (hash.has("pick") && Number(hash.get("pick")) < setup.blocks) picked = Number(hash.get("pick"));
+  const wish = Number(hash.get("pick"));
+  if (Number.isInteger(wish) && wish >= 1 && wish <= setup.blocks) picked = wish - 1;
+  if (hash.has("low") || hash.has("high")) {
+    $("range").value = "typed";
+    for (const name of ["low", "high"]) $(name).value = hash.get(name) || "";
+  } else if (["usual", "all", "one"].includes(hash.get("range"))) $("range").value = hash.get("range");
   $("state").textContent = setup.state;
   $("state").classList.toggle("running", Boolean(setup.running));
   await show(hash.has("frame") ? Number(hash.get("frame")) : setup.live ? setup.times.length - 1 : 0);
