@@ -111,9 +111,10 @@ def viewer(runs: Runs) -> None:
     if browser is None:
         print("no Chromium: docs/images/viewer.png stays as it is")
         return
-    server = serve(Viewer(runs("jointed_slope"), "velocity", UNITS))
+    shown = Viewer(runs("jointed_slope"), "velocity", UNITS)
+    server = serve(shown)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    address = f"http://127.0.0.1:{server.server_address[1]}/#frame=90&pick=52"
+    address = f"http://127.0.0.1:{server.server_address[1]}/?token={shown.token}#frame=90&pick=53"
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1200,700"]
     options += ["--virtual-time-budget=5000", f"--screenshot={ROOT / 'docs/images/viewer.png'}"]
     subprocess.run([browser, *options, address], check=True, capture_output=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""scripts/draw under a Python that has no packages."""
+"""scripts/draw: its picture, and what it does under a Python that has no packages."""
 
 import shutil
 import subprocess
@@ -43,3 +43,19 @@ def test_the_python_of_the_project_takes_over(draw, tmp_path):
         "-o",
         str(tmp_path / "a.png"),
     ]
+
+
+def test_axes_and_colours_are_labelled(tmp_path):
+    for package in ("h5py", "matplotlib"):
+        pytest.importorskip(package)
+    sys.path.insert(0, str(SCRIPT.parents[1] / "postprocess/tests"))
+    from synthetic import write_wall
+
+    write_wall(tmp_path / "wall.h5", 5, 4)
+    command = [sys.executable, SCRIPT, tmp_path / "wall.h5", "-o", tmp_path / "wall.svg", "--colour", "sx"]
+    subprocess.run([*command, "--units", "SI", "--scale", "2"], check=True)
+    text = (tmp_path / "wall.svg").read_text(encoding="utf-8")
+    for label in ("x [m]", "y [m]", "[Pa]", "wall, t = 0.2 s, displacements × 2"):
+        assert label in text
+    done = subprocess.run([*command, "--frame", "9"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (1, f"draw: {tmp_path / 'wall.h5'} has frames 0 to 2, not 9\n")

@@ -289,7 +289,8 @@ function scaleLayout() { // the colour scale: its ticks and how wide it is with 
   const colours = maps[field.map || "sequential"];
   const marks = field.map === "materials" ? Array.from({ length: Math.min(high, colours.length) }, (_, m) => String(m + 1))
     : (high > low ? ticks(low, high, 5) : [low]);
-  const ends = field.map ? [] : [beyond[1] > high ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low ? `▼ to ${text(beyond[0])}` : ""];
+  const little = 0.02 * (high - low);
+  const ends = field.map ? [] : [beyond[1] > high + little ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low - little ? `▼ to ${text(beyond[0])}` : ""];
   const label = wrapped(pen, field.label, 150);
   const widths = [...label, ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
   widths.push(...marks.map((v) => 22 + pen.measureText(typeof v === "string" ? v : text(v)).width));
