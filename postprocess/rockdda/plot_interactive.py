@@ -63,8 +63,8 @@ def interactive(
 
     def picked(cell: Any) -> None:
         if cell is not None and cell.n_cells:
-            number = int(mesh.find_closest_cell(cell.center))
-            text = f"block {number}: {mesh.cell_data[field][number]:.6g}"
+            number = int(mesh.find_closest_cell(cell.center))  # from 0; blocks count from 1
+            text = f"block {number + 1}: {mesh.cell_data[field][number]:.6g}"
             plotter.add_text(text, position="lower_left", name="picked", font_size=10)
 
     if len(frames) > 1:

@@ -262,3 +262,16 @@ def test_the_list_names_all_cases(capsys):
         assert f"  {case.identifier} " in out and case.title in out
     code, out, _ = command(capsys, "--list", "--json")
     assert [entry["identifier"] for entry in json.loads(out)["cases"]] == [case.identifier for case in all_cases()]
+
+
+def test_symbols_in_pictures_are_set_as_symbols(tmp_path):
+    import matplotlib.pyplot as plt
+    from rockdda.validation.case import SYMBOL
+
+    assert SYMBOL.sub("x", "S_j = 1 m, $S_j$, DS_j, S_jk") == "x = 1 m, $S_j$, DS_j, S_jk"
+    record = Record(Case("a", "A", "Closed forms", lambda _: None), tmp_path, tmp_path / "figures")
+    figure, axes = plt.subplots()
+    axes.set_xlabel("joint spacing S_j [m]")
+    record.figure(figure, "b", "words with S_j")
+    assert axes.get_xlabel() == r"joint spacing $S_\mathrm{j}$ [m]"
+    assert (tmp_path / "figures/a-b.png").stat().st_size > 1000

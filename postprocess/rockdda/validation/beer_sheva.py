@@ -320,7 +320,7 @@ def draw_histories(
         figure, panels = plt.subplots(
             len(points),
             len(columns),
-            figsize=(PAPER_WIDTH, 0.9 * len(points) + 0.8),
+            figsize=(PAPER_WIDTH, 0.95 * len(points) + 0.9),
             layout="constrained",
             sharex=True,
             sharey="col",
@@ -337,8 +337,10 @@ def draw_histories(
                 axes.set_ylim(-0.05 * high, 1.08 * high)
             panels[0, column].set_title(start)
             panels[-1, column].set_xlabel("time [s]")
-        for axes, point in zip(panels[:, 0], points, strict=True):
-            axes.set_ylabel(f"{point} [m]")
+        for row, point in zip(panels, points, strict=True):
+            for axes in row:  # in each panel: beside the axis the longer names run into each other
+                axes.text(0.02, 0.97, point, transform=axes.transAxes, fontsize=7.5, va="top")
+        figure.supylabel("deflection [m]", fontsize=9)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(
             handles, labels, fontsize=7, loc="outside upper center", ncols=min(len(labels), 7), title=title or None

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Case", "Comparison", "Record", "all_cases", "published"]
 
+#: the joint spacing, as words write it; pictures set it as a symbol
+SYMBOL = re.compile(r"(?<![$\w])S_j\b(?!\$)")
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -150,9 +153,12 @@ class Record:
     def figure(self, figure: Figure, name: str, caption: str) -> None:
         """A picture, saved as PNG; the figure is closed. Draw it within `with record.style():`."""
         from matplotlib import pyplot
+        from matplotlib.text import Text
 
         self.figures.mkdir(parents=True, exist_ok=True)
         file = f"{self.case.identifier}-{name}.png"
+        for text in figure.findobj(Text):
+            text.set_text(SYMBOL.sub(r"$S_\\mathrm{j}$", text.get_text()))
         with style():
             figure.savefig(self.figures / file, dpi=130, bbox_inches="tight", metadata={"Software": None})
         pyplot.close(figure)

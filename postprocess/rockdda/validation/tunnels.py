@@ -187,6 +187,7 @@ def draw_deformed(axes: Any, results: Results, scale: float) -> Any:
 def draw_profiles(record: Record, name: str, caption: str, curves: Mapping[str, Sequence[Cell]]) -> None:
     """Displacements and gradients above the crown: a panel for each group, a line for each friction angle."""
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import MaxNLocator
 
     with record.style():
         for kind, what in (("displacement", "δ [m]"), ("gradient", "Δδ/Δy")):
@@ -202,7 +203,8 @@ def draw_profiles(record: Record, name: str, caption: str, curves: Mapping[str, 
                     for limit in (-GRADIENT_LIMIT, GRADIENT_LIMIT):
                         axes.axvline(limit, color="#9A9A9A", linestyle=":", linewidth=0.8)
                 axes.set_title(title, fontsize=8)
-                axes.tick_params(axis="x", labelrotation=60)
+                axes.xaxis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10]))
+                axes.margins(x=0.12)
                 axes.set_xlabel(what)
             grid[0].set_ylabel("y above the crown [m]")
             grid[-1].legend(title="friction", fontsize=7, title_fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))

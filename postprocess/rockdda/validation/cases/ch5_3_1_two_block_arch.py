@@ -290,10 +290,10 @@ def _draw(record: Record, runs: dict[float, Results], frequencies: FloatArray, p
             counts = [steps_to_rest(damped(frequencies, parts, k, STEPS, TIME_STEP), tolerance * rest) for k in grid]
             right.plot(grid, counts, color=PALETTE[0], ls=style, lw=1, label=f"theory, {tolerance:.1%}")
         ours = [steps_to_rest(_deflection(r) - _deflection(r)[-1], 0.005 * rest) for r in runs.values()]
-        right.plot(list(runs), ours, "o", color=PALETTE[1], label="ours, 0.5%", ms=5)
+        right.plot(list(runs), ours, "o", color=PALETTE[1], label="RockDDA, 0.5%", ms=5)
         right.plot(PUBLISHED["k01"], PUBLISHED["steps_to_equilibrium"], "x", color=PALETTE[2], label="published", ms=6)
         right.set(xlabel="k01", ylabel="steps to equilibrium", ylim=(0, None))
-        right.legend(loc="upper center", fontsize=6)
+        right.legend(loc="upper center", bbox_to_anchor=(0.45, 1.0), fontsize=6)
     record.figure(
         figure,
         "deflection",

@@ -250,21 +250,27 @@ def _draw(record: Record, static: Run, moving: Run, states: list[State]) -> None
             profile.plot(x, truth[level], ":", color=colour, lw=1.2)
             turn.plot(blocks, angle(moving.stress())[level], "o-", color=colour, ms=3, lw=0.9, label=f"{level} g")
             turn.plot(blocks, angle(stress)[level], ":", color=colour, lw=1.2)
+        loaded = "RockDDA, published loading"
         profile.invert_yaxis()
         profile.set(xlabel="x [mm]", ylabel="deflection [µm]")
         profile.legend(fontsize=7, loc="lower left", handlelength=1.2)
         sag.plot(
-            levels, moving.deflection()[:, MIDDLE] * MICRO, "o", color=PALETTE[1], ms=5, label="ours, published loading"
+            levels,
+            moving.deflection()[:, MIDDLE] * MICRO,
+            "o",
+            color=PALETTE[1],
+            ms=5,
+            label="RockDDA, published loading",
         )
-        sag.plot(levels, static.deflection()[:, MIDDLE] * MICRO, "x", color=PALETTE[2], ms=5, label="ours, static")
+        sag.plot(levels, static.deflection()[:, MIDDLE] * MICRO, "x", color=PALETTE[2], ms=5, label="RockDDA, static")
         sag.plot(levels, truth[:, MIDDLE], color="black", lw=0.9, label="truth, static")
         sag.set(xlabel="level [g]", ylabel="mid-span deflection [µm]")
         sag.legend(fontsize=7)
-        push.plot(levels, -moving.stress()[:, 2, 0] / 1e3, "o", color=PALETTE[1], ms=5, label="ours, published loading")
+        push.plot(levels, -moving.stress()[:, 2, 0] / 1e3, "o", color=PALETTE[1], ms=5, label=loaded)
         push.plot(levels, -stress[:, 2, 0] / 1e3, color="black", lw=0.9, label="truth, static")
         hinged = row.weight * levels * 2 * row.half / (8 * row.size) / row.size / 1e3
         push.plot(levels, hinged, ":", color=PALETTE[3], label="three-hinged arch, W S/(8 t²)")
-        push.set(xlabel="level [g]", ylabel="-σx, middle block [kPa]")
+        push.set(xlabel="level [g]", ylabel="compression σx, middle block [kPa]")
         push.set_ylim(top=1.25 * push.get_ylim()[1])
         push.legend(fontsize=7, loc="upper left")
         turn.axhline(0, color="0.6", lw=0.6)

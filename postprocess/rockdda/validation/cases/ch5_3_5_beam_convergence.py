@@ -190,7 +190,7 @@ def _stiffness(record: Record) -> None:
     with record.style():
         figure, axis = plt.subplots(figsize=(PAPER_WIDTH / 2, 2.6))
         axis.plot(soft * 1e9, expected, color="black", lw=0.9, label="truth")
-        axis.plot(soft * 1e9, found, "o", color=PALETTE[1], ms=5, label="ours")
+        axis.plot(soft * 1e9, found, "o", color=PALETTE[1], ms=5, label="RockDDA")
         axis.plot(0, limit, "x", color=PALETTE[2], ms=7, label="extrapolated")
         axis.set(xlabel="1/g0 [m/GN]", ylabel="mid-span deflection [µm]", ylim=(0, None))
         axis.legend()

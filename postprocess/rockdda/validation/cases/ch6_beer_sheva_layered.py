@@ -32,6 +32,14 @@ POINTS = {
     "m4": (-SPAN / 2 + MIDDLE, 2.51),
     "m5": (SPAN / 2 - MIDDLE, 2.51),
 }
+#: what the pictures call them
+NAMES = {
+    "m1": "m1: mid-span, lowest fibre",
+    "m2": "m2: mid-span, half height",
+    "m3": "m3: mid-span, highest fibre",
+    "m4": "m4: left abutment, half height",
+    "m5": "m5: right abutment, half height",
+}
 REASONS = {
     "as described": "the abutments' weight makes a thrust, and the stack falls freely until it is there",
     SHI: "contacts close by this rule only when the stack falls already, and no thrust is there",
@@ -184,7 +192,7 @@ def _histories(record: Record, runs: Runs) -> None:
         "Fig. 6.18b to d redrawn, with the points at the abutments: time histories of m1 to m5 at φ = 47°. Dashed: "
         "free fall. Where all five points follow it the stack falls as a piston."
     )
-    draw_histories(record, columns, list(POINTS), caption, "S_j")
+    draw_histories(record, columns, list(NAMES.values()), caption, "S_j")
 
 
 def _pictures(record: Record, runs: Runs) -> None:

@@ -18,7 +18,7 @@ from ..beer_sheva import (
     spacing_axis,
 )
 from ..case import Case, Record
-from .ch6_beer_sheva_layered import ANGLE, LAYERED, POINTS, ROOFS, SHI, SPAN, TIGHT
+from .ch6_beer_sheva_layered import ANGLE, LAYERED, NAMES, POINTS, ROOFS, SHI, SPAN, TIGHT
 
 #: Table 6.5 first; with twice its time step, since half of it would double the hours of these runs
 PAIRS = tuple((dt, g0) for dt in (BASE.dt, 2 * BASE.dt) for g0 in (BASE.stiffness, 5 * BASE.stiffness))
@@ -49,7 +49,7 @@ def spacings(record: Record) -> None:
         "Time histories of m1 to m5 over 2 s at φ = 47°, with the numbers of Table 6.5: stable roofs ring about their "
         "equilibrium. Dashed: free fall."
     )
-    draw_histories(record, first, list(POINTS), caption, "S_j")
+    draw_histories(record, first, list(NAMES.values()), caption, "S_j")
     record.table(trials.table(), "verdicts", "Verdicts after 2 s.")
 
 

@@ -31,8 +31,10 @@ from ..tunnels import (
 
 SHOWN = (10, 2, 20)  # span, spacing, friction
 PLAY = 0.0002 * (TOP - BOTTOM + 2) / 2  # 0.0002 w0, m
-OURS, CLOSING, OTHERS, ALL = "ours", "its closing rule alone", "all its other rules", "all its rules"
-OPEN = "our rules, joints open"
+# rules of RockDDA, and of DDA for Windows
+OURS, CLOSING = "RockDDA", "closing rule of DDA for Windows"
+OTHERS, ALL = "all other rules of DDA for Windows", "all rules of DDA for Windows"
+OPEN = "RockDDA, joints open"
 
 
 def closing_rule(record: Record) -> None:
