@@ -37,6 +37,14 @@ def page(tmp_path_factory):
     page.close()
 
 
+@pytest.fixture(autouse=True)
+def no_error_in_the_page(request):
+    """A film writes nothing into the console of the browser."""
+    yield
+    if "page" in request.fixturenames:
+        assert request.getfixturevalue("page").errors == []
+
+
 def setup_of(path):
     """The data in a page."""
     text = path.read_text(encoding="utf-8")

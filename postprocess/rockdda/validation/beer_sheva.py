@@ -337,9 +337,9 @@ def draw_histories(
                 axes.set_ylim(-0.05 * high, 1.08 * high)
             panels[0, column].set_title(start)
             panels[-1, column].set_xlabel("time [s]")
-        for row, point in zip(panels, points, strict=True):
-            for axes in row:  # in each panel: beside the axis the longer names run into each other
-                axes.text(0.02, 0.97, point, transform=axes.transAxes, fontsize=7.5, va="top")
+        for axes, point in zip(panels[:, -1], points, strict=True):
+            # at the right: beside the axis of the left panels the longer names run into each other
+            axes.text(1.04, 0.5, point, transform=axes.transAxes, fontsize=7.5, va="center")
         figure.supylabel("deflection [m]", fontsize=9)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(

@@ -190,7 +190,8 @@ def draw_profiles(record: Record, name: str, caption: str, curves: Mapping[str, 
     from matplotlib.ticker import MaxNLocator
 
     with record.style():
-        for kind, what in (("displacement", "δ [m]"), ("gradient", "Δδ/Δy")):
+        # in thousandths: short numbers do not run into those of the next panel
+        for kind, axis in (("displacement", "δ [mm]"), ("gradient", "1000 Δδ/Δy")):
             figure, grid = plt.subplots(1, len(curves), figsize=(PAPER_WIDTH, 2.5), sharey=True, sharex=True)
             for axes, (title, line) in zip(grid, curves.items(), strict=True):
                 for colour, cell in zip(PALETTE, line, strict=False):
@@ -198,17 +199,17 @@ def draw_profiles(record: Record, name: str, caption: str, curves: Mapping[str, 
                     middles = (heights[1:] + heights[:-1]) / 2
                     values = getattr(cell.profile, kind)
                     where = heights if kind == "displacement" else middles
-                    axes.plot(values, where, ".-", color=colour, label=f"{cell.values['phi']}°")
+                    axes.plot(1e3 * values, where, ".-", color=colour, label=f"{cell.values['phi']}°")
                 if kind == "gradient":
                     for limit in (-GRADIENT_LIMIT, GRADIENT_LIMIT):
-                        axes.axvline(limit, color="#9A9A9A", linestyle=":", linewidth=0.8)
+                        axes.axvline(1e3 * limit, color="#9A9A9A", linestyle=":", linewidth=0.8)
                 axes.set_title(title, fontsize=8)
                 axes.xaxis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10]))
                 axes.margins(x=0.12)
-                axes.set_xlabel(what)
+                axes.set_xlabel(axis)
             grid[0].set_ylabel("y above the crown [m]")
             grid[-1].legend(title="friction", fontsize=7, title_fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
-            record.figure(figure, f"{name}-{kind}", caption.format(what=what))
+            record.figure(figure, f"{name}-{kind}", caption.format(what=axis))
 
 
 def by_spacing(found: Sequence[Cell], span: int) -> dict[str, list[Cell]]:

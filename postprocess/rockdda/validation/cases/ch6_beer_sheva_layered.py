@@ -34,11 +34,11 @@ POINTS = {
 }
 #: what the pictures call them
 NAMES = {
-    "m1": "m1: mid-span, lowest fibre",
-    "m2": "m2: mid-span, half height",
-    "m3": "m3: mid-span, highest fibre",
-    "m4": "m4: left abutment, half height",
-    "m5": "m5: right abutment, half height",
+    "m1": "m1: mid-span,\nlowest fibre",
+    "m2": "m2: mid-span,\nhalf height",
+    "m3": "m3: mid-span,\nhighest fibre",
+    "m4": "m4: left\nabutment,\nhalf height",
+    "m5": "m5: right\nabutment,\nhalf height",
 }
 REASONS = {
     "as described": "the abutments' weight makes a thrust, and the stack falls freely until it is there",

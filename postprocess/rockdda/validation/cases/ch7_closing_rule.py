@@ -159,7 +159,7 @@ def _curves(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Resul
     import matplotlib.pyplot as plt
 
     with record.style():
-        figure, (left, right) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 2.9), layout="constrained")
+        figure, (left, right) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 3.4), layout="constrained")
         for colour, (name, group) in zip(PALETTE, found.items(), strict=False):
             results = group[SHOWN]
             times = np.asarray(results["history/time"])
@@ -178,7 +178,8 @@ def _curves(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Resul
             axes.set_xlabel("time [s]")
         left.set_ylabel("crown, downward displacement [m]")
         right.set_ylabel("energy made/work of gravity")
-        left.legend(fontsize=6, loc="lower right")
+        handles, labels = left.get_legend_handles_labels()
+        figure.legend(handles, labels, fontsize=7, loc="outside upper center", ncols=2)
         record.figure(
             figure, "curves",
             "B = 10 m, S_j = 2 m, 20°. Left: crown. Right: energy that closing contacts have for nothing, over the "
