@@ -9,7 +9,7 @@
 !>     v1: active, edge_in = p, edge_out = v2 (the edge v2 -> q);   v2: not active
 !>     w2: active, edge_in = before w2, edge_out = w1;              w1: not active
 module rockdda_contact_topology
-   use rockdda_base_kinds, only : wp
+   use rockdda_geometry_bridges, only : match_bridges
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
@@ -33,7 +33,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(out) :: topology
       integer, allocatable :: twin(:)
-      integer :: nv, i, k, j, first, last, arriving
+      integer :: nv, i, k, j, first, last, arriving, turns
       nv = blocks%n_vertices()
       allocate (topology%block(nv), topology%next(nv), topology%edge_out(nv), topology%edge_in(nv), &
                 topology%owner(nv), twin(nv), source=0)
@@ -54,9 +54,8 @@ contains
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
          if (all(topology%is_edge(first:last))) cycle
-         do k = first, last
-            if (.not. topology%is_edge(k)) twin(k) = find_twin(blocks, topology, k, first, last)
-         end do
+         twin(first:last) = match_bridges(blocks%vertices(:, first:last), .not. topology%is_edge(first:last))
+         where (twin(first:last) > 0) twin(first:last) = twin(first:last) + first - 1
       end do
       do k = 1, nv
          first = blocks%vertex_offset(topology%block(k)) + 1
@@ -64,11 +63,11 @@ contains
          arriving = merge(last, k - 1, k == first)
          topology%edge_in(k) = arriving
          topology%active(k) = topology%is_edge(arriving)
+         ! turn around the vertex from bridge to bridge; never more often than the block has edges
          j = k
-         do while (.not. topology%is_edge(j))
-            if (twin(j) == 0) exit
+         do turns = first, last
+            if (topology%is_edge(j) .or. twin(j) == 0) exit
             j = topology%next(twin(j))
-            if (j == k) exit
          end do
          topology%edge_out(k) = j
       end do
@@ -99,23 +98,5 @@ contains
       end do
       inradius_bound = 2*abs(area)/max(perimeter, tiny(1.0_wp))
    end function inradius_bound
-
-   !> The same bridge walked the other way; 0 when there is none.
-   pure integer function find_twin(blocks, topology, k, first, last) result(twin)
-      type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      integer, intent(in) :: k, first, last
-      real(wp) :: tolerance
-      integer :: j
-      tolerance = 1.0e-9_wp*maxval(abs(blocks%vertices(:, first:last)))
-      twin = 0
-      do j = first, last
-         if (j == k .or. topology%is_edge(j)) cycle
-         if (any(abs(blocks%vertices(:, j) - blocks%vertices(:, topology%next(k))) > tolerance)) cycle
-         if (any(abs(blocks%vertices(:, topology%next(j)) - blocks%vertices(:, k)) > tolerance)) cycle
-         twin = j
-         return
-      end do
-   end function find_twin
 
 end module rockdda_contact_topology

@@ -4,6 +4,7 @@ module rockdda_io_block_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_geometry_bridges, only : match_bridges
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_geometry_simplicity, only : find_crossing
    use rockdda_model_blocks, only : block_system_type, point_set_type
@@ -20,10 +21,11 @@ contains
 
    !> Polygons have three vertices or more, run counter-clockwise around an area without crossing
    !> themselves, and every number is in range.
-   subroutine check_blocks(blocks, tokens, block_token, messages)
+   subroutine check_blocks(blocks, tokens, block_token, edge_token, messages)
       type(block_system_type), intent(in) :: blocks
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: block_token(:)     !! (n_blocks) where each block begins in the file
+      integer, intent(in) :: edge_token(:)      !! (n_vertices) where the row of each edge begins
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, first, last, one, other
       real(wp) :: area, tolerance
@@ -50,6 +52,7 @@ contains
          if (blocks%block_material(i) < 1) call report('material must be at least 1, found '// &
                                                        to_string(blocks%block_material(i)))
          if (any(blocks%edge_joint(first:last) < 0)) call report('a joint material is negative')
+         if (any(blocks%edge_joint(first:last) == 0)) call check_bridges()
       end do
       call check_points('fixed point', blocks%fixed)
       call check_points('loading point', blocks%loading)
@@ -62,6 +65,18 @@ contains
          character(len=*), intent(in) :: text
          call messages%add(severity%error, 'block '//to_string(i)//': '//text, tokens%origin(block_token(i)))
       end subroutine report
+
+      !> Each bridge edge of block i is walked in both directions.
+      subroutine check_bridges()
+         integer :: twin(last - first + 1), k
+         twin = match_bridges(blocks%vertices(:, first:last), blocks%edge_joint(first:last) == 0)
+         do k = 1, size(twin)
+            if (twin(k) > 0 .or. blocks%edge_joint(first + k - 1) /= 0) cycle
+            call messages%add(severity%error, 'block '//to_string(i)//': joint material 0 marks a bridge to an island, '// &
+                              'but no other edge of joint material 0 leads from the end of edge '//to_string(k)// &
+                              ' back to its start', tokens%origin(edge_token(first + k - 1)))
+         end do
+      end subroutine check_bridges
 
       !> Points lie on blocks that exist.
       subroutine check_points(name, points)

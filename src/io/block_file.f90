@@ -40,15 +40,15 @@ contains
       type(block_system_type), intent(out) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(token_list_type) :: tokens
-      integer, allocatable :: block_token(:)
+      integer, allocatable :: block_token(:), edge_token(:)
       integer :: n_errors
       n_errors = messages%n_errors
       call tokenise(source, tokens)
       if (tokens%n > 0) then
          if (tokens%text(1) == block_file_magic) then
-            call read_own_blocks(tokens, blocks, block_token, messages)
+            call read_own_blocks(tokens, blocks, block_token, edge_token, messages)
          else if (fits_peer_blocks(tokens)) then
-            call read_peer_blocks(tokens, blocks, block_token, messages)
+            call read_peer_blocks(tokens, blocks, block_token, edge_token, messages)
          else
             call messages%add(severity%error, "this is not a block file: it begins neither with '"// &
                               block_file_magic//"' nor with counts that fit its numbers", tokens%origin(1))
@@ -57,15 +57,16 @@ contains
          call messages%add(severity%error, 'the file holds no blocks', tokens%end_origin())
       end if
       if (messages%n_errors > n_errors) return
-      call check_blocks(blocks, tokens, block_token, messages)
+      call check_blocks(blocks, tokens, block_token, edge_token, messages)
       blocks%file_line = tokens%line(block_token)
    end subroutine read_block_source
 
    !> Our own format.
-   subroutine read_own_blocks(tokens, blocks, block_token, messages)
+   subroutine read_own_blocks(tokens, blocks, block_token, edge_token, messages)
       type(token_list_type), intent(in) :: tokens
       type(block_system_type), intent(inout) :: blocks
       integer, allocatable, intent(out) :: block_token(:)  !! (n_blocks) where each begins
+      integer, allocatable, intent(out) :: edge_token(:)   !! (n_vertices) where the row of each vertex begins
       type(diagnostics_type), intent(inout) :: messages
       type(row_reader_type) :: reader
       integer :: n_blocks, n_vertices, n_points(3), n_bolts, version, n_errors
@@ -126,7 +127,7 @@ contains
          character(len=:), allocatable :: name, vertex
          integer :: i, k, n, last
          allocate (blocks%vertex_offset(n_blocks + 1), blocks%block_material(n_blocks), block_token(n_blocks), &
-                   blocks%edge_joint(n_vertices), source=0)
+                   blocks%edge_joint(n_vertices), edge_token(n_vertices), source=0)
          allocate (blocks%vertices(2, n_vertices))
          blocks%vertices = 0
          blocks%n_blocks = n_blocks
@@ -155,6 +156,7 @@ contains
                vertex = 'vertex '//to_string(k - last)//' of '//name
                call reader%read_row(tokens, '', vertex_names, vertex, messages)
                if (.not. reader%row_ok .and. len(reader%keyword(tokens)) > 0) exit
+               edge_token(k) = reader%first(reader%row)
                blocks%vertices(:, k) = reader%value(1:2)
                blocks%edge_joint(k) = reader%whole(tokens, 3, 0, 'joint material of '//vertex, messages)
             end do

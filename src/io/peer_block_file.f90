@@ -41,13 +41,14 @@ contains
    end function fits_peer_blocks
 
    !> Read such a file.
-   subroutine read_peer_blocks(tokens, blocks, block_token, messages)
+   subroutine read_peer_blocks(tokens, blocks, block_token, edge_token, messages)
       type(token_list_type), intent(in) :: tokens       !! fits_peer_blocks holds
       type(block_system_type), intent(inout) :: blocks
       integer, allocatable, intent(out) :: block_token(:) !! (n_blocks) where each begins
+      integer, allocatable, intent(out) :: edge_token(:)  !! (n_vertices) where the row of each edge begins
       type(diagnostics_type), intent(inout) :: messages
       type(record_reader_type) :: reader
-      integer, allocatable :: range(:, :), row_joint(:)
+      integer, allocatable :: range(:, :), row_joint(:), row_token(:)
       real(wp), allocatable :: rows(:, :)
       integer :: n(6), i, n_rows, n_errors, point_block
 
@@ -58,7 +59,7 @@ contains
       n_rows = n(3)
       blocks%n_blocks = n(1)
       allocate (blocks%vertex_offset(n(1) + 1), blocks%block_material(n(1)), block_token(n(1)), row_joint(n_rows), &
-                source=0)
+                row_token(n_rows), source=0)
       allocate (range(2, n(1)), rows(2, n_rows))
       do i = 1, n(1)
          call reader%read_record(tokens, [character(len=12) :: 'material', 'first vertex', 'last vertex'], 'block', i, &
@@ -73,6 +74,7 @@ contains
       end do
       do i = 1, n_rows
          call reader%read_record(tokens, [character(len=14) :: 'joint material', 'x', 'y'], 'row', i, messages)
+         row_token(i) = reader%record%first_token
          rows(:, i) = reader%record%value(2:3)
          row_joint(i) = int(max(-1.0_wp, min(1.0e9_wp, reader%record%value(1))))
       end do
@@ -91,7 +93,8 @@ contains
          do b = 1, blocks%n_blocks
             blocks%vertex_offset(b + 1) = blocks%vertex_offset(b) + range(2, b) - range(1, b) + 1
          end do
-         allocate (blocks%vertices(2, blocks%n_vertices()), blocks%edge_joint(blocks%n_vertices()))
+         allocate (blocks%vertices(2, blocks%n_vertices()), blocks%edge_joint(blocks%n_vertices()), &
+                   edge_token(blocks%n_vertices()))
          do b = 1, blocks%n_blocks
             first = blocks%vertex_offset(b)
             m = blocks%vertex_offset(b + 1) - first
@@ -100,12 +103,15 @@ contains
                from = range(1, b) + k - 1
                blocks%vertices(:, first + k) = rows(:, from)
                blocks%edge_joint(first + k) = row_joint(from)
+               edge_token(first + k) = row_token(from)
             end do
             if (polygon_area(blocks%vertices(:, first + 1:first + m)) >= 0) cycle
             ! clockwise: turn round; edge k of the turned polygon is edge m - k of the old one
             do k = 1, m
                blocks%vertices(:, first + k) = rows(:, last - k + 1)
-               blocks%edge_joint(first + k) = row_joint(merge(last, last - k, k == m))
+               from = merge(last, last - k, k == m)
+               blocks%edge_joint(first + k) = row_joint(from)
+               edge_token(first + k) = row_token(from)
             end do
          end do
       end subroutine take_polygons

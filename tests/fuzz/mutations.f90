@@ -62,7 +62,8 @@ contains
       character(len=:), allocatable, intent(inout) :: text
       select case (random%below(25))
       case (0); call scale_rows(random, text)
-      case (1:12); call bend_number(random, text)
+      case (1); call move_vertices(random, text)
+      case (2:12); call bend_number(random, text)
       case (13:20); call copy_number(random, text)
       case default; call replace_number(random, text)
       end select
@@ -257,6 +258,35 @@ contains
       end do
       text = scaled
    end subroutine scale_rows
+
+   !> The vertices of a block file (rows of three numbers) far from the origin, and some or all of their edges
+   !> bridges.
+   subroutine move_vertices(random, text)
+      type(random_type), intent(inout) :: random
+      character(len=:), allocatable, intent(inout) :: text
+      character(len=:), allocatable :: moved, row
+      character(len=80) :: buffer
+      double precision :: values(3), shift, share
+      integer :: first, last, n, status
+      shift = 10d0**random%below(16)
+      share = random%unit()*merge(2d0, 0.1d0, random%chance(0.5d0))
+      moved = ''
+      first = 1
+      do while (first <= len(text))
+         n = index(text(first:), nl)
+         last = merge(len(text), first + n - 1, n == 0)
+         row = text(first:last)
+         read (row, *, iostat=status) values
+         if (status == 0 .and. all(abs(values) < 1d9)) then
+            if (random%chance(share)) values(3) = 0
+            write (buffer, '(2(es24.16e3,1x),i0)') values(1:2) + shift, nint(values(3))
+            row = trim(buffer)//nl
+         end if
+         moved = moved//row
+         first = last + 1
+      end do
+      text = moved
+   end subroutine move_vertices
 
    !> A number takes the place of another.
    subroutine copy_number(random, text)
