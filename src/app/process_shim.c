@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 void rockdda_guard_out_of_memory(void);
@@ -42,6 +43,14 @@ static const char stop_message[] =
 static const char memory_message[] =
    "; give the program more (ulimit -v, --mem of a batch system), or a smaller model\n";
 static const char kept_message[] = "rockdda: the results so far are kept\n";
+
+/* The stack that the program wants, and the smallest with which it works: OpenBLAS and HDF5 keep large arrays there
+ * [bytes]. */
+#define WANTED_STACK ((rlim_t)8 << 20)
+#define SMALLEST_STACK ((rlim_t)512 << 10)
+
+/* Set when the program was started anew with a larger stack. */
+static const char stack_mark[] = "ROCKDDA_STACK_RAISED";
 
 /* Where libraries may wait for more memory [bytes]. */
 enum { SCARCE = 256 << 20 };
@@ -166,9 +175,58 @@ static void occupy_streams(void)
    }
 }
 
+/* Start this program anew with the same arguments. Comes back when that is not possible. */
+static void start_anew(void)
+{
+   char *text = NULL, *larger, **arguments;
+   size_t room = 0, size = 0, n = 0, i;
+   ssize_t got = 1;
+   int file = open("/proc/self/cmdline", O_RDONLY | O_CLOEXEC);
+   while (file >= 0 && got > 0) {
+      room = 2 * room + 4096;
+      larger = realloc(text, room);
+      if (larger == NULL) break;
+      text = larger;
+      while (size < room - 1 && (got = read(file, text + size, room - 1 - size)) > 0) size += (size_t)got;
+   }
+   if (file >= 0) close(file);
+   for (i = 0; i < size; i++) n += text[i] == '\0';
+   arguments = calloc(n + 1, sizeof *arguments);
+   if (n == 0 || got != 0 || arguments == NULL) return;
+   for (i = 0, n = 0; i < size; i += strlen(text + i) + 1) arguments[n++] = text + i;
+   execv("/proc/self/exe", arguments);
+}
+
+/* A small stack (ulimit -s) would end as a crash. Threads take their stacks from the limit of the moment when the
+ * libraries were loaded, so that a raised limit needs a new start of the program; its number stays the same. */
+static void raise_stack(void)
+{
+   struct rlimit stack;
+   rlim_t before;
+   char digits[24];
+   char *first = digits + sizeof digits - 1;
+   if (getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur == RLIM_INFINITY || stack.rlim_cur >= WANTED_STACK) return;
+   before = stack.rlim_cur;
+   stack.rlim_cur = WANTED_STACK;
+   if (stack.rlim_max != RLIM_INFINITY && stack.rlim_max < WANTED_STACK) stack.rlim_cur = stack.rlim_max;
+   if (stack.rlim_cur > before && getenv(stack_mark) == NULL && setrlimit(RLIMIT_STACK, &stack) == 0 &&
+       setenv(stack_mark, "1", 1) == 0)
+      start_anew();
+   unsetenv(stack_mark);
+   if (before >= SMALLEST_STACK) return;
+   orderly = 1;
+   *first = '\0';
+   for (before >>= 10; before > 0; before /= 10) *--first = (char)('0' + before % 10);
+   say("rockdda: error: the stack is limited to ");
+   say(first);
+   say(" kB (ulimit -s); the program needs 512 kB, better 8192 kB\n");
+   _exit(3);
+}
+
 void rockdda_process_start(void)
 {
    occupy_streams();
+   raise_stack();
    atexit(at_end);
 #if !defined(__SANITIZE_ADDRESS__)
    prepare_stack();

@@ -4,6 +4,7 @@
 import json
 import os
 import pty
+import resource
 import signal
 import subprocess
 import time
@@ -34,6 +35,23 @@ class Surroundings(ProgramTest):
         summary = json.loads(out)
         self.assertEqual((summary["exit_code"], summary["exit_reason"]), (1, "internal error"))
         self.assertIn("internal error: this is a bug in RockDDA. Please report it", err.decode())
+
+    def test_small_stack(self):
+        """`ulimit -s`: a limit that may be raised does not matter, one that may not is named."""
+        arguments = ["run", "block.dc", "block.df", "--quiet", "--force"]
+        for kilobytes in (16, 32, 64, 128, 512):
+            for hard in (False, True):
+                with self.subTest(kilobytes=kilobytes, hard=hard):
+                    size = kilobytes * 1024
+                    limits = (size, size if hard else resource.getrlimit(resource.RLIMIT_STACK)[1])
+                    outcome = self.run_program(
+                        *arguments, preexec_fn=lambda limits=limits: resource.setrlimit(resource.RLIMIT_STACK, limits)
+                    )
+                    if hard and kilobytes < 512:
+                        message = f"rockdda: error: the stack is limited to {kilobytes} kB (ulimit -s); "
+                        self.assertFails(outcome, 3, message + "the program needs 512 kB, better 8192 kB")
+                    else:
+                        self.assertEqual((outcome.code, outcome.err), (0, ""))
 
     def test_closed_streams(self):
         """Messages do not go into the file that gets the number of a stream that is closed."""
