@@ -138,7 +138,11 @@ contains
             length = 6
          case (128:)
             n = utf8_length(text(i:))
-            if (n > 0) then
+            if (n == 2 .and. iachar(text(i:i)) == 194 .and. iachar(text(i + n - 1:i + n - 1)) < 160) then
+               ! control characters beyond ASCII
+               write (piece, '(2a,z4.4)') achar(92), 'u', iachar(text(i + 1:i + 1))
+               length = 6
+            else if (n > 0) then
                piece = text(i:i + n - 1)
                length = n
             else

@@ -3,12 +3,16 @@
 module rockdda_app_process
    use, intrinsic :: iso_c_binding, only : c_char, c_int
    use rockdda_base_error, only : error_type
+   use rockdda_base_strings, only : printable
    use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
    public :: argument_type, get_arguments, start_process, end_process
    public :: say, complain, show_status, is_terminal
    public :: watch_signals, seen_signal, set_writing, set_last_words, promise_json
+
+   !> Control characters that our own texts have; all others come from input and are shown, not sent.
+   character(len=*), parameter :: own_controls = achar(9)//new_line('a')
 
    !> One word of the command line.
    type :: argument_type
@@ -72,21 +76,21 @@ contains
       call c_exit(int(code, c_int))
    end subroutine end_process
 
-   !> Print to standard output; ok is false when that fails.
+   !> Print to standard output, control characters shown as \xHH; ok is false when that fails.
    subroutine say(text, ok)
       character(len=*), intent(in) :: text
       logical, intent(out) :: ok
-      call write_stream(1, text//new_line('a'), ok)
+      call write_stream(1, printable(text, own_controls)//new_line('a'), ok)
    end subroutine say
 
-   !> Print to standard error.
+   !> Print to standard error, control characters shown as \xHH.
    subroutine complain(text)
       character(len=*), intent(in) :: text
       logical :: ok
-      call write_stream(2, text//new_line('a'), ok)
+      call write_stream(2, printable(text, own_controls)//new_line('a'), ok)
    end subroutine complain
 
-   !> Print to standard error without a line end.
+   !> Print to standard error as it is, without a line end: for the program's own texts only.
    subroutine show_status(text)
       character(len=*), intent(in) :: text
       logical :: ok
@@ -134,7 +138,9 @@ contains
    !> What a second SIGINT leaves on standard output.
    subroutine set_last_words(text)
       character(len=*), intent(in) :: text
-      call c_set_last_words(text//new_line('a'), len(text, c_int) + 1_c_int)
+      character(len=:), allocatable :: shown
+      shown = printable(text, own_controls)//new_line('a')
+      call c_set_last_words(shown, len(shown, c_int))
    end subroutine set_last_words
 
    !> A summary in JSON is expected of this command. When memory is refused or the program crashes, a short one is

@@ -7,7 +7,7 @@
 !>         30.0  0.0  abcd
 !>                    ^
 module rockdda_base_diagnostics
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : printable, to_string
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
@@ -123,10 +123,10 @@ contains
       class(diagnostic_type), intent(in) :: self
       character(len=:), allocatable :: text
       character(len=:), allocatable :: blank
-      integer :: i
+      integer :: i, before
       text = ''
       if (allocated(self%origin%file)) then
-         text = self%origin%file//':'
+         text = printable(self%origin%file, '')//':'
          if (self%origin%line > 0) text = text//to_string(self%origin%line)//':'
          if (self%origin%line > 0 .and. self%origin%column > 0) text = text//to_string(self%origin%column)//':'
          text = text//' '
@@ -136,13 +136,16 @@ contains
       case (2); text = text//'warning: '
       case default; text = text//'error: '
       end select
-      text = text//self%message
+      text = text//printable(self%message, achar(9)//new_line('a'))
       if (.not. allocated(self%origin%text) .or. self%origin%column < 1) return
-      blank = repeat(' ', self%origin%column - 1)
-      do i = 1, min(len(blank), len(self%origin%text))
-         if (self%origin%text(i:i) == achar(9)) blank(i:i) = achar(9)
+      ! the mark stands under its byte of the line as it is shown
+      before = min(self%origin%column - 1, len(self%origin%text))
+      blank = printable(self%origin%text(1:before), achar(9))
+      do i = 1, len(blank)
+         if (blank(i:i) /= achar(9)) blank(i:i) = ' '
       end do
-      text = text//new_line('a')//'    '//self%origin%text//new_line('a')//'    '//blank//'^'
+      blank = blank//repeat(' ', self%origin%column - 1 - before)
+      text = text//new_line('a')//'    '//printable(self%origin%text, achar(9))//new_line('a')//'    '//blank//'^'
    end function format_diagnostic
 
    !> All messages of at least the given severity, one under the other; at most `max_shown`, then a count.

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Numbers to text, for messages and text files, and the encoding of text.
+!> Numbers to text, for messages and text files; the encoding of text; text made safe to show.
 module rockdda_base_strings
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: to_string, to_exact_string, counted, lower_case, utf8_length, as_utf8
+   public :: to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8
 
    !> Shortest text that a person would write for a number.
    interface to_string
@@ -123,6 +123,43 @@ contains
       text = to_string(n)//' '//noun
       if (n /= 1) text = text//'s'
    end function counted
+
+   !> Text that a terminal shows and does not obey: control characters, also those beyond ASCII, become \xHH, those of
+   !> `keep` stay.
+   pure function printable(text, keep) result(shown)
+      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: keep
+      character(len=:), allocatable :: shown
+      character(len=2) :: digits
+      integer :: i, n, pass, length, code
+      length = 0
+      do pass = 1, 2
+         if (pass == 2) allocate (character(len=length) :: shown)
+         length = 0
+         i = 1
+         do while (i <= len(text))
+            n = 1
+            code = iachar(text(i:i))
+            if (code >= 128) n = max(1, utf8_length(text(i:)))
+            if (n == 2 .and. code == 194) code = iachar(text(i + 1:i + 1))
+            if (is_control(code, n) .and. index(keep, text(i:i)) == 0) then
+               write (digits, '(z2.2)') code
+               if (pass == 2) shown(length + 1:length + 4) = achar(92)//'x'//lower_case(digits)
+               length = length + 4
+            else
+               if (pass == 2) shown(length + 1:length + n) = text(i:i + n - 1)
+               length = length + n
+            end if
+            i = i + n
+         end do
+      end do
+   end function printable
+
+   !> Is this a control character? Its code, and its length in UTF-8.
+   pure logical function is_control(code, n)
+      integer, intent(in) :: code, n
+      is_control = n < 3 .and. (code < 32 .or. (code > 126 .and. code < 160))
+   end function is_control
 
    !> Bytes of the well-formed UTF-8 character (beyond ASCII) at the beginning of a text; 0 when there is none.
    pure integer function utf8_length(text)

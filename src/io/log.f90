@@ -5,7 +5,7 @@
 module rockdda_io_log
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : printable, to_string
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -61,7 +61,7 @@ contains
       class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: text
       type(error_type), allocatable, intent(out) :: error
-      call self%sink%put(text//new_line('a'), error)
+      call self%sink%put(printable(text, achar(9)//new_line('a'))//new_line('a'), error)
    end subroutine put
 
    !> Notes and warnings met while reading and cutting.

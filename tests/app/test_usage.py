@@ -108,6 +108,44 @@ class Mistakes(ProgramTest):
         self.assertIn("--stpes", outcome.json["messages"][0]["message"])
 
 
+class Escapes(ProgramTest):
+    """Control characters of the input are shown, never sent to the terminal."""
+
+    NASTY = "\x1b]0;owned\x07\x1b[2J\x9b1m\x7f"
+
+    def assertHarmless(self, text):
+        self.assertNotRegex(text, "[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+    def test_file_names_words_and_source_lines(self):
+        name = self.NASTY.replace("/", "") + ".dc"
+        self.write(name, f"0.01 {self.NASTY} 1\n")
+        for command in ("check", "info", "cut"):
+            outcome = self.run_program(command, name)
+            self.assertHarmless(outcome.out + outcome.err)
+            self.assertIn("\\x1b[2J\\x9b1m\\x7f", outcome.out + outcome.err)
+        outcome = self.run_program("check", name, "--json")
+        self.assertHarmless(outcome.out + outcome.err)
+        self.assertEqual(outcome.json["files"][0]["file"], name)
+
+    def test_arguments(self):
+        outcome = self.run_program("run", "--" + self.NASTY)
+        self.assertHarmless(outcome.err)
+        self.assertIn("unknown option --\\x1b]0;owned\\x07", outcome.err)
+
+    def test_title_and_name_of_results(self):
+        self.write("run.nml", f"&run title = '{self.NASTY}', steps = 1 /\n")
+        outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "-o", self.NASTY + ".h5")
+        self.assertEqual(outcome.code, 0)
+        self.assertHarmless(outcome.out + outcome.err + self.path(self.NASTY + ".log").read_text())
+        outcome = self.run_program("info", self.NASTY + ".h5")
+        self.assertHarmless(outcome.out + outcome.err)
+
+    def test_mark_stands_under_its_word(self):
+        self.write("x.nml", "&run title = '\x1b[1m', stpes = 1 /\n")
+        lines = self.run_program("check", "x.nml", "--quiet").err.splitlines()
+        self.assertEqual(lines[2].index("^"), lines[1].index("stpes"))
+
+
 class Json(ProgramTest):
     def test_odd_file_names_are_escaped(self):
         for name in ['qu"ote\\.dc', "tab\there.dc", "grüße.dc", "newline\n.dc"]:
