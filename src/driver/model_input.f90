@@ -17,6 +17,7 @@ module rockdda_driver_model_input
    use rockdda_io_material_check, only : check_geometry_materials, check_block_materials
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_file, only : read_options_source
+   use rockdda_io_plausibility, only : check_plausibility
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
@@ -145,6 +146,8 @@ contains
       call choose_solver(input%options, messages)
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
       if (.not. messages%has_errors()) call check_options(input%blocks, input%parameters, messages)
+      if (.not. messages%has_errors()) call check_plausibility(input%blocks, input%parameters, input%options, &
+         input%analysis_file, input%config_file, messages)
       if (len(input%parameters%title) == 0) input%parameters%title = stem_of(input%analysis_file)
    end subroutine read_model
 

@@ -1,0 +1,205 @@
+! SPDX-License-Identifier: MIT
+!> Values that are allowed but hardly meant: units that do not fit together, no load, nothing that holds the blocks.
+!>
+!> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and edges
+!> use are judged. The limits leave room for other units (feet, millimetres), centrifuges and soft rock; they are in
+!> docs/file-formats.md.
+module rockdda_io_plausibility
+   use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_model_analysis_input, only : time_table_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: check_plausibility
+
+   !> Friction angles above 0 and up to this are taken for radians [deg].
+   real(wp), parameter :: largest_radian = 1.6_wp
+   !> Weight over density is an acceleration; 9.81 m/s2 is 9810 mm/s2.
+   real(wp), parameter :: smallest_acceleration = 0.1_wp, largest_acceleration = 2.0e4_wp
+   !> Strain that the weight of the whole height may give at the bottom.
+   real(wp), parameter :: largest_strain = 0.01_wp
+   !> Penetration, over the size of blocks, that the weight of the whole height may give at the bottom.
+   real(wp), parameter :: largest_penetration = 0.01_wp
+   !> Contact springs may be softer than the rock by this factor.
+   real(wp), parameter :: smallest_stiffness_ratio = 1.0e-4_wp
+   !> Displacement of a step over w0.
+   real(wp), parameter :: largest_displacement_ratio = 0.2_wp
+
+contains
+
+   !> Warn of what is hardly meant.
+   subroutine check_plausibility(blocks, parameters, options, analysis_file, options_file, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(run_options_type), intent(in) :: options
+      character(len=*), intent(in) :: analysis_file, options_file   !! for messages
+      type(diagnostics_type), intent(inout) :: messages
+      logical :: block_used(size(parameters%block_materials)), joint_used(size(parameters%joint_materials))
+      real(wp) :: unit_weight, height
+      integer :: i
+      if (blocks%n_blocks == 0) return
+      block_used = [(any(blocks%block_material == i), i=1, size(block_used))]
+      joint_used = [(any(blocks%edge_joint == i), i=1, size(joint_used))]
+      height = maxval(blocks%vertices(2, :)) - minval(blocks%vertices(2, :))
+      unit_weight = 0
+      do i = 1, size(block_used)
+         if (.not. block_used(i)) cycle
+         if (parameters%gravity >= 0) then
+            unit_weight = max(unit_weight, parameters%gravity*parameters%block_materials(i)%density)
+         else
+            unit_weight = max(unit_weight, abs(parameters%block_materials(i)%weight))
+         end if
+      end do
+      call check_friction()
+      call check_weight()
+      call check_modulus()
+      call check_stiffness()
+      call check_displacement_ratio()
+      call check_loads()
+      call check_supports()
+
+   contains
+
+      !> A warning with the file that holds the value.
+      subroutine warn(text, from_options)
+         character(len=*), intent(in) :: text
+         logical, intent(in) :: from_options         !! the options file replaces the value of the analysis file
+         type(origin_type) :: origin
+         origin%file = analysis_file
+         if (from_options .and. len(options_file) > 0) origin%file = options_file
+         call messages%add(severity%warning, text, origin)
+      end subroutine warn
+
+      !> Degrees, not radians.
+      subroutine check_friction()
+         integer :: k
+         do k = 1, size(joint_used)
+            associate (angle => parameters%joint_materials(k)%friction_angle)
+               if (.not. joint_used(k) .or. .not. angle > 0 .or. angle > largest_radian) cycle
+               call warn('friction angle of joint material '//to_string(k)//' is '//to_string(angle)// &
+                         ' degrees: is it in radians? ('//to_string(angle)//' rad are '// &
+                         to_string(angle*180/pi, 3)//' degrees)', .false.)
+            end associate
+            return
+         end do
+      end subroutine check_friction
+
+      !> Weight and density in units that fit together.
+      subroutine check_weight()
+         real(wp) :: acceleration
+         integer :: k
+         if (parameters%gravity >= 0) return
+         do k = 1, size(block_used)
+            associate (m => parameters%block_materials(k))
+               acceleration = abs(m%weight)/m%density
+               if (.not. block_used(k) .or. .not. abs(m%weight) > 0) cycle
+               if (acceleration >= smallest_acceleration .and. acceleration <= largest_acceleration) cycle
+               call warn('weight '//to_string(m%weight)//' and density '//to_string(m%density)// &
+                         ' of block material '//to_string(k)//' give an acceleration of '// &
+                         to_string(acceleration, 3)//', not 9.81: do their units fit together (N with kg, kN with t)?', &
+                         .false.)
+            end associate
+            return
+         end do
+      end subroutine check_weight
+
+      !> Blocks that do not give way under their own weight.
+      subroutine check_modulus()
+         real(wp) :: strain
+         integer :: k
+         do k = 1, size(block_used)
+            associate (e => parameters%block_materials(k)%youngs_modulus)
+               if (.not. block_used(k)) cycle
+               strain = unit_weight*height/e
+               if (.not. strain > largest_strain) cycle
+               call warn('Young''s modulus of block material '//to_string(k)//' is '//to_string(e)// &
+                         ': the weight of the model, '//to_string(unit_weight, 4)//' times its height '// &
+                         to_string(height, 4)//', strains such blocks by '//to_string(100*strain, 2)// &
+                         ' %: is E in the unit of stress that fits the weights?', .false.)
+            end associate
+            return
+         end do
+      end subroutine check_modulus
+
+      !> Contact springs that carry the model.
+      subroutine check_stiffness()
+         real(wp) :: penetration, e_max
+         logical :: from_options
+         from_options = is_set(options%stiffness)
+         penetration = unit_weight*height/(2*parameters%normal_stiffness)
+         e_max = maxval(parameters%block_materials%youngs_modulus, mask=block_used)
+         if (penetration > largest_penetration .and. parameters%normal_stiffness >= e_max .and. &
+             2*penetration*parameters%normal_stiffness > largest_strain*e_max) then
+            ! E is too low already, and a stiffness that follows from it is no fault of its own
+            return
+         else if (penetration > largest_penetration) then
+            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//': under the weight of the model, '// &
+                      to_string(unit_weight, 4)//' times its height '//to_string(height, 4)// &
+                      ', blocks sink into each other by '//to_string(100*penetration, 2)//' % of their size', from_options)
+         else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
+            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//' is '// &
+                      to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//to_string(e_max)// &
+                      ': contacts are far softer than the blocks', from_options)
+         end if
+      end subroutine check_stiffness
+
+      !> Steps within the model.
+      subroutine check_displacement_ratio()
+         associate (g2 => parameters%displacement_ratio)
+            if (.not. g2 > largest_displacement_ratio) return
+            call warn('displacement ratio g2 = '//to_string(g2)//' lets blocks move by '// &
+                      to_string(g2*parameters%w0, 3)//' in one step, in a model of height '//to_string(height, 4)// &
+                      ': contacts are searched as far, which takes memory and time', is_set(options%displacement_ratio))
+         end associate
+      end subroutine check_displacement_ratio
+
+      !> Something that moves the blocks.
+      subroutine check_loads()
+         integer :: k
+         if (unit_weight > 0 .or. size(parameters%line_loads) > 0) return
+         if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
+         if (acts(parameters%fixed_tables) .or. acts(parameters%loading_tables)) return
+         do k = 1, size(block_used)
+            if (.not. block_used(k)) cycle
+            associate (m => parameters%block_materials(k))
+               if (any(abs([m%stress, m%stress_gradient, m%velocity]) > 0)) return
+            end associate
+         end do
+         if (blocks%bolts%n > 0) then
+            if (any(abs(blocks%bolts%pretension) > 0)) return
+         end if
+         call warn('the weight of all blocks is 0 and there is no other load, initial stress or velocity: '// &
+                   'nothing moves the blocks', .false.)
+      end subroutine check_loads
+
+      !> Does one of these tables hold values other than 0?
+      pure logical function acts(tables)
+         type(time_table_type), intent(in) :: tables(:)
+         integer :: k
+         acts = .false.
+         do k = 1, size(tables)
+            if (.not. allocated(tables(k)%rows)) cycle
+            acts = acts .or. any(abs(tables(k)%rows(2:3, :)) > 0)
+         end do
+      end function acts
+
+      !> Something that holds the blocks: one block may fly, and blocks that are thrown.
+      subroutine check_supports()
+         integer :: k
+         if (.not. unit_weight > 0 .or. blocks%fixed%n > 0 .or. blocks%n_blocks == 1) return
+         do k = 1, size(block_used)
+            if (block_used(k) .and. any(abs(parameters%block_materials(k)%velocity) > 0)) return
+         end do
+         if (blocks%bolts%n > 0) then
+            if (any(blocks%bolts%blocks == 0)) return
+         end if
+         call warn('the blocks have weight, but no fixed point holds one of them: all of them fall', .false.)
+      end subroutine check_supports
+
+   end subroutine check_plausibility
+
+end module rockdda_io_plausibility

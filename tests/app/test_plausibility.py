@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""Values that are allowed but hardly meant: `check` and `run` warn, each once."""
+
+import re
+import unittest
+from pathlib import Path
+
+from support import ANALYSIS, GEOMETRY, PEER_ANALYSIS, ProgramTest
+
+INPUTS = Path(__file__).parents[2] / "inputs"
+MATERIAL = "1000 9810 1e8 0.2"
+
+
+class Plausibility(ProgramTest):
+    def warnings(self, analysis=PEER_ANALYSIS, geometry=GEOMETRY, options="&run steps = 1 /\n"):
+        """Those of `check`; `run` must give the same."""
+        self.write("x.dc", geometry)
+        self.write("x.df", analysis)
+        self.write("x.nml", options)
+        checked = self.run_program("check", "x.dc", "x.df", "x.nml")
+        ran = self.run_program("run", "x.dc", "x.df", "--config", "x.nml", "--force")
+        self.assertEqual((checked.code, ran.code), (0, 0), checked.err + ran.err)
+        found = [re.findall(r"^(.*): warning: (.*)$", outcome.err, re.MULTILINE) for outcome in (checked, ran)]
+        self.assertEqual(found[0], found[1])
+        return found[0]
+
+    def check(self, expected, *arguments, file="x.df", **keywords):
+        found = self.warnings(*arguments, **keywords)
+        self.assertEqual(len(found), 1, found)
+        self.assertEqual(found[0][0], file)
+        self.assertIn(expected, found[0][1])
+
+    def test_nothing_to_say(self):
+        self.assertEqual(self.warnings(), [])
+        self.assertEqual(self.warnings(ANALYSIS), [])
+
+    def test_radians(self):
+        text = PEER_ANALYSIS.replace("30 0 0", "0.52 0 0")
+        self.check("is 0.52 degrees: is it in radians? (0.52 rad are 29.8 degrees)", text)
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace("30 0 0", "0 0 0")), [])
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace("30 0 0", "2 0 0")), [])
+
+    def test_material_that_no_edge_has(self):
+        text = PEER_ANALYSIS.replace("1 20 1 1", "1 20 1 2") + "0.52 0 0\n"
+        self.assertEqual(self.warnings(text), [])
+
+    def test_weight_in_kilonewtons_with_density_in_kilograms(self):
+        self.check("weight 25.5 and density 2600", PEER_ANALYSIS.replace(MATERIAL, "2600 25.5 1e8 0.2"))
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace(MATERIAL, "2.6 25.5 1e8 0.2")), [])
+        # tonnes, millimetres, newtons
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace(MATERIAL, "2.6e-9 2.55e-5 1e4 0.2")), [])
+
+    def test_modulus_in_megapascals(self):
+        # the contact stiffness that follows from it is not named as well
+        text = PEER_ANALYSIS.replace(MATERIAL, "2600 25500 2e4 0.2")
+        self.check("Young's modulus of block material 1 is 20000: the weight of the model, 25500 times", text)
+
+    def test_soft_contacts(self):
+        soft = "&contact stiffness = 1e3 /\n"
+        self.check("contact stiffness g0 = 1000: under the weight", options=soft, file="x.nml")
+        moved = PEER_ANALYSIS.replace("9810 1e8 0.2", "0 1e8 0.2").replace("0 0 0\n30", "1 0 0\n30")
+        self.check("g0 = 1000 is 1e-05 times Young's modulus 1e+08", moved, options=soft, file="x.nml")
+
+    def test_displacement_ratio(self):
+        for g2 in ("0.5", "10"):
+            self.check(f"displacement ratio g2 = {g2} lets", PEER_ANALYSIS.replace("1 1 0.01 0.01", f"1 1 {g2} 0.01"))
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace("1 1 0.01 0.01", "1 1 0.1 0.01")), [])
+
+    def test_no_load(self):
+        text = PEER_ANALYSIS.replace(" 9810 ", " 0 ")
+        self.check("the weight of all blocks is 0", text)
+        self.assertEqual(self.warnings(text, options="&load gravity = 9.81 /\n"), [])
+        self.assertEqual(self.warnings(text, options="&load harmonic = 1, 0, 2, 0, 0 /\n"), [])
+        stressed = text.replace("0.2  0 0 0", "0.2  -1e3 0 0")
+        self.assertEqual(self.warnings(stressed), [])
+
+    def test_nothing_fixed(self):
+        lines = GEOMETRY.splitlines()
+        lines[4] = "0"
+        free = "\n".join(lines[:15] + lines[17:]) + "\n"
+        self.check("no fixed point holds one of them", geometry=free)
+        thrown = PEER_ANALYSIS.replace("0 0 0\n30", "1 0 0\n30")
+        self.assertEqual(self.warnings(thrown, geometry=free), [])
+
+    def test_no_false_alarm(self):
+        # notes of cutting aside, which name a line
+        folders = [path.parent for path in sorted(INPUTS.glob("*/*.df"))]
+        self.assertGreater(len(folders), 10)
+        for folder in folders:
+            with self.subTest(model=folder.name):
+                outcome = self.run_program("check", folder)
+                self.assertEqual(outcome.code, 0)
+                self.assertNotRegex(outcome.err, r"\.(df|nml): warning: ")
+
+
+if __name__ == "__main__":
+    unittest.main()
