@@ -7,7 +7,8 @@ module rockdda_io_analysis_file
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_io_analysis_body, only : read_analysis_header, read_analysis_body
    use rockdda_io_counting, only : analysis_needs, fits_geometry, find_g0_points, g0_points_fit, plain_numbers
-   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment
+   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, &
+                                        report_decimal_comma, report_large_count
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
@@ -46,7 +47,7 @@ contains
       real(wp), allocatable :: values(:)
       integer(i8) :: rest, needed
       integer :: n_points, counts(2), strict_counts(2), n_found, first, second, taken, p
-      logical :: ok
+      logical :: ok, both_fit
 
       call tokenise(source, tokens)
       if (tokens%n == 0) then
@@ -66,6 +67,7 @@ contains
          if (ok .or. strict_found%n_errors <= found%n_errors) found = strict_found
       end if
       if (.not. ok) then
+         call report_decimal_comma(tokens, found)
          call append_in_order(messages, found)
          return
       end if
@@ -80,6 +82,8 @@ contains
       p = n_points
       n_found = 0
       if (rest >= 0 .and. rest <= 1 .and. forced_dialect /= dialect%g0) taken = dialect%peer
+      ! without points, one number more may be the SOR factor at the end or g0 behind g1
+      both_fit = rest == 1 .and. n_points < 1 .and. forced_dialect == dialect%auto
       if (rest >= 1 .and. taken == dialect%auto .and. forced_dialect /= dialect%peer) then
          if (n_points < 0) then
             call find_g0_points(values, int(rest), n_found, first, second)
@@ -92,6 +96,7 @@ contains
 
       if (taken /= dialect%auto) then
          call try(taken, p, .false., analysis, found, ok)
+         if (both_fit) call choose_by_values()
          if (tokens%n_text > 0 .and. (found%has_errors() .or. .not. ok)) &
             call find_best_reading(ok, found%n_errors)
       else if (tokens%n_text > 0) then
@@ -101,6 +106,7 @@ contains
          ok = .false.
       end if
       if (ok) then
+         if (found%has_errors()) call report_decimal_comma(tokens, found)
          call append_in_order(messages, found)
          call report_dialect()
       else if (n_found > 1) then
@@ -115,6 +121,9 @@ contains
             call read_analysis_header(tokens, reader, analysis, strict_counts, strict_found, ok)
          end if
          if (ok) then
+            call report_decimal_comma(tokens, messages)
+            call report_large_count(tokens, 3, 'number of block materials', counts(1), 13, messages)
+            call report_large_count(tokens, 4, 'number of joint materials', counts(2), 3, messages)
             call report_count()
             if (tokens%n_text > 0) call note_comment(tokens, messages)
          else
@@ -143,6 +152,21 @@ contains
          call read_analysis_header(tokens, cursor, result, numbers, notes, exact)
          if (exact) call read_analysis_body(tokens, cursor, way, nf, nl, numbers, result, notes, exact)
       end subroutine try
+
+      !> Both dialects fit: it is peer if all values keep its rules (read as peer, a file of dialect g0 has Young's modulus
+      !> in the place of Poisson's ratio), else g0 if they keep those of g0.
+      subroutine choose_by_values()
+         type(analysis_input_type) :: other
+         type(diagnostics_type) :: other_found
+         logical :: exact
+         if (.not. ok .or. .not. found%has_errors()) return
+         call try(dialect%g0, 0, .false., other, other_found, exact)
+         if (.not. exact .or. other_found%has_errors()) return
+         taken = dialect%g0
+         p = 0
+         analysis = other
+         found = other_found
+      end subroutine choose_by_values
 
       !> The file has text in it, perhaps in the place of numbers: take the way of reading with the fewest errors.
       subroutine find_best_reading(known_ok, known_errors)
@@ -181,6 +205,10 @@ contains
          if (forced_dialect /= dialect%auto) text = text//' as asked'
          text = text//': '//counted(tokens%n_numbers, 'number')
          if (taken == dialect%g0) text = text//', '//counted(p, 'fixed and loading point')
+         if (both_fit .and. taken == dialect%peer) text = text//", the last is the SOR factor; they fit dialect 'g0' "// &
+            "without fixed and loading points, too: --dialect g0 reads the number behind g1 as contact stiffness"
+         if (both_fit .and. taken == dialect%g0) text = text//", no SOR factor; they fit dialect 'peer', too: "// &
+            "--dialect peer reads the last number as SOR factor"
          call messages%add(severity%note, text, source%file_origin())
       end subroutine report_dialect
 

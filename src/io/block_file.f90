@@ -93,7 +93,7 @@ contains
       if (4_i8*n_blocks + 3_i8*n_vertices + 3*sum(int(n_points, i8)) + 9_i8*n_bolts > tokens%n) then
          call messages%add(severity%error, 'the counts at the beginning ask for '//to_string(4_i8*n_blocks + &
             3_i8*n_vertices + 3*sum(int(n_points, i8)) + 9_i8*n_bolts)//' words and numbers, the file has '// &
-            to_string(tokens%n), tokens%end_origin())
+            to_string(tokens%n)//'; '//largest_count()//' looks wrong', tokens%end_origin())
          return
       end if
       n_errors = messages%n_errors
@@ -108,6 +108,17 @@ contains
          "nothing may follow 'end'", tokens%origin(reader%first(reader%at)))
 
    contains
+
+      !> The count that asks for most.
+      function largest_count() result(text)
+         character(len=:), allocatable :: text
+         character(len=*), parameter :: names(6) = [character(len=8) :: 'blocks', 'vertices', 'fixed', 'loading', &
+                                                    'measured', 'bolts']
+         integer :: counts(6), k
+         counts = [n_blocks, n_vertices, n_points, n_bolts]
+         k = maxloc(int(counts, i8)*[4, 3, 3, 3, 3, 9], dim=1)
+         text = trim(names(k))//' '//to_string(counts(k))
+      end function largest_count
 
       !> A keyword with a count.
       logical function count_row(word, least, count)

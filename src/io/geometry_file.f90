@@ -7,7 +7,7 @@ module rockdda_io_geometry_file
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_counting, only : geometry_needs, fits_analysis
    use rockdda_io_record_reader, only : record_reader_type, largest_coordinate, smallest_length, largest_value, &
-                                        append_in_order, note_comment
+                                        append_in_order, note_comment, report_decimal_comma, report_large_count
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
@@ -90,6 +90,7 @@ contains
             call note_comment(tokens, found)
          end if
       end if
+      if (found%has_errors()) call report_decimal_comma(tokens, found)
       call append_in_order(messages, found)
 
    contains
@@ -298,8 +299,12 @@ contains
       type(record_reader_type) :: reader
       type(geometry_input_type) :: unused
       character(len=:), allocatable :: text
-      integer :: per_bolt
+      integer :: per_bolt, k
+      integer, parameter :: each(8) = [5, 0, 5, 4, 4, 2, 2, 2]   ! numbers of one line, ...
 
+      do k = 1, 8
+         call report_large_count(tokens, 1 + k, trim(count_names(k)), counts(k), each(k), messages)
+      end do
       per_bolt = merge(7, 4, geometry_needs(counts, 7) <= tokens%n_numbers)
       call read_body(tokens, start, counts, per_bolt, .false., reader, unused, messages)
       text = ''

@@ -6,7 +6,7 @@
 !> are comment. Text at the start of a record on a line of its own is comment, too; in `strict` mode (used
 !> when the numbers of the file do not add up otherwise) it stands for a mistyped number.
 module rockdda_io_record_reader
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_tokens, only : token_list_type, token_kind
@@ -14,7 +14,7 @@ module rockdda_io_record_reader
    implicit none
    private
    public :: record_reader_type, largest_coordinate, smallest_length, largest_value
-   public :: append_in_order, note_comment
+   public :: append_in_order, note_comment, report_decimal_comma, report_large_count
 
    !> Larger coordinates cannot be meant (and their fourth powers must stay finite).
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
@@ -288,6 +288,32 @@ contains
          return
       end do
    end subroutine note_comment
+
+   !> The numbers of the file do not add up: point at the first that looks like one with a decimal comma.
+   subroutine report_decimal_comma(tokens, messages)
+      type(token_list_type), intent(in) :: tokens
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      do i = 1, tokens%n - 1
+         if (.not. tokens%has_decimal_comma(i)) cycle
+         call messages%add(severity%error, "'"//tokens%text(i)//','//tokens%text(i + 1)//"' is two numbers, because a "// &
+                           'comma separates numbers; if it is meant as a decimal comma, write a point: '// &
+                           tokens%text(i)//'.'//tokens%text(i + 1), tokens%origin(i))
+         return
+      end do
+   end subroutine report_decimal_comma
+
+   !> A count that asks alone for more numbers than the file holds: it is the one that is wrong.
+   subroutine report_large_count(tokens, place, name, count, each, messages)
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: place                   !! the count is this number of the file
+      character(len=*), intent(in) :: name           !! 'number of lines'
+      integer, intent(in) :: count, each             !! the count, and the numbers that each needs
+      type(diagnostics_type), intent(inout) :: messages
+      if (int(count, i8)*each <= tokens%n_numbers) return
+      call messages%add(severity%error, name//': '//to_string(count)//' looks wrong, the file holds '// &
+                        to_string(tokens%n_numbers)//' numbers in all', tokens%origin(max(1, tokens%nth_number(place))))
+   end subroutine report_large_count
 
    !> Append messages in the order of the file; those without a line come last, those of other files stay.
    subroutine append_in_order(messages, found)

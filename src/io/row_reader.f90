@@ -111,8 +111,26 @@ contains
                            'found '//to_string(last - first + 1), tokens%origin(last))
       else if (last - first + 1 > size(names)) then
          call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
-                           'found '//to_string(last - first + 1), tokens%origin(first + size(names)))
+                           'found '//to_string(last - first + 1)//decimal_comma(first, last), &
+                           tokens%origin(first + size(names)))
       end if
+
+   contains
+
+      !> A hint at the first pair of numbers of the row that looks like one with a decimal comma, or nothing.
+      function decimal_comma(from, to) result(text)
+         integer, intent(in) :: from, to
+         character(len=:), allocatable :: text
+         integer :: j
+         text = ''
+         do j = from, to - 1
+            if (.not. tokens%has_decimal_comma(j)) cycle
+            text = "; if '"//tokens%text(j)//','//tokens%text(j + 1)//"' has a decimal comma, write "// &
+                   tokens%text(j)//'.'//tokens%text(j + 1)
+            return
+         end do
+      end function decimal_comma
+
    end subroutine read_row
 
    !> Pass over rows of numbers.

@@ -33,6 +33,8 @@ module rockdda_io_tokens
       procedure :: end_origin
       procedure :: is_not_finite
       procedure :: numbers_left_on_line
+      procedure :: has_decimal_comma
+      procedure :: nth_number
    end type token_list_type
 
 contains
@@ -170,5 +172,52 @@ contains
          numbers_left_on_line = numbers_left_on_line + 1
       end do
    end function numbers_left_on_line
+
+   !> Do tokens `i` and i + 1 look like one number with a decimal comma? Two runs of digits with nothing but a comma
+   !> between them, and no such comma before or behind them.
+   pure logical function has_decimal_comma(self, i)
+      class(token_list_type), intent(in) :: self
+      integer, intent(in) :: i
+      character(len=*), parameter :: digits = '0123456789'
+      integer :: first, last, next
+      has_decimal_comma = .false.
+      if (i < 1 .or. i >= self%n) return
+      first = self%first(i)
+      last = self%last(i)
+      next = self%first(i + 1)
+      if (next /= last + 2) return
+      if (self%source%text(last + 1:last + 1) /= ',') return
+      if (scan(self%source%text(first:first), '+-') > 0) first = first + 1
+      if (first > last) return
+      if (verify(self%source%text(first:last), digits) > 0) return
+      if (verify(self%source%text(next:next), digits) > 0) return
+      if (verify(self%source%text(next:self%last(i + 1)), digits//'eEdD+-') > 0) return
+      if (self%first(i) > 1) then
+         if (self%source%text(self%first(i) - 1:self%first(i) - 1) == ',') return
+      end if
+      if (self%last(i + 1) < len(self%source%text)) then
+         if (self%source%text(self%last(i + 1) + 1:self%last(i + 1) + 1) == ',') return
+      end if
+      has_decimal_comma = .true.
+   end function has_decimal_comma
+
+   !> The token that is the n-th number outside comments; 0 when there are fewer.
+   pure integer function nth_number(self, n) result(i)
+      class(token_list_type), intent(in) :: self
+      integer, intent(in) :: n
+      integer :: found, text_line
+      found = 0
+      text_line = 0
+      do i = 1, self%n
+         if (self%line(i) == text_line) cycle
+         if (self%kind(i) == token_kind%text) then
+            text_line = self%line(i)
+         else
+            found = found + 1
+            if (found == n) return
+         end if
+      end do
+      i = 0
+   end function nth_number
 
 end module rockdda_io_tokens
