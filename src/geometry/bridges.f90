@@ -16,11 +16,11 @@ contains
    pure function match_bridges(vertices, is_bridge) result(twin)
       real(wp), intent(in) :: vertices(:, :)              !! (2, n) outline; edge k goes from vertex k to the next
       logical, intent(in) :: is_bridge(:)                 !! (n) of the edges
-      integer :: twin(size(is_bridge))
+      integer, allocatable :: twin(:)                     !! allocatable: long lists must not live on the stack
       integer, allocatable :: bridges(:)
       integer :: n, i, j, k, m
       n = size(is_bridge)
-      twin = 0
+      allocate (twin(n), source=0)
       bridges = pack([(k, k=1, n)], is_bridge)
       do i = 1, size(bridges)
          k = bridges(i)

@@ -33,6 +33,7 @@ module rockdda_geometry_grid
       procedure :: build_segments
       procedure :: query_segment
       procedure :: query_point
+      procedure :: query_box
    end type grid_type
 
 contains
@@ -131,6 +132,21 @@ contains
       if (self%n_items == 0) return
       call collect(self, self%raster%column(point(1)) + (self%raster%row(point(2)) - 1)*self%raster%nx, query)
    end subroutine query_point
+
+   !> Items that share a cell with a box.
+   pure subroutine query_box(self, box, query)
+      class(grid_type), intent(in) :: self
+      real(wp), intent(in) :: box(4)           !! xmin, ymin, xmax, ymax
+      type(grid_query_type), intent(inout) :: query
+      integer :: ix, iy
+      call begin_query(self, query)
+      if (self%n_items == 0) return
+      do iy = self%raster%row(box(2)), self%raster%row(box(4))
+         do ix = self%raster%column(box(1)), self%raster%column(box(3))
+            call collect(self, ix + (iy - 1)*self%raster%nx, query)
+         end do
+      end do
+   end subroutine query_box
 
    !> Box of one segment.
    pure function box_of(segment) result(box)

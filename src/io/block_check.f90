@@ -8,6 +8,7 @@ module rockdda_io_block_check
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_geometry_simplicity, only : find_crossing
    use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_io_overlap_check, only : check_overlaps
    use rockdda_io_record_reader, only : largest_coordinate, smallest_length
    use rockdda_io_tokens, only : token_list_type
    implicit none
@@ -27,8 +28,9 @@ contains
       integer, intent(in) :: block_token(:)     !! (n_blocks) where each block begins in the file
       integer, intent(in) :: edge_token(:)      !! (n_vertices) where the row of each edge begins
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i, first, last, one, other
+      integer :: i, first, last, one, other, n_errors
       real(wp) :: area, tolerance
+      n_errors = messages%n_errors
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
@@ -54,6 +56,7 @@ contains
          if (any(blocks%edge_joint(first:last) < 0)) call report('a joint material is negative')
          if (any(blocks%edge_joint(first:last) == 0)) call check_bridges()
       end do
+      if (messages%n_errors == n_errors) call check_overlaps(blocks, tokens, block_token, messages)
       call check_points('fixed point', blocks%fixed)
       call check_points('loading point', blocks%loading)
       call check_points('measured point', blocks%measured)
@@ -68,8 +71,9 @@ contains
 
       !> Each bridge edge of block i is walked in both directions.
       subroutine check_bridges()
-         integer :: twin(last - first + 1), k
-         twin = match_bridges(blocks%vertices(:, first:last), blocks%edge_joint(first:last) == 0)
+         integer, allocatable :: twin(:)
+         integer :: k
+         allocate (twin, source=match_bridges(blocks%vertices(:, first:last), blocks%edge_joint(first:last) == 0))
          do k = 1, size(twin)
             if (twin(k) > 0 .or. blocks%edge_joint(first + k - 1) /= 0) cycle
             call messages%add(severity%error, 'block '//to_string(i)//': joint material 0 marks a bridge to an island, '// &

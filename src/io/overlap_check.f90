@@ -1,0 +1,234 @@
+! SPDX-License-Identifier: MIT
+!> Blocks of a block file that overlap or are there twice.
+!>
+!> Two blocks overlap when an inner point of one, or a point of its outline, lies inside the other one and farther from its
+!> outline than a tolerance: touching, and overlaps of round-off size, are allowed. The tolerance is e0, but at least 1e-5 of
+!> the size of the smaller block (files with six digits) and at most a tenth of its thickness (its area over half its
+!> perimeter), so that splinters count, too.
+module rockdda_io_overlap_check
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_sorting, only : sorted_order
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_geometry_grid, only : grid_type, grid_query_type
+   use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_io_tokens, only : token_list_type
+   implicit none
+   private
+   public :: check_overlaps
+
+   !> Overlaps by less than this part of a block's size are taken for touching: files may carry six digits.
+   real(wp), parameter :: few_digits = 1.0e-5_wp
+   !> More pairs than this are not reported.
+   integer, parameter :: most_errors = 1000
+
+contains
+
+   !> An error for each pair of blocks that overlap, at the line of the later one.
+   subroutine check_overlaps(blocks, tokens, block_token, messages)
+      type(block_system_type), intent(in) :: blocks       !! each of them sound on its own
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: block_token(:)               !! (n_blocks) where each block begins in the file
+      type(diagnostics_type), intent(inout) :: messages
+      type(grid_type) :: grid
+      type(grid_query_type) :: query
+      real(wp), allocatable :: boxes(:, :), inner(:, :), area(:), thickness(:)
+      real(wp) :: tolerance, common(4)
+      integer, allocatable :: found(:)
+      integer :: i, j, k, m, small
+      allocate (boxes(4, blocks%n_blocks), inner(2, blocks%n_blocks), area(blocks%n_blocks), thickness(blocks%n_blocks))
+      do i = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            boxes(:, i) = [minval(v(1, :)), minval(v(2, :)), maxval(v(1, :)), maxval(v(2, :))]
+            area(i) = polygon_area(v)
+            thickness(i) = 2*area(i)/perimeter(v)
+            inner(:, i) = inner_point(v)
+         end associate
+      end do
+      call grid%build_boxes(boxes)
+      allocate (found(64))
+      do i = 1, blocks%n_blocks
+         call grid%query_box(boxes(:, i), query)
+         m = 0
+         do k = 1, query%n
+            j = query%ids(k)
+            if (j >= i) cycle
+            small = merge(i, j, area(i) < area(j))
+            tolerance = min(max(blocks%edge_node_distance, few_digits*sqrt(area(small))), 0.1_wp*thickness(small))
+            common = [max(boxes(1:2, i), boxes(1:2, j)), min(boxes(3:4, i), boxes(3:4, j))]
+            if (any(common(3:4) - common(1:2) <= tolerance)) cycle
+            if (.not. overlap(i, j)) cycle
+            if (m == size(found)) found = [found, found]
+            m = m + 1
+            found(m) = j
+         end do
+         do while (m > 0)
+            k = minloc(found(1:m), dim=1)
+            call messages%add(severity%error, 'block '//to_string(i)//' overlaps block '//to_string(found(k))// &
+                              ' (line '//to_string(tokens%line(block_token(found(k))))//')', &
+                              tokens%origin(block_token(i)))
+            found(k) = found(m)
+            m = m - 1
+         end do
+         if (messages%n_errors >= most_errors) return
+      end do
+
+   contains
+
+      !> Do blocks a and b overlap?
+      pure logical function overlap(a, b)
+         integer, intent(in) :: a, b
+         associate (va => blocks%vertices(:, blocks%vertex_offset(a) + 1:blocks%vertex_offset(a + 1)), &
+                    vb => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
+            overlap = is_deep(inner(:, a), vb, tolerance)
+            if (.not. overlap) overlap = is_deep(inner(:, b), va, tolerance)
+            if (.not. overlap) overlap = outline_enters(va, vb, common, tolerance)
+            if (.not. overlap) overlap = outline_enters(vb, va, common, tolerance)
+         end associate
+      end function overlap
+
+   end subroutine check_overlaps
+
+   !> Does the outline p enter polygon q deeper than a tolerance? Only edges in the box that both have in common can.
+   pure logical function outline_enters(p, q, box, tolerance) result(enters)
+      real(wp), intent(in) :: p(:, :), q(:, :)      !! (2, n) corners
+      real(wp), intent(in) :: box(4), tolerance
+      real(wp), allocatable :: near(:, :), cuts(:)
+      real(wp) :: a(2), b(2), t
+      integer :: i, k, n, m
+      enters = .false.
+      allocate (near(4, size(q, 2)))
+      n = 0
+      do k = 1, size(q, 2)
+         a = q(:, k)
+         b = q(:, 1 + mod(k, size(q, 2)))
+         if (misses(a, b, box)) cycle
+         n = n + 1
+         near(:, n) = [a, b]
+      end do
+      allocate (cuts(n + 2))
+      do i = 1, size(p, 2)
+         a = p(:, i)
+         b = p(:, 1 + mod(i, size(p, 2)))
+         if (misses(a, b, box)) cycle
+         if (is_deep(a, q, tolerance)) then
+            enters = .true.
+            return
+         end if
+         ! between two crossings the edge is inside or outside all along
+         cuts(1:2) = [0.0_wp, 1.0_wp]
+         m = 2
+         do k = 1, n
+            t = crossing(a, b, near(1:2, k), near(3:4, k))
+            if (.not. (t > 0 .and. t < 1)) cycle
+            m = m + 1
+            cuts(m) = t
+         end do
+         call sort(cuts(1:m))
+         do k = 1, m - 1
+            t = 0.5_wp*(cuts(k) + cuts(k + 1))
+            if (.not. is_deep(a + t*(b - a), q, tolerance)) cycle
+            enters = .true.
+            return
+         end do
+      end do
+   end function outline_enters
+
+   !> Does a point lie inside a polygon, farther from its outline than a tolerance?
+   pure logical function is_deep(point, polygon, tolerance)
+      real(wp), intent(in) :: point(2), polygon(:, :), tolerance
+      real(wp) :: a(2), d(2), s
+      integer :: k, n
+      is_deep = .false.
+      if (.not. point_in_polygon(point, polygon)) return
+      n = size(polygon, 2)
+      do k = 1, n
+         a = point - polygon(:, k)
+         d = polygon(:, 1 + mod(k, n)) - polygon(:, k)
+         s = dot_product(d, d)
+         if (s > 0) a = a - max(0.0_wp, min(1.0_wp, dot_product(a, d)/s))*d
+         if (norm2(a) <= tolerance) return
+      end do
+      is_deep = .true.
+   end function is_deep
+
+   !> Does the segment a b lie wholly on one side of a box?
+   pure logical function misses(a, b, box)
+      real(wp), intent(in) :: a(2), b(2), box(4)
+      misses = any(max(a, b) < box(1:2)) .or. any(min(a, b) > box(3:4))
+   end function misses
+
+   !> Where the line of c d crosses the segment a b, as parameter on a b; -1 when c d does not reach it.
+   pure real(wp) function crossing(a, b, c, d) result(t)
+      real(wp), intent(in) :: a(2), b(2), c(2), d(2)
+      real(wp) :: u(2), v(2), w(2), det, s
+      t = -1
+      u = b - a
+      v = d - c
+      w = c - a
+      det = u(1)*v(2) - u(2)*v(1)
+      if (.not. abs(det) > 0) return
+      s = (w(1)*u(2) - w(2)*u(1))/det
+      if (s < 0 .or. s > 1) return
+      t = (w(1)*v(2) - w(2)*v(1))/det
+   end function crossing
+
+   !> A point inside a polygon: the middle of the widest stretch on one of three levels between corners.
+   pure function inner_point(polygon) result(point)
+      real(wp), intent(in) :: polygon(:, :)
+      real(wp) :: point(2)
+      real(wp), allocatable :: x(:), levels(:)
+      real(wp) :: y, widest, a(2), b(2)
+      integer :: k, n, m, level
+      n = size(polygon, 2)
+      allocate (x(n), levels(n))
+      levels = polygon(2, :)
+      call sort(levels)
+      point = polygon(:, 1)
+      widest = -1
+      do level = 1, 3
+         ! between two corners that lie on different heights
+         k = max(1, min(n - 1, level*n/4))
+         do while (k < n - 1 .and. .not. levels(k + 1) > levels(k))
+            k = k + 1
+         end do
+         do while (k > 1 .and. .not. levels(k + 1) > levels(k))
+            k = k - 1
+         end do
+         y = 0.5_wp*(levels(k) + levels(k + 1))
+         m = 0
+         do k = 1, n
+            a = polygon(:, k)
+            b = polygon(:, 1 + mod(k, n))
+            if ((a(2) > y) .eqv. (b(2) > y)) cycle
+            m = m + 1
+            x(m) = a(1) + (y - a(2))/(b(2) - a(2))*(b(1) - a(1))
+         end do
+         call sort(x(1:m))
+         do k = 1, m - 1, 2
+            if (x(k + 1) - x(k) <= widest) cycle
+            widest = x(k + 1) - x(k)
+            point = [0.5_wp*(x(k) + x(k + 1)), y]
+         end do
+      end do
+   end function inner_point
+
+   !> Length of the outline.
+   pure real(wp) function perimeter(polygon)
+      real(wp), intent(in) :: polygon(:, :)
+      integer :: k, n
+      n = size(polygon, 2)
+      perimeter = 0
+      do k = 1, n
+         perimeter = perimeter + norm2(polygon(:, 1 + mod(k, n)) - polygon(:, k))
+      end do
+   end function perimeter
+
+   !> Sort numbers.
+   pure subroutine sort(values)
+      real(wp), intent(inout) :: values(:)
+      values = values(sorted_order(values))
+   end subroutine sort
+
+end module rockdda_io_overlap_check
