@@ -7,6 +7,7 @@ module rockdda_app_conversion
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
+   use rockdda_driver_output_choice, only : require_folder
    use rockdda_driver_model_input, only : recognise_file, stem_of
    use rockdda_app_arguments, only : command_line_type
    implicit none
@@ -45,6 +46,8 @@ contains
          return
       end if
       if (len(output) == 0) output = stem_of(line%files(1)%text)//ending
+      call require_folder(output, error)
+      if (allocated(error)) return
       if (get_path_kind(output) /= path_kind%file) return
       if (is_same_file(output, line%files(1)%text)) then
          call make_error(error, error_code%input, output//': the output would overwrite the input')

@@ -11,7 +11,7 @@ module rockdda_driver_output_choice
    use rockdda_driver_turn, only : take_turn, end_turn
    implicit none
    private
-   public :: choose_output
+   public :: choose_output, require_folder
 
 contains
 
@@ -30,6 +30,7 @@ contains
       if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(log_path(output))
       if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(checkpoint_path(output))
       if (.not. allocated(error)) call keep_neighbour(output, error)
+      if (.not. allocated(error)) call require_folder(output, error)
       if (allocated(error)) return
       if (request%force) return
       if (get_path_kind(output) == path_kind%file) &
@@ -48,6 +49,17 @@ contains
       end subroutine keep_apart
 
    end subroutine choose_output
+
+   !> The folder of an output must be there: it is not made, because a mistyped name would leave one.
+   subroutine require_folder(output, error)
+      character(len=*), intent(in) :: output
+      type(error_type), allocatable, intent(out) :: error
+      integer :: slash
+      slash = index(output, '/', back=.true.)
+      if (slash < 2) return
+      if (get_path_kind(output(1:slash - 1)) == path_kind%missing) call make_error(error, error_code%output, output// &
+         ": the folder '"//output(1:slash - 1)//"' does not exist; make it first: mkdir -p '"//output(1:slash - 1)//"'")
+   end subroutine require_folder
 
    !> Names of results that differ in nothing but the ending have one checkpoint: one of other results that are there
    !> stays, whatever the user says about overwriting these.

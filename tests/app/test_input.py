@@ -80,8 +80,11 @@ class Cut(ProgramTest):
                         self.assertEqual(self.files(), ["block.dc", "block.df", "mesh.dc", "mesh.df"])
 
     def test_unwritable_output(self):
-        outcome = self.run_program("cut", "block.dc", "-o", "none/x.blk")
-        self.assertFails(outcome, 5, "rockdda: error: none/x.blk: No such file or directory")
+        advice = "the folder 'none/a b' does not exist; make it first: mkdir -p 'none/a b'"
+        for arguments in (("cut", "block.dc"), ("run", "block.dc", "block.df")):
+            outcome = self.run_program(*arguments, "-o", "none/a b/x")
+            self.assertFails(outcome, 5, f"rockdda: error: none/a b/x: {advice}")
+        self.assertEqual(self.files(), ["block.dc", "block.df"])
 
     def test_full_disk(self):
         if not Path("/dev/full").exists():

@@ -224,7 +224,7 @@ class Output(ResultsTest):
     def test_output_that_cannot_be_created(self):
         outcome = self.run_program("run", "block.dc", "block.df", "-o", "none/x.h5")
         self.assertEqual(outcome.code, 5)
-        self.assertIn("none/x.h5: No such file or directory", outcome.err)
+        self.assertIn("none/x.h5: the folder 'none' does not exist", outcome.err)
 
     def test_locale_and_time_zone_change_nothing(self):
         one, _ = self.run_model("block.dc", "block.df")
