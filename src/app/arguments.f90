@@ -13,7 +13,7 @@ module rockdda_app_arguments
    use rockdda_app_process, only : argument_type
    implicit none
    private
-   public :: command_line_type, parse_command_line, command_names
+   public :: command_line_type, parse_command_line, command_names, options_of
 
    !> The commands, in the order of the help.
    character(len=*), parameter :: command_names(6) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'check', &
@@ -25,6 +25,7 @@ module rockdda_app_arguments
       character(len=:), allocatable :: command       !! '' when none was given
       type(argument_type), allocatable :: files(:)
       integer :: seed = unset_integer
+      character(len=:), allocatable :: completion    !! shell, '' when not asked for
       logical :: help = .false., version = .false., quiet = .false., json = .false.
    end type command_line_type
 
@@ -56,6 +57,7 @@ module rockdda_app_arguments
                                    option_type('--json', takes_nothing, ''), &
                                    option_type('--help', takes_nothing, ''), &
                                    option_type('--version', takes_nothing, ''), &
+                                   option_type('--completion', takes_text, ''), &
                                    option_type('--', takes_nothing, '')]
    character(len=*), parameter :: dialect_names(2) = [character(len=4) :: 'peer', 'g0']
 
@@ -79,6 +81,7 @@ contains
       line%output = ''
       line%config = ''
       line%solver = ''
+      line%completion = ''
       allocate (line%files(0))
       i = 0
       do while (i < size(arguments))
@@ -173,6 +176,10 @@ contains
          case ('--output'); call take_path(name, value, line%output)
          case ('--config'); call take_path(name, value, line%config)
          case ('--solver'); line%solver = value
+         case ('--completion')
+            line%completion = value
+            if (value /= 'bash' .and. value /= 'zsh') call problem("option --completion: '"//value// &
+                                                                   "' is neither bash nor zsh")
          case ('--dialect')
             if (any(dialect_names == value)) then
                line%dialect = merge(dialect%peer, dialect%g0, value == 'peer')
@@ -244,6 +251,18 @@ contains
       end subroutine problem
 
    end subroutine parse_command_line
+
+   !> The options of a command ('': of the program without one), with blanks between them.
+   pure function options_of(command) result(names)
+      character(len=*), intent(in) :: command
+      character(len=:), allocatable :: names
+      integer :: k
+      names = ' '
+      do k = 1, size(known) - 1
+         if (len_trim(known(k)%commands) > 0 .and. index(known(k)%commands, ' '//command//' ') == 0) cycle
+         names = names//trim(known(k)%name)//' '
+      end do
+   end function options_of
 
    !> Place of an option among those known, 0 when it is not.
    pure integer function find_option(name)

@@ -11,6 +11,7 @@ module rockdda_app_program
    use rockdda_app_command_resume, only : run_resume
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
+   use rockdda_app_completion, only : completion_script
    use rockdda_app_process, only : argument_type, say, complain, promise_json
    use rockdda_app_report, only : report_failure
    use rockdda_app_usage, only : usage_text
@@ -37,6 +38,8 @@ contains
          call say(usage_text(line%command), ok)
       else if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
+      else if (len(line%completion) > 0) then
+         call say(completion_script(line%completion), ok)
       else if (line%version) then
          call run_version(line, ok)
       else

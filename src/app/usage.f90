@@ -44,6 +44,9 @@ contains
              nl// &
              common_text()// &
              '  --version         version, compiler, build options, libraries'//nl// &
+             '  --completion SHELL'//nl// &
+             '                    a script that completes commands, options and files; bash or zsh:'//nl// &
+             '                    eval "$(rockdda --completion bash)"'//nl// &
              nl// &
              exit_text()
    end function program_text

@@ -3,10 +3,12 @@
 
 import json
 import os
+import re
+import subprocess
 import unittest
 from pathlib import Path
 
-from support import ProgramTest
+from support import PROGRAM, ProgramTest
 
 COMMANDS = ["cut", "run", "check", "info"]
 
@@ -106,6 +108,44 @@ class Mistakes(ProgramTest):
         self.assertEqual(outcome.json["exit_code"], 2)
         self.assertEqual(outcome.json["status"], "error")
         self.assertIn("--stpes", outcome.json["messages"][0]["message"])
+
+
+class Completion(ProgramTest):
+    def complete(self, *words):
+        """What bash proposes for the last of these words."""
+        script = (
+            'eval "$("$PROGRAM" --completion bash)"; complete -p rockdda >/dev/null || exit 1\n'
+            'COMP_WORDS=(rockdda "$@") COMP_CWORD=$#\n_rockdda\nprintf "%s\\n" "${COMPREPLY[@]}"'
+        )
+        process = subprocess.run(
+            ["bash", "-c", script, "bash", *words],
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PROGRAM": PROGRAM},
+            timeout=60,
+        )
+        self.assertEqual((process.returncode, process.stderr), (0, ""))
+        return process.stdout.split("\n")[:-1]
+
+    def test_commands_options_values_and_files(self):
+        self.write("two words.dc", "")
+        self.assertEqual(self.complete("re"), ["resume"])
+        self.assertEqual(self.complete("cut", "--d"), ["--dialect"])
+        self.assertEqual(self.complete("cut", "--st"), [""])
+        self.assertEqual(self.complete("run", "--st"), ["--steps"])
+        self.assertEqual(self.complete("run", "--solver", "ch"), ["cholmod"])
+        self.assertEqual(self.complete("check", "two"), ["two words.dc"])
+        self.assertEqual(self.complete("run", "-o", "block.dc"), ["block.dc"])
+
+    def test_every_option_that_help_names_is_proposed(self):
+        for command in COMMANDS:
+            named = set(re.findall(r"--[a-z-]+(?= )", self.run_program(command, "--help").out)) - {"--version"}
+            self.assertLessEqual(named, set(self.complete(command, "--")), command)
+
+    def test_unknown_shell(self):
+        outcome = self.run_program("--completion", "csh")
+        self.assertFails(outcome, 2, "rockdda: error: option --completion: 'csh' is neither bash nor zsh")
 
 
 class Escapes(ProgramTest):
