@@ -153,8 +153,8 @@ contains
          if (exact) call read_analysis_body(tokens, cursor, way, nf, nl, numbers, result, notes, exact)
       end subroutine try
 
-      !> Both dialects fit: it is peer if all values keep its rules (read as peer, a file of dialect g0 has Young's modulus
-      !> in the place of Poisson's ratio), else g0 if they keep those of g0.
+      !> Both dialects fit: it is peer if all values keep its rules (read as peer, a file of dialect g0 has Young's
+      !> modulus in the place of Poisson's ratio), else g0 if they keep those of g0.
       subroutine choose_by_values()
          type(analysis_input_type) :: other
          type(diagnostics_type) :: other_found
@@ -205,7 +205,8 @@ contains
          if (forced_dialect /= dialect%auto) text = text//' as asked'
          text = text//': '//counted(tokens%n_numbers, 'number')
          if (taken == dialect%g0) text = text//', '//counted(p, 'fixed and loading point')
-         if (both_fit .and. taken == dialect%peer) text = text//", the last is the SOR factor; they fit dialect 'g0' "// &
+         if (both_fit .and. taken == dialect%peer) text = text// &
+            ", the last is the SOR factor; they fit dialect 'g0' "// &
             "without fixed and loading points, too: --dialect g0 reads the number behind g1 as contact stiffness"
          if (both_fit .and. taken == dialect%g0) text = text//", no SOR factor; they fit dialect 'peer', too: "// &
             "--dialect peer reads the last number as SOR factor"

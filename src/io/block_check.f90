@@ -76,7 +76,8 @@ contains
          allocate (twin, source=match_bridges(blocks%vertices(:, first:last), blocks%edge_joint(first:last) == 0))
          do k = 1, size(twin)
             if (twin(k) > 0 .or. blocks%edge_joint(first + k - 1) /= 0) cycle
-            call messages%add(severity%error, 'block '//to_string(i)//': joint material 0 marks a bridge to an island, '// &
+            call messages%add(severity%error, 'block '//to_string(i)// &
+               ': joint material 0 marks a bridge to an island, '// &
                               'but no other edge of joint material 0 leads from the end of edge '//to_string(k)// &
                               ' back to its start', tokens%origin(edge_token(first + k - 1)))
          end do

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Blocks of a block file that overlap or are there twice.
 !>
-!> Two blocks overlap when an inner point of one, or a point of its outline, lies inside the other one and farther from its
-!> outline than a tolerance: touching, and overlaps of round-off size, are allowed. The tolerance is e0, but at least 1e-5 of
-!> the size of the smaller block (files with six digits) and at most a tenth of its thickness (its area over half its
-!> perimeter), so that splinters count, too.
+!> Two blocks overlap when an inner point of one, or a point of its outline, lies inside the other one and farther from
+!> its outline than a tolerance: touching, and overlaps of round-off size, are allowed. The tolerance is e0, but at
+!> least 1e-5 of the size of the smaller block (files with six digits) and at most a tenth of its thickness (its area
+!> over half its perimeter), so that splinters count, too.
 module rockdda_io_overlap_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Values that are allowed but hardly meant: units that do not fit together, no load, nothing that holds the blocks.
 !>
-!> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and edges
-!> use are judged. The limits leave room for other units (feet, millimetres), centrifuges and soft rock; they are in
-!> docs/file-formats.md.
+!> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and
+!> edges use are judged. The limits leave room for other units (feet, millimetres), centrifuges and soft rock; they are
+!> in docs/file-formats.md.
 module rockdda_io_plausibility
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_strings, only : to_string
@@ -100,7 +100,8 @@ contains
                if (acceleration >= smallest_acceleration .and. acceleration <= largest_acceleration) cycle
                call warn('weight '//to_string(m%weight)//' and density '//to_string(m%density)// &
                          ' of block material '//to_string(k)//' give an acceleration of '// &
-                         to_string(acceleration, 3)//', not 9.81: do their units fit together (N with kg, kN with t)?', &
+                         to_string(acceleration, 3)// &
+                            ', not 9.81: do their units fit together (N with kg, kN with t)?', &
                          .false.)
             end associate
             return
@@ -137,9 +138,11 @@ contains
             ! E is too low already, and a stiffness that follows from it is no fault of its own
             return
          else if (penetration > largest_penetration) then
-            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//': under the weight of the model, '// &
+            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)// &
+               ': under the weight of the model, '// &
                       to_string(unit_weight, 4)//' times its height '//to_string(height, 4)// &
-                      ', blocks sink into each other by '//to_string(100*penetration, 2)//' % of their size', from_options)
+                      ', blocks sink into each other by '//to_string(100*penetration, 2)// &
+                         ' % of their size', from_options)
          else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
             call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//' is '// &
                       to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//to_string(e_max)// &

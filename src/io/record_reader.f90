@@ -296,7 +296,8 @@ contains
       integer :: i
       do i = 1, tokens%n - 1
          if (.not. tokens%has_decimal_comma(i)) cycle
-         call messages%add(severity%error, "'"//tokens%text(i)//','//tokens%text(i + 1)//"' is two numbers, because a "// &
+         call messages%add(severity%error, "'"//tokens%text(i)//','//tokens%text(i + 1)// &
+            "' is two numbers, because a "// &
                            'comma separates numbers; if it is meant as a decimal comma, write a point: '// &
                            tokens%text(i)//'.'//tokens%text(i + 1), tokens%origin(i))
          return
