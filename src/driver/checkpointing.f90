@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> A simulation into a checkpoint and out of it.
 module rockdda_driver_checkpointing
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -10,11 +10,17 @@ module rockdda_driver_checkpointing
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
    use rockdda_io_checkpoint_model, only : exchange_blocks, exchange_parameters
    use rockdda_io_checkpoint_state, only : exchange_state, exchange_contacts, exchange_control, exchange_ledger, &
-      exchange_record, state_fits
+      exchange_record
+   use rockdda_io_checkpoint_check, only : parameters_problem, blocks_problem, facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
+   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_posix, only : get_file_size
    implicit none
    private
    public :: save_checkpoint, load_checkpoint
+
+   !> Processor time to read a checkpoint: this many seconds, and one for this many bytes.
+   real(wp), parameter :: least_seconds = 1, slowest_reading = 1.0e7_wp
 
 contains
 
@@ -32,13 +38,39 @@ contains
       if (allocated(error)) return
       call exchange_blocks(checkpoint%archive, sim%blocks)
       call exchange_parameters(checkpoint%archive, sim%parameters)
-      call exchange_simulation(checkpoint%archive, sim)
+      call exchange_simulation(checkpoint%archive, sim, facts)
       call checkpoint%end_saving(sync, error)
       digest = checkpoint%digest
    end subroutine save_checkpoint
 
-   !> The simulation of a checkpoint, and what else it says.
+   !> The simulation of a checkpoint, and what else it says. The work is tried in a child first: HDF5 does not survive
+   !> every file.
    subroutine load_checkpoint(path, sim, facts, digest, error)
+      character(len=*), intent(in) :: path
+      type(simulation_type), intent(inout) :: sim
+      type(checkpoint_facts_type), intent(inout) :: facts
+      character(len=digest_length), intent(out) :: digest
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: of_child
+      integer :: outcome
+      call try_first(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
+      select case (outcome)
+      case (guard%in_child)
+         call load_values(path, sim, facts, digest, error)
+         call leave_child(error)
+      case (guard%crashed)
+         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 does not get through it')
+         return
+      case (guard%no_memory)
+         call move_alloc(of_child, error)
+         error%message = path//': '//error%message//' while it is read'
+         return
+      end select
+      call load_values(path, sim, facts, digest, error)
+   end subroutine load_checkpoint
+
+   !> Read and check everything.
+   subroutine load_values(path, sim, facts, digest, error)
       character(len=*), intent(in) :: path
       type(simulation_type), intent(inout) :: sim
       type(checkpoint_facts_type), intent(inout) :: facts
@@ -51,20 +83,34 @@ contains
       call checkpoint%begin_loading(path, facts, error)
       digest = checkpoint%digest
       if (allocated(error)) return
-      call exchange_blocks(checkpoint%archive, blocks)
-      call exchange_parameters(checkpoint%archive, parameters)
-      if (.not. allocated(checkpoint%archive%error)) call sim%init(blocks, parameters, error)
-      if (.not. allocated(error)) call exchange_simulation(checkpoint%archive, sim)
+      associate (archive => checkpoint%archive)
+         call exchange_blocks(archive, blocks)
+         call exchange_parameters(archive, parameters)
+         if (.not. allocated(archive%error)) call refuse(archive, facts_problem(facts))
+         if (.not. allocated(archive%error)) call refuse(archive, parameters_problem(parameters))
+         if (.not. allocated(archive%error)) call refuse(archive, blocks_problem(blocks, parameters))
+         if (.not. allocated(archive%error)) call sim%init(blocks, parameters, error)
+         if (allocated(error)) error%message = path//': the checkpoint is damaged: '//error%message
+         if (.not. allocated(error)) call exchange_simulation(archive, sim, facts)
+      end associate
       call checkpoint%end_loading(problem)
       if (.not. allocated(error) .and. allocated(problem)) call move_alloc(problem, error)
-   end subroutine load_checkpoint
+   end subroutine load_values
+
+   !> Loading fails when there is a problem.
+   subroutine refuse(archive, problem)
+      type(archive_type), intent(inout) :: archive
+      character(len=*), intent(in) :: problem       !! '': none
+      if (len(problem) > 0) call make_error(archive%error, error_code%input, archive%file%path// &
+                                            ': the checkpoint is damaged: '//problem)
+   end subroutine refuse
 
    !> Everything that the steps to come depend on besides the model.
-   subroutine exchange_simulation(archive, sim)
+   subroutine exchange_simulation(archive, sim, facts)
       type(archive_type), intent(inout) :: archive
       type(simulation_type), intent(inout) :: sim
+      type(checkpoint_facts_type), intent(in) :: facts
       real(wp), allocatable :: memory(:)
-      logical :: complete
       if (allocated(archive%error)) return
       call exchange_state(archive, sim%state)
       call exchange_contacts(archive, sim%contacts)
@@ -77,15 +123,9 @@ contains
       if (archive%saving) call sim%solver%pack(memory)
       call archive%item('memory', memory)
       if (archive%saving .or. allocated(archive%error)) return
-      if (allocated(memory)) call sim%solver%unpack(memory)
-      complete = state_fits(sim%state, sim%blocks) .and. allocated(sim%equations%x) .and. &
-                 allocated(sim%line_ends) .and. allocated(sim%control%released) .and. &
-                 allocated(sim%ledger%fixed_energy) .and. &
-                 allocated(sim%record%measured_displacement) .and. allocated(sim%record%measured_stress) .and. &
-                 allocated(sim%record%measured_rotation) .and. allocated(sim%record%fixed_force)
-      if (complete) complete = size(sim%equations%x, 2) == sim%blocks%n_blocks
-      if (.not. complete) call make_error(archive%error, error_code%input, archive%file%path// &
-                                          ': the state does not fit the model')
+      call refuse(archive, state_problem(sim%blocks, sim%parameters, facts, sim%state, sim%contacts, sim%control, &
+                                         sim%ledger, sim%record, sim%line_ends, sim%equations%x, memory))
+      if (allocated(memory) .and. .not. allocated(archive%error)) call sim%solver%unpack(memory)
    end subroutine exchange_simulation
 
 end module rockdda_driver_checkpointing

@@ -22,6 +22,9 @@ module rockdda_io_archive
       character(len=:), allocatable, private :: prefix !! 'state/'
    contains
       procedure :: section
+      procedure :: has_item
+      procedure :: length
+      procedure :: refuse
       generic :: item => integer_item, real_item, logical_item, text_item, integers_item, reals_item, &
          integer_rows_item, real_rows_item, logicals_item
       generic :: fixed => fixed_reals, fixed_integers
@@ -264,11 +267,41 @@ contains
       is_there = self%file%exists(self%prefix//name)
    end function is_there
 
+   !> Is there such an item in the present section? For loading.
+   logical function has_item(self, name)
+      class(archive_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      has_item = .false.
+      if (.not. allocated(self%error)) has_item = self%is_there(name)
+   end function has_item
+
+   !> Values of a list, rows of a table; -1 when it is not there. For loading.
+   integer(i8) function length(self, name)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), allocatable :: shape_there(:)
+      length = -1
+      if (.not. self%has_item(name)) return
+      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      if (allocated(self%error)) return
+      if (size(shape_there) > 0) length = shape_there(size(shape_there))
+   end function length
+
+   !> Loading fails: a value of the present section makes no sense.
+   subroutine refuse(self, name, what)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: what          !! 'holds an impossible number'
+      if (allocated(self%error)) return
+      call make_error(self%error, error_code%input, self%file%path//': the checkpoint is damaged: '// &
+                      self%prefix//name//' '//what)
+   end subroutine refuse
+
    !> An item that does not fit.
    subroutine wrong_size(self, name)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
-      call make_error(self%error, error_code%input, self%file%path//': '//self%prefix//name//' has an unexpected size')
+      call self%refuse(name, 'has an unexpected shape')
    end subroutine wrong_size
 
 end module rockdda_io_archive

@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> What a checkpoint says about itself.
 module rockdda_io_checkpoint_info
-   use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
+   use rockdda_io_checkpoint_check, only : facts_problem
    use rockdda_io_digest, only : digest_of_text, hexadecimal, digest_length
+   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_posix, only : get_file_size
    implicit none
    private
    public :: checkpoint_info_type, read_checkpoint_info
@@ -21,14 +24,42 @@ module rockdda_io_checkpoint_info
       character(len=:), allocatable :: solver
    end type checkpoint_info_type
 
+   !> Processor time to read a summary: this many seconds, and one for this many bytes, of which a digest is computed.
+   real(wp), parameter :: least_seconds = 0.5_wp, slowest_reading = 1.0e7_wp
+
 contains
 
-   !> Read the summary, after all tests of the file. An error (code input) when it is none or damaged.
+   !> Read the summary, after all tests of the file. An error (code input) when it is none or damaged. It is tried in a
+   !> child first: HDF5 does not survive every file.
    subroutine read_checkpoint_info(path, info, error)
       character(len=*), intent(in) :: path
       type(checkpoint_info_type), intent(out) :: info
       type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: of_child
+      integer :: outcome
+      call try_first(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
+      select case (outcome)
+      case (guard%in_child)
+         call read_all(path, info, error)
+         call leave_child(error)
+      case (guard%crashed)
+         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 does not get through it')
+         return
+      case (guard%no_memory)
+         call move_alloc(of_child, error)
+         error%message = path//': '//error%message//' while it is read'
+         return
+      end select
+      call read_all(path, info, error)
+   end subroutine read_checkpoint_info
+
+   !> Digest, facts, and some numbers of model and state.
+   subroutine read_all(path, info, error)
+      character(len=*), intent(in) :: path
+      type(checkpoint_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
       type(checkpoint_type) :: checkpoint
+      character(len=:), allocatable :: problem
       call checkpoint%begin_loading(path, info%facts, error)
       if (allocated(error)) return
       associate (archive => checkpoint%archive)
@@ -45,10 +76,17 @@ contains
          call archive%item('n', info%n_contacts)
       end associate
       call checkpoint%end_loading(error)
+      if (allocated(error)) return
+      problem = facts_problem(info%facts)
+      if (len(problem) == 0 .and. .not. allocated(info%solver)) problem = 'parameters/solver_method is missing'
+      if (len(problem) > 0) then
+         call make_error(error, error_code%input, path//': the checkpoint is damaged: '//problem)
+         return
+      end if
       info%digest = hexadecimal(checkpoint%digest)
       info%input_digests(1) = hexadecimal(digest_of_text(info%facts%header%geometry))
       info%input_digests(2) = hexadecimal(digest_of_text(info%facts%header%analysis))
       info%input_digests(3) = hexadecimal(digest_of_text(info%facts%header%config))
-   end subroutine read_checkpoint_info
+   end subroutine read_all
 
 end module rockdda_io_checkpoint_info

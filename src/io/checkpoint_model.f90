@@ -6,11 +6,13 @@
 !> the results of a resumed run.
 module rockdda_io_checkpoint_model
    use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
+   use rockdda_io_value_check, only : value_check_type
    implicit none
    private
    public :: exchange_blocks, exchange_parameters
@@ -124,6 +126,9 @@ contains
       call archive%item('block_materials', blocks)
       call archive%item('joint_materials', joints)
       if (archive%saving .or. .not. (allocated(blocks) .and. allocated(joints))) return
+      if (size(blocks, 1) /= 13) call archive%refuse('block_materials', 'has an unexpected shape')
+      if (size(joints, 1) /= 3) call archive%refuse('joint_materials', 'has an unexpected shape')
+      if (allocated(archive%error)) return
       allocate (parameters%block_materials(size(blocks, 2)), parameters%joint_materials(size(joints, 2)))
       do i = 1, size(blocks, 2)
          associate (m => parameters%block_materials(i))
@@ -154,6 +159,7 @@ contains
       n = 0
       if (archive%saving) n = size(parameters%joint_laws)
       call archive%item('joint_laws', n)
+      call check_number(archive, 'joint_laws', n, 'joint_law_'//to_string(n)//'_material')
       if (.not. archive%saving) allocate (parameters%joint_laws(n))
       do i = 1, n
          name = 'joint_law_'//to_string(i)
@@ -175,6 +181,7 @@ contains
       n = 0
       if (archive%saving) n = size(parameters%line_loads)
       call archive%item('line_loads', n)
+      call check_number(archive, 'line_loads', n, 'line_load_'//to_string(n)//'_ends')
       if (.not. archive%saving) allocate (parameters%line_loads(n))
       do i = 1, n
          name = 'line_load_'//to_string(i)
@@ -196,6 +203,7 @@ contains
       n = 0
       if (archive%saving) n = size(parameters%stages)
       call archive%item('stages', n)
+      call check_number(archive, 'stages', n, 'stage_'//to_string(n)//'_until_step')
       if (.not. archive%saving) allocate (parameters%stages(n))
       do i = 1, n
          name = 'stage_'//to_string(i)
@@ -209,6 +217,19 @@ contains
       end do
    end subroutine exchange_stages
 
+   !> A number of things that comes from a file: the last one must be there. Else it becomes 0, and loading fails.
+   subroutine check_number(archive, name, n, last)
+      type(archive_type), intent(inout) :: archive
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: n
+      character(len=*), intent(in) :: last        !! an item of the last one
+      logical :: there
+      if (archive%saving) return
+      there = archive%has_item(last)
+      if (n < 0 .or. (n > 0 .and. .not. there)) call archive%refuse(name, 'holds an impossible number')
+      if (allocated(archive%error)) n = 0
+   end subroutine check_number
+
    !> Tables of points, of which there may be many: all rows one after another, and where each table ends.
    subroutine exchange_tables(archive, name, tables)
       type(archive_type), intent(inout) :: archive
@@ -216,7 +237,9 @@ contains
       type(time_table_type), allocatable, intent(inout) :: tables(:)
       integer, allocatable :: offset(:)
       real(wp), allocatable :: rows(:, :)
+      type(value_check_type) :: check
       integer :: i
+      check%group = 'parameters'
       if (archive%saving) then
          allocate (offset(size(tables) + 1))
          offset(1) = 0
@@ -232,6 +255,11 @@ contains
       call archive%item(name//'_offset', offset)
       call archive%item(name//'_rows', rows)
       if (archive%saving .or. .not. (allocated(offset) .and. allocated(rows))) return
+      call check%has_shape(size(rows, 1) == 3, name//'_rows')
+      call check%are_offsets(offset, size(rows, 2), 0, name//'_offset')
+      if (.not. check%passed()) call make_error(archive%error, error_code%input, archive%file%path// &
+                                                ': the checkpoint is damaged: '//check%problem())
+      if (allocated(archive%error)) return
       allocate (tables(size(offset) - 1))
       do i = 1, size(tables)
          tables(i)%rows = rows(:, offset(i) + 1:offset(i + 1))

@@ -3,16 +3,15 @@
 !>
 !> A component that is added to these types has to be added here.
 module rockdda_io_checkpoint_state
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : i8
    use rockdda_contact_table, only : contact_table_type
-   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_io_archive, only : archive_type
    implicit none
    private
-   public :: exchange_state, exchange_contacts, exchange_control, exchange_ledger, exchange_record, state_fits
+   public :: exchange_state, exchange_contacts, exchange_control, exchange_ledger, exchange_record
 
 contains
 
@@ -44,11 +43,17 @@ contains
       type(archive_type), intent(inout) :: archive
       type(contact_table_type), intent(inout) :: contacts
       integer :: n, axis
+      integer(i8) :: rows
       character(len=*), parameter :: axes(2) = ['x', 'y']
       call archive%section('contacts')
       n = contacts%n
       call archive%item('n', n)
-      if (.not. archive%saving) call contacts%resize(n)
+      if (.not. archive%saving) then
+         rows = archive%length('vertex')
+         if (n < 0 .or. n /= rows) call archive%refuse('n', 'holds an impossible number')
+         if (allocated(archive%error)) return
+         call contacts%resize(n)
+      end if
       call archive%part('block_a', n, contacts%block_a)
       call archive%part('vertex', n, contacts%vertex)
       call archive%part('block_b', n, contacts%block_b)
@@ -124,37 +129,5 @@ contains
       call archive%item('measured_rotation', record%measured_rotation)
       call archive%item('fixed_force', record%fixed_force)
    end subroutine exchange_record
-
-   !> Is there everything that a state of these blocks consists of?
-   pure logical function state_fits(state, blocks)
-      type(block_state_type), intent(in) :: state
-      type(block_system_type), intent(in) :: blocks
-      integer :: nb
-      nb = blocks%n_blocks
-      state_fits = has_rows(state%vertices, 2, blocks%n_vertices()) .and. has_rows(state%centroid, 2, nb) .and. &
-                   has_rows(state%stress, 3, nb) .and. has_rows(state%velocity, 6, nb) .and. &
-                   has_rows(state%moments, 3, nb) .and. has(state%rotation, nb) .and. has(state%area, nb) .and. &
-                   has(state%mass, nb) .and. has_rows(state%fixed_position, 2, blocks%fixed%n) .and. &
-                   has_rows(state%loading_position, 2, blocks%loading%n) .and. &
-                   has_rows(state%measured_position, 2, blocks%measured%n) .and. &
-                   has_rows(state%bolt_ends, 4, blocks%bolts%n) .and. has(state%bolt_elongation, blocks%bolts%n) .and. &
-                   has(state%bolt_plastic, blocks%bolts%n)
-   end function state_fits
-
-   !> Is there a list of n reals?
-   pure logical function has(values, n)
-      real(wp), allocatable, intent(in) :: values(:)
-      integer, intent(in) :: n
-      has = allocated(values)
-      if (has) has = size(values) == n
-   end function has
-
-   !> Is there a table of n times m reals?
-   pure logical function has_rows(values, m, n)
-      real(wp), allocatable, intent(in) :: values(:, :)
-      integer, intent(in) :: m, n
-      has_rows = allocated(values)
-      if (has_rows) has_rows = size(values, 1) == m .and. size(values, 2) == n
-   end function has_rows
 
 end module rockdda_io_checkpoint_state

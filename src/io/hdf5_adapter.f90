@@ -18,6 +18,7 @@ module rockdda_io_hdf5_adapter
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
    use rockdda_io_hdf5_extras, only : write_chunk
+   use rockdda_io_hdf5_structure, only : kind_of_values, value_kind
    use rockdda_io_hdf5_attributes, only : hdf5_attributes_type
    use rockdda_io_hdf5_file, only : hdf5_version, new_space, new_text_type, take_text
    implicit none
@@ -32,6 +33,7 @@ module rockdda_io_hdf5_adapter
    type, extends(hdf5_attributes_type) :: hdf5_file_type
    contains
       procedure :: get_shape
+      procedure :: has_type
       generic :: write => write_reals, write_integers, write_text
       generic :: read => read_reals, read_integers, read_text
       procedure :: create_table
@@ -62,6 +64,20 @@ contains
       call h5sclose_f(space, status)
       call h5dclose_f(dataset, status)
    end subroutine get_shape
+
+   !> Does a dataset hold reals, or integers, as this module writes them?
+   logical function has_type(self, name, reals)
+      class(hdf5_file_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: reals                 !! else integers
+      integer(hid_t) :: dataset
+      integer :: status
+      has_type = .false.
+      call h5dopen_f(self%id, name, dataset, status)
+      if (status /= 0) return
+      has_type = kind_of_values(int(dataset, i8)) == merge(value_kind%reals, value_kind%integers, reals)
+      call h5dclose_f(dataset, status)
+   end function has_type
 
    !> Write a whole dataset of reals: values in array element order, shape in Fortran order.
    subroutine write_reals(self, name, shape, values, error)
@@ -275,6 +291,7 @@ contains
       integer(i8) :: n
       integer :: status
       call select_in_table(self, name, dataset, memory, space, n, error, skip, count)
+      if (.not. allocated(error)) call check_kind(self, name, dataset, memory, space, value_kind%reals, error)
       if (allocated(error)) return
       allocate (values(n))
       status = 0
@@ -294,6 +311,7 @@ contains
       integer(i8) :: n
       integer :: status
       call select_in_table(self, name, dataset, memory, space, n, error, skip, count)
+      if (.not. allocated(error)) call check_kind(self, name, dataset, memory, space, value_kind%integers, error)
       if (allocated(error)) return
       allocate (values(n))
       status = 0
@@ -317,6 +335,7 @@ contains
       place = c_loc(pointer)
       call new_text_type(type, status)
       call h5dopen_f(self%id, name, dataset, status)
+      if (status == 0) status = merge(0, -1, kind_of_values(int(dataset, i8)) == value_kind%text)
       if (status == 0) call h5dread_f(dataset, type, place, status)
       if (status == 0) then
          text = take_text(pointer(1))
@@ -356,6 +375,19 @@ contains
       call self%fail('cannot select rows of '//name, error)
       call h5dclose_f(dataset, status)
    end subroutine select_in_table
+
+   !> An error, with everything closed again, when a dataset does not hold values of this kind.
+   subroutine check_kind(self, name, dataset, memory, space, kind, error)
+      class(hdf5_file_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer(hid_t), intent(in) :: dataset, memory, space
+      integer, intent(in) :: kind              !! one of value_kind%...
+      type(error_type), allocatable, intent(out) :: error
+      if (kind_of_values(int(dataset, i8)) == kind) return
+      call self%fail('cannot read '//name//': it holds no '// &
+                     trim(merge('integers', 'reals   ', kind == value_kind%integers)), error)
+      call close_rows(dataset, memory, space)
+   end subroutine check_kind
 
    !> Open a dataset and its space and look at its shape.
    subroutine open_rows(self, name, dataset, space, dims, error)

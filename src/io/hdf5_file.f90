@@ -14,6 +14,7 @@ module rockdda_io_hdf5_file
    use rockdda_io_hdf5_driver, only : use_driver, use_driver_for_trial, walk, commit_pieces, sync_pieces, &
       drop_pieces, begin_undo, digest_length
    use rockdda_io_hdf5_extras, only : get_reason, disable_file_locking
+   use rockdda_io_hdf5_structure, only : structure_problem
    implicit none
    private
    public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, take_text
@@ -42,14 +43,16 @@ module rockdda_io_hdf5_file
 contains
 
    !> Create a file, replacing what is there. The caller has made sure that it may be replaced.
-   subroutine create_file(self, path, error, in_commits)
+   subroutine create_file(self, path, error, in_commits, name)
       class(hdf5_handle_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       logical, intent(in), optional :: in_commits   !! true: what is written waits for `flush`, then all or nothing
+      character(len=*), intent(in), optional :: name  !! for messages, when it is not the path
       integer(hid_t) :: access
       integer :: status
       self%path = path
+      if (present(name)) self%path = name
       self%failure = error_code%output
       self%in_commits = .false.
       if (present(in_commits)) self%in_commits = in_commits
@@ -73,6 +76,7 @@ contains
       if (status == 0) call h5fopen_f(path, merge(H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, writable), self%id, status, &
                                       access_prp=access)
       call end_opening(self, 'cannot open the file', access, status, error)
+      if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_file
 
    !> Open an existing file as it was at the checkpoint with this digest, and change it in memory only: nothing that
@@ -92,6 +96,7 @@ contains
       if (status == 0) call use_driver_for_trial(int(access, i8), path, digest, again, status)
       if (status == 0) call h5fopen_f(path, H5F_ACC_RDWR_F, self%id, status, access_prp=access)
       call end_opening(self, 'cannot open the file', access, status, error)
+      if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_for_trial
 
    !> The end of each way to open a file.
@@ -109,6 +114,17 @@ contains
       self%is_open = .true.
       call h5pclose_f(access, ignored)
    end subroutine end_opening
+
+   !> Close a file again, with an error (code input), that consists of more than plain data of its own.
+   subroutine check_structure(self, error)
+      class(hdf5_handle_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: problem
+      problem = structure_problem(int(self%id, i8))
+      if (len(problem) == 0) return
+      call self%abandon()
+      call make_error(error, error_code%input, self%path//': the file is not as RockDDA writes it: '//problem)
+   end subroutine check_structure
 
    !> Write what is left and close. Nothing happens when no file is open.
    subroutine close_file(self, error)

@@ -6,7 +6,9 @@ module rockdda_io_results_info
    use rockdda_base_strings, only : to_string
    use rockdda_io_guard, only : try_first, leave_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_results, only : results_format_version
+   use rockdda_io_posix, only : get_file_size
+   use rockdda_io_results_header, only : results_format_version
+   use rockdda_io_results_shape, only : check_results_shape
    implicit none
    private
    public :: results_info_type, read_results_info
@@ -22,8 +24,9 @@ module rockdda_io_results_info
       real(wp) :: first_frame = 0, last_frame = 0   !! times
    end type results_info_type
 
-   !> Reading a summary takes milliseconds of processor time; who needs this many seconds is lost in a damaged file.
-   real(wp), parameter :: seconds_to_read = 0.5_wp
+   !> Reading a summary takes milliseconds of processor time; who needs this many seconds, and one for this many bytes
+   !> of the file, is lost in a damaged file.
+   real(wp), parameter :: seconds_to_read = 0.5_wp, slowest_reading = 1.0e8_wp
 
 contains
 
@@ -35,7 +38,7 @@ contains
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
       integer :: outcome
-      call try_first(seconds_to_read, outcome, ignored)
+      call try_first(seconds_to_read + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, ignored)
       select case (outcome)
       case (guard%in_child)
          call file%open(path, .false., error)
@@ -92,6 +95,7 @@ contains
       if (.not. allocated(error)) call file%get_attribute('/', 'created', info%created, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
+      if (.not. allocated(error)) call check_results_shape(file, error)
       if (allocated(error)) return
       info%complete = complete /= 0
       call rows_of('model/block_material', info%n_blocks)

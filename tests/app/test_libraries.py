@@ -147,9 +147,13 @@ class Hdf5(LibraryTest):
     def test_attributes_that_cannot_be_listed(self):
         self.case.run("run", steps=3)
         before = self.kept()
+        words = b"error: the file is not as RockDDA writes it: / has attributes that cannot be read"
         outcome = self.case.run("resume", more=("--steps", "2"), env=self.fault("H5Aiterate2", 1))
         self.assertEqual(outcome.returncode, 2)
-        self.assertIn(b"out.h5: error: these results are damaged: cannot list what is in the file", outcome.stderr)
+        self.assertIn(b"out.ckpt.h5: " + words, outcome.stderr)
+        outcome = self.run_program("info", self.case.folder / "out.h5", env=self.fault("H5Aiterate2", 1))
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("out.h5: " + words.decode(), outcome.err)
         self.assertEqual(self.kept(), before)
 
     def test_results_that_cannot_be_opened_once_more(self):

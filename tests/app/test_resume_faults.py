@@ -38,7 +38,7 @@ class DamagedResults(ResumeTest):
     refusal = (
         r"\Ablock\.h5: error: (these results are damaged: .+|the file is damaged: HDF5 does not get through it|"
         r"these results are not those of the checkpoint; .+|these results end before the checkpoint .+|"
-        r"cannot open the file .+)\n\Z"
+        r"the file is not as RockDDA writes it: .+|cannot open the file .+)\n\Z"
     )
 
     def setUp(self):

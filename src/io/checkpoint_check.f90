@@ -1,0 +1,461 @@
+! SPDX-License-Identifier: MIT
+!> Can a run go on from what a checkpoint holds? Shapes, ranges of numbers and indices, finite values, and that the
+!> parts belong together.
+!>
+!> The digest of a checkpoint finds damage, but anybody can compute it: nothing here trusts a value because the digest
+!> fits. The procedures return the first problem, as "model/vertices has an unexpected shape", or ''. Each may rely on
+!> what the ones before have checked: parameters, blocks, facts, state.
+module rockdda_io_checkpoint_check
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_model_options, only : is_set
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : block_state_type, step_record_type
+   use rockdda_stepping_control, only : step_control_type
+   use rockdda_stepping_ledger, only : ledger_type
+   use rockdda_io_checkpoint, only : checkpoint_facts_type
+   use rockdda_io_value_check, only : value_check_type
+   implicit none
+   private
+   public :: parameters_problem, blocks_problem, facts_problem, state_problem
+
+   !> Coordinates as large as input may have them.
+   real(wp), parameter :: largest_coordinate = 1.0e30_wp
+   integer, parameter :: most_threads = 4096
+
+contains
+
+   !> Numbers of the run, materials, loads, stages.
+   function parameters_problem(p) result(problem)
+      type(parameters_type), intent(in) :: p
+      character(len=:), allocatable :: problem
+      type(value_check_type) :: check
+      integer :: i
+      check%group = 'parameters'
+      call check%is_there(allocated(p%title), 'title')
+      call check%is_there(allocated(p%solver_method), 'solver_method')
+      call check%is_there(allocated(p%preconditioner), 'preconditioner')
+      call check%is_there(allocated(p%block_materials), 'block_materials')
+      call check%is_there(allocated(p%joint_materials), 'joint_materials')
+      call check%is_there(allocated(p%joint_laws), 'joint_laws')
+      call check%is_there(allocated(p%line_loads), 'line_loads')
+      call check%is_there(allocated(p%stages), 'stages')
+      call check%is_there(allocated(p%fixed_tables), 'fixed_table_rows')
+      call check%is_there(allocated(p%loading_tables), 'loading_table_rows')
+      call check%holds(p%n_steps >= 0, 'n_steps')
+      call check%holds(p%t_end >= 0, 't_end')
+      call check%holds(p%k01 >= 0 .and. p%k01 <= 1, 'k01')
+      call check%holds(p%dt_max > 0 .and. p%dt_max <= huge(p%dt_max), 'dt_max')
+      call check%holds(p%dt_min > 0 .and. p%dt_min <= p%dt_max, 'dt_min')
+      call check%holds(p%cut_factor > 0 .and. p%cut_factor < 1, 'cut_factor')
+      call check%holds(p%max_open_close >= 1 .and. p%max_open_close <= 1000, 'max_open_close')
+      call check%holds(p%displacement_ratio > 0 .and. p%displacement_ratio <= huge(1.0_wp), 'displacement_ratio')
+      call check%holds(p%w0 > 0 .and. p%w0 <= largest_coordinate, 'w0')
+      call check%holds(p%normal_stiffness > 0 .and. p%normal_stiffness <= huge(1.0_wp), 'normal_stiffness')
+      call check%holds(p%shear_stiffness > 0 .and. p%shear_stiffness <= huge(1.0_wp), 'shear_stiffness')
+      call check%holds(p%fixed_stiffness > 0 .and. p%fixed_stiffness <= huge(1.0_wp), 'fixed_stiffness')
+      call check%holds(p%search_distance >= 0 .and. p%search_distance <= huge(1.0_wp), 'search_distance')
+      call check%holds(p%angle_tolerance >= 0 .and. p%angle_tolerance < 1.6_wp, 'angle_tolerance')
+      call check%holds(p%close_tolerance >= 0 .and. p%close_tolerance <= p%w0, 'close_tolerance')
+      call check%holds(p%open_tolerance >= 0 .and. p%open_tolerance <= p%w0, 'open_tolerance')
+      call check%holds(p%mass_damping >= 0 .and. p%mass_damping <= huge(1.0_wp), 'mass_damping')
+      call check%holds(abs(p%gravity) <= huge(1.0_wp), 'gravity')
+      call check%holds(p%solver_tolerance > 0 .and. p%solver_tolerance < 1, 'solver_tolerance')
+      call check%holds(p%sor_factor >= 1 .and. p%sor_factor < 2, 'sor_factor')
+      call check_table(check, 'base_table', 3, p%base%table)
+      if (allocated(p%base%harmonics)) then
+         call check%has_shape(size(p%base%harmonics, 1) == 5, 'base_harmonics')
+         call check%is_finite(p%base%harmonics, 'base_harmonics')
+      end if
+      if (.not. check%passed()) then
+         problem = check%problem()
+         return
+      end if
+      call check%holds(size(p%block_materials) >= 1, 'block_materials')
+      call check%holds(size(p%joint_materials) >= 1, 'joint_materials')
+      do i = 1, size(p%block_materials)
+         associate (m => p%block_materials(i))
+            call check%is_finite([m%density, m%weight, m%youngs_modulus, m%stress, m%stress_gradient, m%velocity], &
+                                 'block_materials')
+            call check%holds(m%density > 0 .and. m%youngs_modulus > 0 .and. m%poisson_ratio > -1 .and. &
+                             m%poisson_ratio < 0.5_wp, 'block_materials')
+         end associate
+      end do
+      do i = 1, size(p%joint_materials)
+         associate (m => p%joint_materials(i))
+            call check%is_finite([m%cohesion, m%tension], 'joint_materials')
+            call check%holds(m%friction_angle >= 0 .and. m%friction_angle < 90 .and. m%cohesion >= 0 .and. &
+                             m%tension >= 0, 'joint_materials')
+         end associate
+      end do
+      do i = 1, size(p%joint_laws)
+         associate (law => p%joint_laws(i), name => 'joint_law_'//to_string(i))
+            call check%holds(law%damping_ratio >= 0 .and. law%damping_ratio <= huge(1.0_wp), name//'_damping_ratio')
+            if (allocated(law%parameters)) call check%is_finite(law%parameters, name//'_parameters')
+         end associate
+      end do
+      do i = 1, size(p%line_loads)
+         associate (load => p%line_loads(i), name => 'line_load_'//to_string(i))
+            call check%holds(all(abs(load%ends) <= largest_coordinate), name//'_ends')
+            call check%is_finite(load%force_start, name//'_force_start')
+            call check%is_finite(load%force_end, name//'_force_end')
+            call check_table(check, name//'_table', 2, load%table)
+         end associate
+      end do
+      do i = 1, size(p%fixed_tables)
+         call check_table(check, 'fixed_table_rows', 3, p%fixed_tables(i)%rows)
+      end do
+      do i = 1, size(p%loading_tables)
+         call check_table(check, 'loading_table_rows', 3, p%loading_tables(i)%rows)
+      end do
+      call check_stages(check, p)
+      problem = check%problem()
+   end function parameters_problem
+
+   !> A table of m columns: finite, times in order. One that is not there is empty.
+   subroutine check_table(check, name, m, rows)
+      type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: m
+      real(wp), allocatable, intent(in) :: rows(:, :)
+      integer :: n
+      if (.not. allocated(rows)) return
+      call check%has_shape(size(rows, 1) == m, name)
+      call check%is_finite(rows, name)
+      if (.not. check%passed()) return
+      n = size(rows, 2)
+      call check%holds(all(rows(1, 2:n) >= rows(1, 1:n - 1)), name)
+   end subroutine check_table
+
+   !> Ends, k01 and weights of stages.
+   subroutine check_stages(check, p)
+      type(value_check_type), intent(inout) :: check
+      type(parameters_type), intent(in) :: p
+      integer :: i
+      do i = 1, size(p%stages)
+         associate (stage => p%stages(i), name => 'stage_'//to_string(i))
+            call check%holds(.not. is_set(stage%until_step) .or. stage%until_step >= 0, name//'_until_step')
+            call check%is_finite([stage%until_time], name//'_until_time')
+            call check%is_finite([stage%k01], name//'_k01')
+            call check%holds(.not. is_set(stage%k01) .or. (stage%k01 >= 0 .and. stage%k01 <= 1), name//'_k01')
+            call check%is_finite([stage%gravity], name//'_gravity')
+         end associate
+      end do
+   end subroutine check_stages
+
+   !> Outlines, materials, points and bolts of blocks.
+   function blocks_problem(blocks, p) result(problem)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: p          !! checked
+      character(len=:), allocatable :: problem
+      type(value_check_type) :: check
+      integer :: nb, nv
+      nb = blocks%n_blocks
+      check%group = 'model'
+      call check%is_there(allocated(blocks%vertex_offset), 'vertex_offset')
+      call check%is_there(allocated(blocks%vertices), 'vertices')
+      call check%is_there(allocated(blocks%edge_joint), 'edge_joint')
+      call check%is_there(allocated(blocks%block_material), 'block_material')
+      nv = 0
+      if (check%passed()) then
+         nv = size(blocks%edge_joint)
+         call check%holds(nb >= 1, 'n_blocks')
+         call check%has_shape(size(blocks%block_material) == nb, 'block_material')
+         call check%has_shape(size(blocks%vertex_offset) - 1 == nb, 'vertex_offset')
+         call check%has_shape(size(blocks%vertices, 1) == 2 .and. size(blocks%vertices, 2) >= nv, 'vertices')
+      end if
+      if (check%passed()) then
+         call check%are_offsets(blocks%vertex_offset, nv, 3, 'vertex_offset')
+         call check%holds(all(abs(blocks%vertices(:, 1:nv)) <= largest_coordinate), 'vertices')
+         call check%in_range(blocks%edge_joint, 0, size(p%joint_materials), 'edge_joint')
+         call check%in_range(blocks%block_material, 1, size(p%block_materials), 'block_material')
+         if (allocated(blocks%file_line)) call check%has_shape(size(blocks%file_line) == nb, 'file_line')
+      end if
+      if (check%passed()) call check%holds(bridges_pair(blocks), 'edge_joint')
+      call check_points(check, 'fixed', blocks%fixed, blocks%n_blocks)
+      call check_points(check, 'loading', blocks%loading, blocks%n_blocks)
+      call check_points(check, 'measured', blocks%measured, blocks%n_blocks)
+      call check_bolts(check, blocks)
+      check%group = 'parameters'
+      call check%has_shape(size(p%fixed_tables) == blocks%fixed%n, 'fixed_table_offset')
+      call check%has_shape(size(p%loading_tables) == blocks%loading%n, 'loading_table_offset')
+      problem = check%problem()
+   end function blocks_problem
+
+   !> Is each bridge edge (joint 0) walked back exactly once in the same block?
+   pure logical function bridges_pair(blocks)
+      type(block_system_type), intent(in) :: blocks
+      integer :: i, j, k, first, last, n
+      bridges_pair = .true.
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         if (all(blocks%edge_joint(first:last) > 0)) cycle
+         do k = first, last
+            if (blocks%edge_joint(k) > 0) cycle
+            n = 0
+            do j = first, last
+               if (j == k .or. blocks%edge_joint(j) > 0) cycle
+               if (same(j, next(k)) .and. same(next(j), k)) n = n + 1
+            end do
+            if (n /= 1) bridges_pair = .false.
+            if (n /= 1) return
+         end do
+      end do
+
+   contains
+
+      !> The vertex behind vertex m of block i.
+      pure integer function next(m)
+         integer, intent(in) :: m
+         next = merge(first, m + 1, m == last)
+      end function next
+
+      !> Are two vertices in one place?
+      pure logical function same(a, b)
+         integer, intent(in) :: a, b
+         same = .not. any(abs(blocks%vertices(:, a) - blocks%vertices(:, b)) > 0)
+      end function same
+
+   end function bridges_pair
+
+   !> Points on blocks.
+   subroutine check_points(check, name, points, nb)
+      type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name
+      type(point_set_type), intent(in) :: points
+      integer, intent(in) :: nb
+      integer :: n
+      n = points%n
+      call check%holds(n >= 0, name//'_n')
+      if (n == 0 .or. .not. check%passed()) return
+      call check%is_there(allocated(points%position), name//'_position')
+      call check%is_there(allocated(points%block), name//'_block')
+      if (.not. check%passed()) return
+      call check%has_shape(size(points%position, 1) == 2 .and. size(points%position, 2) >= n, name//'_position')
+      call check%has_shape(size(points%block) >= n, name//'_block')
+      if (.not. check%passed()) return
+      call check%holds(all(abs(points%position(:, 1:n)) <= largest_coordinate), name//'_position')
+      call check%in_range(points%block(1:n), 1, nb, name//'_block')
+   end subroutine check_points
+
+   !> Bolts between blocks, or a block and the fixed outside.
+   subroutine check_bolts(check, blocks)
+      type(value_check_type), intent(inout) :: check
+      type(block_system_type), intent(in) :: blocks
+      integer :: n
+      associate (bolts => blocks%bolts)
+         n = bolts%n
+         call check%holds(n >= 0, 'bolt_n')
+         if (n == 0 .or. .not. check%passed()) return
+         call check%is_there(allocated(bolts%ends), 'bolt_ends')
+         call check%is_there(allocated(bolts%blocks), 'bolt_blocks')
+         call check%is_there(allocated(bolts%stiffness), 'bolt_stiffness')
+         call check%is_there(allocated(bolts%pretension), 'bolt_pretension')
+         call check%is_there(allocated(bolts%strength), 'bolt_strength')
+         if (.not. check%passed()) return
+         call check%has_shape(size(bolts%ends, 1) == 4 .and. size(bolts%ends, 2) >= n, 'bolt_ends')
+         call check%has_shape(size(bolts%blocks, 1) == 2 .and. size(bolts%blocks, 2) >= n, 'bolt_blocks')
+         call check%has_shape(size(bolts%stiffness) >= n, 'bolt_stiffness')
+         call check%has_shape(size(bolts%pretension) >= n, 'bolt_pretension')
+         call check%has_shape(size(bolts%strength) >= n, 'bolt_strength')
+         if (.not. check%passed()) return
+         call check%holds(all(abs(bolts%ends(:, 1:n)) <= largest_coordinate), 'bolt_ends')
+         call check%in_range(reshape(bolts%blocks(:, 1:n), [2*n]), 0, blocks%n_blocks, 'bolt_blocks')
+         call check%is_finite(bolts%stiffness(1:n), 'bolt_stiffness')
+         call check%holds(all(bolts%stiffness(1:n) > 0), 'bolt_stiffness')
+         call check%is_finite(bolts%pretension(1:n), 'bolt_pretension')
+         call check%is_finite(bolts%strength(1:n), 'bolt_strength')
+         call check%holds(all(bolts%strength(1:n) >= 0), 'bolt_strength')
+      end associate
+   end subroutine check_bolts
+
+   !> What a checkpoint says about its run. `results_ending` becomes part of a path.
+   function facts_problem(facts) result(problem)
+      type(checkpoint_facts_type), intent(in) :: facts
+      character(len=:), allocatable :: problem
+      type(value_check_type) :: check
+      check%group = 'input'
+      call check%is_there(allocated(facts%header%geometry), 'geometry')
+      call check%is_there(allocated(facts%header%analysis), 'analysis')
+      call check%is_there(allocated(facts%header%config), 'config')
+      call check%is_there(allocated(facts%model_file), 'model_file')
+      call check%is_there(allocated(facts%analysis_file), 'analysis_file')
+      call check%is_there(allocated(facts%config_file), 'config_file')
+      check%group = 'results'
+      call check%is_there(allocated(facts%header%title), 'title')
+      call check%is_there(allocated(facts%header%created), 'created')
+      call check%is_there(allocated(facts%written), 'written')
+      call check%is_there(allocated(facts%results_ending), 'ending')
+      if (check%passed()) then
+         associate (ending => facts%results_ending)
+            call check%holds(any(ending == [character(len=5) :: '', '.h5', '.hdf5', '.hdf']) .and. &
+                             len(ending) == len_trim(ending), 'ending')
+         end associate
+      end if
+      call check%holds(facts%rows%steps >= 0 .and. facts%rows%steps < huge(1), 'history_rows')
+      call check%holds(facts%rows%frames >= 0 .and. facts%rows%frames <= facts%rows%steps + 1, 'frame_rows')
+      call check%holds(facts%rows%contacts >= 0, 'contact_rows')
+      call check%holds(facts%frame_every >= 0, 'frame_every')
+      call check%holds(facts%frame_interval >= 0 .and. facts%frame_interval <= huge(1.0_wp), 'frame_interval')
+      call check%holds(facts%frames_passed >= 0, 'frames_passed')
+      call check%holds(facts%last_frame >= -1 .and. facts%last_frame <= facts%rows%steps, 'last_frame')
+      call check%holds(facts%threads >= 0 .and. facts%threads <= most_threads, 'threads')
+      call check%holds(facts%checkpoint_every > 0 .and. facts%checkpoint_every <= huge(1.0_wp), 'checkpoint_every')
+      problem = check%problem()
+   end function facts_problem
+
+   !> Moving blocks, contacts, step control, energies, the last record, and what the solver goes on from.
+   function state_problem(blocks, p, facts, state, contacts, control, ledger, record, line_ends, solution, memory) &
+      result(problem)
+      type(block_system_type), intent(in) :: blocks         !! checked
+      type(parameters_type), intent(in) :: p                !! checked
+      type(checkpoint_facts_type), intent(in) :: facts      !! checked
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: contacts
+      type(step_control_type), intent(in) :: control
+      type(ledger_type), intent(in) :: ledger
+      type(step_record_type), intent(in) :: record
+      real(wp), allocatable, intent(in) :: line_ends(:, :), solution(:, :)
+      real(wp), allocatable, intent(in) :: memory(:)        !! of the solver
+      character(len=:), allocatable :: problem
+      type(value_check_type) :: check
+      integer :: nb
+      nb = blocks%n_blocks
+      call check_motion(check, blocks, state)
+      call check%holds(state%step == facts%rows%steps, 'step')
+      call check_contacts(check, blocks, p, contacts)
+      check%group = 'control'
+      call check%holds(control%dt > 0 .and. control%dt <= huge(1.0_wp), 'dt')
+      call check%holds(control%last_dt >= 0 .and. control%last_dt <= huge(1.0_wp), 'last_dt')
+      call check%holds(control%last_displacement >= 0 .and. control%last_displacement <= huge(1.0_wp), &
+                       'last_displacement')
+      call check%holds(control%last_k01 >= 0 .and. control%last_k01 <= 1, 'last_k01')
+      call check%holds(control%stage >= 1 .and. control%stage <= size(p%stages) + 1, 'stage')
+      call check%is_there(allocated(control%released), 'released')
+      if (check%passed()) call check%has_shape(size(control%released) == blocks%fixed%n, 'released')
+      check%group = 'ledger'
+      call check%is_finite(ledger%total, 'total')
+      call check%is_finite([ledger%at_start], 'at_start')
+      call check%is_finite([ledger%contact_energy], 'contact_energy')
+      call check%is_finite([ledger%bolt_energy], 'bolt_energy')
+      call check%list(ledger%fixed_energy, blocks%fixed%n, 'fixed_energy')
+      check%group = 'record'
+      call check%holds(record%step == state%step, 'step')
+      call check%holds(.not. abs(record%time - state%time) > 0, 'time')
+      call check%is_finite([record%time], 'time')
+      call check%is_finite([record%dt], 'dt')
+      call check%in_range([record%open_close_iterations], 0, huge(1), 'open_close_iterations')
+      call check%in_range([record%attempts], 0, huge(1), 'attempts')
+      call check%in_range([record%solver_iterations], 0, huge(1), 'solver_iterations')
+      call check%in_range(record%contacts, 0, huge(1), 'contacts')
+      call check%is_finite([record%max_displacement], 'max_displacement')
+      call check%is_finite(record%energy, 'energy')
+      call check%table(record%measured_displacement, 2, blocks%measured%n, 'measured_displacement')
+      call check%table(record%measured_stress, 3, blocks%measured%n, 'measured_stress')
+      call check%list(record%measured_rotation, blocks%measured%n, 'measured_rotation')
+      call check%table(record%fixed_force, 2, blocks%fixed%n, 'fixed_force')
+      check%group = 'solver'
+      call check%table(line_ends, 4, size(p%line_loads), 'line_ends')
+      call check%table(solution, 6, nb, 'last_solution')
+      if (allocated(memory)) then
+         call check%is_finite(memory, 'memory')
+         ! counts of solves
+         call check%holds(all(memory(2:) >= 0 .and. memory(2:) <= 2.0_wp**30), 'memory')
+      end if
+      problem = check%problem()
+   end function state_problem
+
+   !> Positions, stresses and velocities of blocks and points.
+   subroutine check_motion(check, blocks, state)
+      type(value_check_type), intent(inout) :: check
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      integer :: nb
+      nb = blocks%n_blocks
+      check%group = 'state'
+      call check%holds(state%step >= 0 .and. state%step < huge(1), 'step')
+      call check%holds(state%time >= 0 .and. state%time <= huge(1.0_wp), 'time')
+      call check%table(state%vertices, 2, blocks%n_vertices(), 'vertices', largest_coordinate)
+      call check%table(state%centroid, 2, nb, 'centroid', largest_coordinate)
+      call check%list(state%rotation, nb, 'rotation')
+      call check%table(state%stress, 3, nb, 'stress')
+      call check%table(state%velocity, 6, nb, 'velocity')
+      call check%list(state%area, nb, 'area')
+      call check%table(state%moments, 3, nb, 'moments')
+      call check%list(state%mass, nb, 'mass')
+      if (check%passed()) then
+         call check%holds(all(state%area > 0), 'area')
+         call check%holds(all(state%mass > 0), 'mass')
+      end if
+      call check%table(state%fixed_position, 2, blocks%fixed%n, 'fixed_position', largest_coordinate)
+      call check%table(state%loading_position, 2, blocks%loading%n, 'loading_position', largest_coordinate)
+      call check%table(state%measured_position, 2, blocks%measured%n, 'measured_position', largest_coordinate)
+      call check%table(state%bolt_ends, 4, blocks%bolts%n, 'bolt_ends', largest_coordinate)
+      call check%list(state%bolt_elongation, blocks%bolts%n, 'bolt_elongation')
+      call check%list(state%bolt_plastic, blocks%bolts%n, 'bolt_plastic')
+   end subroutine check_motion
+
+   !> Rows of contacts: vertices and edges of their blocks, in order, partners that name each other.
+   subroutine check_contacts(check, blocks, p, contacts)
+      type(value_check_type), intent(inout) :: check
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: p
+      type(contact_table_type), intent(in) :: contacts
+      integer :: n, c
+      if (.not. check%passed()) return
+      check%group = 'contacts'
+      n = contacts%n
+      associate (t => contacts)
+         call check%in_range(t%block_a(1:n), 1, blocks%n_blocks, 'block_a')
+         call check%in_range(t%block_b(1:n), 1, blocks%n_blocks, 'block_b')
+         call check%in_range(t%partner(1:n), 0, n, 'partner')
+         call check%in_range(t%joint(1:n), 1, size(p%joint_materials), 'joint')
+         call check%in_range(t%state(1:n), 0, 2, 'state')
+         call check%in_range(t%slip_sign(1:n), -1, 1, 'slip_sign')
+         if (.not. check%passed()) return
+         do c = 1, n
+            call check%holds(owns(t%block_a(c), t%vertex(c)), 'vertex')
+            call check%holds(owns(t%block_b(c), t%edge(c)), 'edge')
+            if (t%partner(c) > 0) call check%holds(t%partner(t%partner(c)) == c .and. t%partner(c) /= c, 'partner')
+            if (c > 1) call check%holds(in_order(c), 'vertex')
+            if (.not. check%passed()) return
+         end do
+         call check%is_finite(t%shear(1:n), 'shear')
+         call check%is_finite(t%normal_force(1:n), 'normal_force')
+         call check%is_finite(t%shear_force(1:n), 'shear_force')
+         call check%is_finite(t%total_slip(1:n), 'total_slip')
+         call check%is_finite(t%energy(1:n), 'energy')
+         call check%is_finite(t%gap(1:n), 'gap')
+         call check%is_finite(t%length(1:n), 'length')
+         call check%is_finite(t%normal(:, 1:n), 'normal_x')
+         call check%is_finite(t%point(:, 1:n), 'point_x')
+      end associate
+
+   contains
+
+      !> Is vertex k one of block i?
+      pure logical function owns(i, k)
+         integer, intent(in) :: i, k
+         owns = k > blocks%vertex_offset(i) .and. k <= blocks%vertex_offset(i + 1)
+      end function owns
+
+      !> Does row r come after the row before it?
+      pure logical function in_order(r)
+         integer, intent(in) :: r
+         integer :: one(4), other(4), i
+         one = [contacts%block_a(r - 1), contacts%vertex(r - 1), contacts%block_b(r - 1), contacts%edge(r - 1)]
+         other = [contacts%block_a(r), contacts%vertex(r), contacts%block_b(r), contacts%edge(r)]
+         in_order = .false.
+         do i = 1, 4
+            if (one(i) == other(i)) cycle
+            in_order = one(i) < other(i)
+            return
+         end do
+      end function in_order
+
+   end subroutine check_contacts
+
+end module rockdda_io_checkpoint_check

@@ -1,0 +1,169 @@
+! SPDX-License-Identifier: MIT
+!> Do the arrays of a results file fit each other? Names, types and shapes of all tables, and the numbers by which
+!> others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are not read.
+!>
+!> The Python package has the same rules and words (postprocess/rockdda/results_check.py).
+module rockdda_io_results_shape
+   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_model_state, only : n_energies
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_value_check, only : value_check_type
+   implicit none
+   private
+   public :: check_results_shape
+
+   !> Types of the values of a table.
+   logical, parameter :: reals = .true., integers = .false.
+
+contains
+
+   !> An error (code input) "FILE: error: the file is damaged: …" when they do not.
+   subroutine check_results_shape(file, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(error_type), allocatable, intent(out) :: error
+      type(value_check_type) :: check
+      integer :: nb, nv, points(3)
+      call check_model(file, check, nb, nv, points)
+      call check_history(file, check, points)
+      call check_frames(file, check, nb, nv)
+      if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
+                                                check%problem())
+   end subroutine check_results_shape
+
+   !> The model, and its numbers of blocks, vertices, and fixed, loading and measured points.
+   subroutine check_model(file, check, nb, nv, points)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, intent(out) :: nb, nv, points(3)
+      character(len=*), parameter :: kinds(3) = [character(len=15) :: 'fixed_points', 'loading_points', &
+                                                 'measured_points']
+      integer, allocatable :: numbers(:)
+      type(error_type), allocatable :: error
+      integer :: i
+      check%group = 'model'
+      nb = rows_of(file, check, 'block_area', reals, [integer ::])
+      nv = rows_of(file, check, 'vertices', reals, [2])
+      call check%has_shape(nb >= 1, 'block_area')
+      call check%has_shape(rows_of(file, check, 'vertex_offset', integers, [integer ::]) - 1 == nb, 'vertex_offset')
+      call check%has_shape(rows_of(file, check, 'edge_joint', integers, [integer ::]) == nv, 'edge_joint')
+      call check%has_shape(rows_of(file, check, 'block_material', integers, [integer ::]) == nb, 'block_material')
+      call check%has_shape(rows_of(file, check, 'block_centroid', reals, [2]) == nb, 'block_centroid')
+      do i = 1, 3
+         points(i) = rows_of(file, check, trim(kinds(i)), reals, [2])
+      end do
+      call take_integers('vertex_offset')
+      if (check%passed()) call check%are_offsets(numbers, nv, 3, 'vertex_offset')
+      call take_integers('edge_joint')
+      if (check%passed()) call check%in_range(numbers, 0, huge(1), 'edge_joint')
+      call take_integers('block_material')
+      if (check%passed()) call check%in_range(numbers, 1, huge(1), 'block_material')
+      call take_reals('vertices')
+      call take_reals('block_area')
+      call take_reals('block_centroid')
+      do i = 1, 3
+         call take_reals(trim(kinds(i)))
+         if (.not. check%passed()) return
+         call file%get_attribute('model/'//trim(kinds(i)), 'block', numbers, error)
+         call check%has_shape(.not. allocated(error), trim(kinds(i))//'@block')
+         if (.not. check%passed()) return
+         call check%has_shape(size(numbers) == points(i), trim(kinds(i))//'@block')
+         call check%in_range(numbers, 0, nb - 1, trim(kinds(i))//'@block')
+      end do
+
+   contains
+
+      !> Read a list of integers.
+      subroutine take_integers(name)
+         character(len=*), intent(in) :: name
+         if (.not. check%passed()) return
+         call file%read('model/'//name, numbers, error)
+         call check%is_read(error, file%path, name)
+      end subroutine take_integers
+
+      !> Read reals, which must be finite.
+      subroutine take_reals(name)
+         character(len=*), intent(in) :: name
+         real(wp), allocatable :: values(:)
+         if (.not. check%passed()) return
+         call file%read('model/'//name, values, error)
+         call check%is_read(error, file%path, name)
+         if (check%passed()) call check%is_finite(values, name)
+      end subroutine take_reals
+
+   end subroutine check_model
+
+   !> Tables with a row per step. A kill leaves some longer than others.
+   subroutine check_history(file, check, points)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, intent(in) :: points(3)
+      character(len=*), parameter :: plain(7) = [character(len=21) :: 'step', 'open_close_iterations', 'attempts', &
+                                                 'solver_iterations', 'time', 'dt', 'max_displacement']
+      integer :: i, n
+      check%group = 'history'
+      do i = 1, size(plain)
+         n = rows_of(file, check, trim(plain(i)), i > 4, [integer ::])
+      end do
+      n = rows_of(file, check, 'contacts', integers, [3])
+      n = rows_of(file, check, 'energy', reals, [n_energies])
+      n = rows_of(file, check, 'measured_displacement', reals, [2, points(3)])
+      n = rows_of(file, check, 'measured_stress', reals, [3, points(3)])
+      n = rows_of(file, check, 'measured_rotation', reals, [points(3)])
+      n = rows_of(file, check, 'fixed_force', reals, [2, points(1)])
+   end subroutine check_history
+
+   !> Tables with a row per frame or contact.
+   subroutine check_frames(file, check, nb, nv)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, intent(in) :: nb, nv
+      integer, allocatable :: offsets(:)
+      type(error_type), allocatable :: error
+      integer :: n, m
+      check%group = 'frames'
+      n = rows_of(file, check, 'step', integers, [integer ::])
+      n = rows_of(file, check, 'time', reals, [integer ::])
+      n = rows_of(file, check, 'vertices', reals, [2, nv])
+      n = rows_of(file, check, 'centroid', reals, [2, nb])
+      n = rows_of(file, check, 'rotation', reals, [nb])
+      n = rows_of(file, check, 'stress', reals, [3, nb])
+      n = rows_of(file, check, 'velocity', reals, [6, nb])
+      n = rows_of(file, check, 'contact_point', reals, [2])
+      n = rows_of(file, check, 'contact_force', reals, [2])
+      n = rows_of(file, check, 'contact_state', integers, [integer ::])
+      n = rows_of(file, check, 'contact_blocks', integers, [2])
+      m = rows_of(file, check, 'contact_offset', integers, [integer ::])
+      call check%has_shape(m >= 1, 'contact_offset')
+      if (.not. check%passed()) return
+      call file%read('frames/contact_offset', offsets, error)
+      call check%is_read(error, file%path, 'contact_offset')
+      ! after a kill there may be fewer contacts than the last offsets say
+      if (check%passed()) call check%are_offsets(offsets, offsets(m), 0, 'contact_offset')
+   end subroutine check_frames
+
+   !> Rows of a table of the present group, 0 after a failure: it must be there, and have rows of this shape.
+   integer function rows_of(file, check, name, of_reals, row_shape) result(n)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: of_reals             !! else of integers
+      integer, intent(in) :: row_shape(:)         !! Fortran order
+      integer(i8), allocatable :: shape(:)
+      type(error_type), allocatable :: error
+      logical :: fits
+      n = 0
+      if (.not. check%passed()) return
+      call check%is_there(file%exists(check%group//'/'//name), name)
+      if (.not. check%passed()) return
+      call file%get_shape(check%group//'/'//name, shape, error)
+      call check%is_read(error, file%path, name)
+      if (.not. check%passed()) return
+      fits = size(shape) == size(row_shape) + 1
+      if (fits) fits = all(shape(1:size(row_shape)) == row_shape) .and. shape(size(shape)) <= huge(1)
+      call check%has_shape(fits, name)
+      call check%has_type(file%has_type(check%group//'/'//name, of_reals), name, of_reals)
+      if (fits) n = int(shape(size(shape)))
+   end function rows_of
+
+end module rockdda_io_results_shape
