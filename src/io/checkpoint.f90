@@ -16,7 +16,7 @@ module rockdda_io_checkpoint
    use rockdda_base_version, only : version, build_description
    use rockdda_io_archive, only : archive_type
    use rockdda_io_digest, only : digest_of_text, digest_of_file, hexadecimal, digest_length
-   use rockdda_io_output_lock, only : errno_text
+   use rockdda_io_output_lock, only : errno_text, part_path
    use rockdda_io_posix, only : get_file_size, get_path_kind, is_readable, path_kind, remove_file
    use rockdda_io_results_header, only : results_header_type, results_rows_type
    implicit none
@@ -61,6 +61,11 @@ module rockdda_io_checkpoint
    end type checkpoint_type
 
    interface
+      integer(c_int) function c_begin(path) bind(C, name='rockdda_checkpoint_begin')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_begin
+
       integer(c_int) function c_seal(path, bytes, n, sync) bind(C, name='rockdda_checkpoint_seal')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*), bytes(*)
@@ -114,10 +119,16 @@ contains
       character(len=*), intent(in) :: results
       type(checkpoint_facts_type), intent(inout) :: facts
       type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: status
       self%path = checkpoint_path(results)
       self%archive%saving = .true.
       if (allocated(self%archive%error)) deallocate (self%archive%error)
       facts%results_ending = ending_of(results)
+      status = c_begin(part_path(self%path)//c_null_char)
+      if (status /= 0) then
+         call make_error(error, error_code%output, part_path(self%path)//': '//errno_text(status))
+         return
+      end if
       associate (file => self%archive%file)
          call file%create(part_path(self%path), error, in_commits=.true.)
          if (.not. allocated(error)) call file%set_attribute('/', 'format', checkpoint_format, error)
@@ -165,13 +176,6 @@ contains
       call self%archive%file%abandon()
       call remove_file(part_path(self%path))
    end subroutine give_up
-
-   !> Name of a checkpoint that is being written.
-   pure function part_path(path) result(part)
-      character(len=*), intent(in) :: path
-      character(len=:), allocatable :: part
-      part = path//'.part'
-   end function part_path
 
    !> Open a checkpoint after all tests; the values follow. Nothing is read from a damaged file or one of another
    !> version (code input).

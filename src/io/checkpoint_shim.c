@@ -13,10 +13,20 @@ static int sync_it(int fd)
    return fsync(fd) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP ? 0 : errno;
 }
 
+/* Create an empty file in the place of what is there: a link is replaced, not followed. 0 or an errno value. */
+int rockdda_checkpoint_begin(const char *path)
+{
+   int fd;
+   if (unlink(path) != 0 && errno != ENOENT) return errno;
+   fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+   if (fd < 0) return errno;
+   return close(fd) == 0 ? 0 : errno;
+}
+
 /* Append n bytes, and wait until the file is on the disk when asked to. 0 or an errno value. */
 int rockdda_checkpoint_seal(const char *path, const char *bytes, int n, int sync)
 {
-   int fd = open(path, O_WRONLY | O_APPEND | O_CLOEXEC), problem = 0;
+   int fd = open(path, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC), problem = 0;
    ssize_t done;
    if (fd < 0) return errno;
    done = write(fd, bytes, (size_t)n);

@@ -10,6 +10,8 @@ module rockdda_io_file_sink
    public :: file_sink_type
 
    integer, parameter :: buffer_size = 65536
+   !> Ways to open a file, as in the shim.
+   integer(c_int), parameter :: new_file = 0, at_end = 1, as_it_is = 2
 
    type :: file_sink_type
       character(len=:), allocatable :: path                !! for messages
@@ -27,10 +29,10 @@ module rockdda_io_file_sink
    end type file_sink_type
 
    interface
-      integer(c_int) function c_open(path, append) bind(C, name='rockdda_sink_open')
+      integer(c_int) function c_open(path, how) bind(C, name='rockdda_sink_open')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), value :: append
+         integer(c_int), value :: how
       end function c_open
       integer(c_int) function c_write(handle, bytes, n) bind(C, name='rockdda_sink_write')
          import :: c_char, c_int, c_long_long
@@ -46,19 +48,22 @@ module rockdda_io_file_sink
 
 contains
 
-   !> Create a file, or empty an existing one, or go on at its end.
-   subroutine open_sink(self, path, error, name, append)
+   !> Create a file in the place of an existing one, or go on at its end, or write to what is there. Only the last way
+   !> follows a symbolic link.
+   subroutine open_sink(self, path, error, name, append, in_place)
       class(file_sink_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: name       !! for messages, when it is not the path
       logical, intent(in), optional :: append              !! true: go on at the end
-      integer(c_int) :: at_end
-      at_end = 0
-      if (present(append)) at_end = merge(1_c_int, 0_c_int, append)
+      logical, intent(in), optional :: in_place            !! true: a device or a pipe
+      integer(c_int) :: how
+      how = new_file
+      if (present(append)) how = merge(at_end, new_file, append)
+      if (present(in_place)) how = merge(as_it_is, how, in_place)
       call self%attach(-1, path)
       if (present(name)) self%path = name
-      self%handle = c_open(path//c_null_char, at_end)
+      self%handle = c_open(path//c_null_char, how)
       if (self%handle >= 0) return
       self%problem = -self%handle
       self%handle = -1

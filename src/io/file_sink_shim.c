@@ -3,12 +3,28 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-/* Create or empty a file for writing, or go on at its end; the descriptor, or minus an errno value. */
-int rockdda_sink_open(const char *path, int append)
+enum { NEW_FILE = 0, AT_END = 1, IN_PLACE = 2 };
+
+/* Open for writing: a new file in the place of what is there (a link is replaced, not followed), or go on at the end of
+ * a file (not through a link), or write to what the path leads to, a device or a pipe. The descriptor, or minus an errno
+ * value. */
+int rockdda_sink_open(const char *path, int how)
 {
-   int fd = open(path, O_WRONLY | O_CREAT | (append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
+   struct stat info;
+   int mode = O_WRONLY | O_CREAT | O_CLOEXEC, fd;
+   if (how == NEW_FILE) {
+      if (lstat(path, &info) == 0) {
+         if (S_ISDIR(info.st_mode)) return -EISDIR;
+         if ((S_ISREG(info.st_mode) || S_ISLNK(info.st_mode)) && unlink(path) != 0) return -errno;
+      }
+      mode |= O_EXCL | O_NOFOLLOW;
+   } else {
+      mode |= how == AT_END ? O_APPEND | O_NOFOLLOW : O_TRUNC;
+   }
+   fd = open(path, mode, 0666);
    return fd < 0 ? -errno : fd;
 }
 

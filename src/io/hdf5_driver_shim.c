@@ -134,6 +134,7 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
    if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
    if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
    if (flags & H5F_ACC_EXCL) mode |= O_EXCL;
+   if (mode & O_RDWR) mode |= O_NOFOLLOW; /* nothing is written through a link that somebody has put there */
    fd = open(name, mode | O_CLOEXEC, 0666);
    if (fd < 0) return NULL;
    file = calloc(1, sizeof *file);

@@ -2,34 +2,52 @@
 !> Ownership of an output file: never overwrite by accident, never write together with another run.
 !>
 !> The lock lies on the output file itself and ends with the process, however it ends. It is invisible to
-!> readers.
+!> readers. A new file is written as `part_path` until `publish` gives it its name, so that nobody finds one that
+!> cannot be read yet, however early the process is killed.
 module rockdda_io_output_lock
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: output_lock_type, is_same_file, errno_text
+   public :: output_lock_type, is_same_file, errno_text, part_path
 
    type :: output_lock_type
       private
       integer(c_int) :: handle = -1
-      character(len=:), allocatable :: path
+      integer(c_int) :: replaced = -1                !! the file whose place it will take
+      logical :: force = .false.
+      character(len=:), allocatable :: path          !! where the file is now
+      character(len=:), allocatable :: target        !! where it is to be
    contains
       procedure :: create => create_output
+      procedure :: publish => publish_output
+      procedure :: discard => discard_output
       procedure :: reopen => reopen_output
       procedure :: check => check_place
       procedure :: release => release_output
    end type output_lock_type
 
-   integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2, status_special = -3
+   integer(c_int), parameter :: status_ok = 0, status_exists = -1, status_busy = -2, status_special = -3, &
+                               status_link = -4
 
    interface
-      integer(c_int) function c_create(path, force, handle) bind(C, name='rockdda_output_create')
+      integer(c_int) function c_create(path, part, force, handle, replaced) bind(C, name='rockdda_output_create')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*), part(*)
+         integer(c_int), value :: force
+         integer(c_int), intent(out) :: handle, replaced
+      end function c_create
+
+      integer(c_int) function c_publish(part, path, force) bind(C, name='rockdda_output_publish')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: part(*), path(*)
+         integer(c_int), value :: force
+      end function c_publish
+
+      integer(c_int) function c_remove(path) bind(C, name='rockdda_posix_remove')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), value :: force
-         integer(c_int), intent(out) :: handle
-      end function c_create
+      end function c_remove
 
       integer(c_int) function c_reopen(path, handle) bind(C, name='rockdda_output_reopen')
          import :: c_char, c_int
@@ -62,18 +80,55 @@ module rockdda_io_output_lock
 
 contains
 
-   !> Create an empty file and own it. An existing file is an input error without `force`; with it the file is
-   !> removed, unless a running process writes it.
+   !> Name of an output file until it is whole enough to be read.
+   pure function part_path(path) result(part)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: part
+      part = path//'.part'
+   end function part_path
+
+   !> Create an empty file as part_path(path) and own it. An existing file at `path` is an input error without `force`;
+   !> with it `publish` replaces the file, unless a running process writes it.
    subroutine create_output(self, path, force, error)
       class(output_lock_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       logical, intent(in) :: force
       type(error_type), allocatable, intent(out) :: error
       call self%release()
-      self%path = path
-      call explain(c_create(path//c_null_char, merge(1_c_int, 0_c_int, force), self%handle), path, error)
-      if (allocated(error)) self%handle = -1
+      self%path = part_path(path)
+      self%target = path
+      self%force = force
+      call explain(c_create(path//c_null_char, self%path//c_null_char, merge(1_c_int, 0_c_int, force), self%handle, &
+                            self%replaced), path, error)
+      if (.not. allocated(error)) return
+      self%handle = -1
+      self%replaced = -1
    end subroutine create_output
+
+   !> Give the file its name.
+   subroutine publish_output(self, error)
+      class(output_lock_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      call self%check(error)
+      if (.not. allocated(error)) call explain(c_publish(self%path//c_null_char, self%target//c_null_char, &
+                                                         merge(1_c_int, 0_c_int, self%force)), self%target, error)
+      if (allocated(error)) return
+      self%path = self%target
+      if (self%replaced >= 0) call c_release(self%replaced)
+      self%replaced = -1
+   end subroutine publish_output
+
+   !> Remove a file that was not published, and give it free.
+   subroutine discard_output(self)
+      class(output_lock_type), intent(inout) :: self
+      integer(c_int) :: status
+      if (self%handle >= 0 .and. allocated(self%target)) then
+         status = 0
+         if (self%path /= self%target) status = c_remove(self%path//c_null_char)
+         if (status /= 0) self%path = self%target
+      end if
+      call self%release()
+   end subroutine discard_output
 
    !> Own an existing file that is to be continued.
    subroutine reopen_output(self, path, error)
@@ -82,6 +137,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call self%release()
       self%path = path
+      self%target = path
       call explain(c_reopen(path//c_null_char, self%handle), path, error)
       if (allocated(error)) self%handle = -1
    end subroutine reopen_output
@@ -99,7 +155,9 @@ contains
    subroutine release_output(self)
       class(output_lock_type), intent(inout) :: self
       if (self%handle >= 0) call c_release(self%handle)
+      if (self%replaced >= 0) call c_release(self%replaced)
       self%handle = -1
+      self%replaced = -1
    end subroutine release_output
 
    !> Do two paths name one existing file?
@@ -122,6 +180,8 @@ contains
          call make_error(error, error_code%input, path//': another run is writing this file')
       case (status_special)
          call make_error(error, error_code%input, path//': this is no regular file: results cannot be written to it')
+      case (status_link)
+         call make_error(error, error_code%input, path//': this is a symbolic link: results are not written through it')
       case default
          call make_error(error, error_code%output, path//': '//errno_text(status))
       end select

@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: create an output file that nobody else writes, see that it is still there.
+/* Thin POSIX shim: create an output file that nobody else writes, see that it is still there. A new file is begun as
+ * PATH.part and takes its name when it is whole enough to be read; nothing is written through a symbolic link.
  * Locks are open-file-description locks: they die with the process, leave no file behind and do not disturb
  * readers, which use flock. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { OUTPUT_OK = 0, OUTPUT_EXISTS = -1, OUTPUT_BUSY = -2, OUTPUT_SPECIAL = -3 };
+enum { OUTPUT_OK = 0, OUTPUT_EXISTS = -1, OUTPUT_BUSY = -2, OUTPUT_SPECIAL = -3, OUTPUT_LINK = -4 };
 
 static int lock_whole_file(int fd)
 {
@@ -31,7 +33,7 @@ static int lock_whole_file(int fd)
 int rockdda_output_is_there(const char *path, int fd)
 {
    struct stat by_name, by_handle;
-   if (stat(path, &by_name) != 0 || fstat(fd, &by_handle) != 0) return 0;
+   if (lstat(path, &by_name) != 0 || fstat(fd, &by_handle) != 0) return 0;
    return by_name.st_ino == by_handle.st_ino && by_name.st_dev == by_handle.st_dev;
 }
 
@@ -43,13 +45,13 @@ int rockdda_output_is_same(const char *one, const char *other)
    return a.st_ino == b.st_ino && a.st_dev == b.st_dev;
 }
 
-/* Lock an existing file. 0, OUTPUT_BUSY or an errno value. */
+/* Lock an existing file. 0, OUTPUT_BUSY, OUTPUT_LINK or an errno value. */
 static int lock_existing(const char *path, int *fd)
 {
    int tries;
    for (tries = 0; tries < 100; tries++) {
-      *fd = open(path, O_RDWR | O_CLOEXEC);
-      if (*fd < 0) return errno;
+      *fd = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+      if (*fd < 0) return errno == ELOOP ? OUTPUT_LINK : errno;
       if (lock_whole_file(*fd) != OUTPUT_OK) {
          close(*fd);
          return OUTPUT_BUSY;
@@ -60,39 +62,78 @@ static int lock_existing(const char *path, int *fd)
    return OUTPUT_BUSY;
 }
 
-/* Create and lock a new file; with force an existing one is removed first, unless a running process writes it. Where
- * the path is a link the file is that to which it leads, and the link stays. 0, OUTPUT_EXISTS, OUTPUT_BUSY,
- * OUTPUT_SPECIAL or an errno value. */
-int rockdda_output_create(const char *path, int force, int *fd)
+/* Create and lock a file under a name that only runs use; what a run that was killed has left there is removed. 0,
+ * OUTPUT_BUSY when a running process writes it, or an errno value. */
+static int create_part(const char *part, int *fd)
 {
    struct stat info;
-   int old = -1, problem, exclusive = O_EXCL;
-   char *target = NULL;
-   *fd = -1;
-   if (stat(path, &info) == 0) {
-      if (S_ISDIR(info.st_mode)) return EISDIR;
-      if (!S_ISREG(info.st_mode)) return OUTPUT_SPECIAL; /* /dev/null, a pipe: not to be removed by anybody */
-      if (!force) return OUTPUT_EXISTS;
-      problem = lock_existing(path, &old);
-      if (problem != OUTPUT_OK) return problem;
-      target = realpath(path, NULL);
-      if (!target || unlink(target) != 0) {
-         problem = errno;
-         free(target);
-         close(old);
-         return problem;
+   int tries, problem, left;
+   for (tries = 0; tries < 100; tries++) {
+      *fd = open(part, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+      if (*fd >= 0) {
+         problem = lock_whole_file(*fd);
+         if (problem == OUTPUT_OK && rockdda_output_is_there(part, *fd)) return OUTPUT_OK;
+         close(*fd); /* another run has taken it for one that was left */
+         continue;
       }
-   } else if (lstat(path, &info) == 0) {
-      exclusive = 0; /* a link to a file that is not there yet */
+      if (errno != EEXIST) return errno;
+      if (lstat(part, &info) != 0) continue;
+      if (S_ISDIR(info.st_mode)) return EISDIR;
+      left = -1;
+      if (S_ISREG(info.st_mode)) {
+         problem = lock_existing(part, &left);
+         if (problem == ENOENT) continue;
+         if (problem != OUTPUT_OK) return problem;
+      }
+      problem = unlink(part) == 0 || errno == ENOENT ? 0 : errno;
+      if (left >= 0) close(left);
+      if (problem) return problem;
    }
-   *fd = open(target ? target : path, O_RDWR | O_CREAT | exclusive | O_CLOEXEC, 0666);
-   problem = *fd < 0 ? (errno == EEXIST ? OUTPUT_EXISTS : errno) : lock_whole_file(*fd);
-   free(target);
-   if (old >= 0) close(old);
+   return OUTPUT_BUSY;
+}
+
+/* Begin an output file: create and lock `part`. A file at `path` is an error without force; with it the file stays
+ * until the new one takes its place, locked as `old`, unless a running process writes it. 0, OUTPUT_EXISTS,
+ * OUTPUT_BUSY, OUTPUT_SPECIAL or an errno value. */
+int rockdda_output_create(const char *path, const char *part, int force, int *fd, int *old)
+{
+   struct stat info;
+   int problem;
+   *fd = *old = -1;
+   if (lstat(path, &info) == 0) {
+      if (S_ISDIR(info.st_mode)) return EISDIR;
+      /* /dev/null, a pipe: not to be removed by anybody */
+      if (!S_ISREG(info.st_mode) && !S_ISLNK(info.st_mode)) return OUTPUT_SPECIAL;
+      if (!force) return OUTPUT_EXISTS;
+      if (S_ISREG(info.st_mode)) {
+         problem = lock_existing(path, old);
+         if (problem != OUTPUT_OK) return problem;
+      }
+   }
+   problem = create_part(part, fd);
+   if (problem != OUTPUT_OK && *old >= 0) {
+      close(*old);
+      *old = -1;
+   }
    return problem;
 }
 
-/* Lock a file that is to be continued. 0, OUTPUT_BUSY or an errno value. */
+/* Give the file that was begun its name; what is there is replaced with force only. 0, OUTPUT_EXISTS or an errno
+ * value. */
+int rockdda_output_publish(const char *part, const char *path, int force)
+{
+   struct stat info;
+   if (force) return rename(part, path) == 0 ? OUTPUT_OK : errno;
+#ifdef RENAME_NOREPLACE
+   if (renameat2(AT_FDCWD, part, AT_FDCWD, path, RENAME_NOREPLACE) == 0) return OUTPUT_OK;
+   if (errno != EINVAL && errno != ENOSYS) return errno == EEXIST ? OUTPUT_EXISTS : errno;
+#endif
+   /* a file system that cannot do that in one step */
+   if (lstat(path, &info) == 0) return OUTPUT_EXISTS;
+   return rename(part, path) == 0 ? OUTPUT_OK : errno;
+}
+
+/* Lock a file that is to be continued. 0, OUTPUT_BUSY, OUTPUT_LINK or an errno value. */
 int rockdda_output_reopen(const char *path, int *fd)
 {
    return lock_existing(path, fd);
@@ -107,7 +148,7 @@ void rockdda_output_release(int fd)
 /* The system's words for an errno value, cut to size - 1 characters. */
 void rockdda_errno_text(int code, char *text, int size)
 {
-   const char *words = strerror(code);
+   const char *words = code == ELOOP ? "this is a symbolic link, and nothing is written through it" : strerror(code);
    strncpy(text, words, (size_t)size - 1);
    text[size - 1] = '\0';
 }

@@ -71,6 +71,11 @@ module rockdda_io_posix
          integer(c_int), intent(inout) :: length
       end subroutine c_format_real
 
+      integer(c_int) function c_is_removable(path) bind(C, name='rockdda_posix_is_removable')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_is_removable
+
       integer(c_int) function c_remove(path) bind(C, name='rockdda_posix_remove')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
@@ -155,11 +160,11 @@ contains
       ok = c_rename(trim(from)//c_null_char, trim(to)//c_null_char) == 0
    end subroutine rename_file
 
-   !> Remove a file; a missing one is not an error.
+   !> Remove a file, of a symbolic link the link; a missing one is not an error.
    subroutine remove_file(path)
       character(len=*), intent(in) :: path
       integer(c_int) :: status
-      if (get_path_kind(path) /= path_kind%file) return
+      if (c_is_removable(trim(path)//c_null_char) == 0) return
       status = c_remove(trim(path)//c_null_char)
       if (status /= 0) return
    end subroutine remove_file

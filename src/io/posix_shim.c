@@ -76,6 +76,13 @@ int rockdda_posix_rename(const char *from, const char *to)
    return rename(from, to) == 0 ? 0 : errno;
 }
 
+/* Is there a regular file or a symbolic link, wherever it leads? */
+int rockdda_posix_is_removable(const char *path)
+{
+   struct stat info;
+   return lstat(path, &info) == 0 && (S_ISREG(info.st_mode) || S_ISLNK(info.st_mode));
+}
+
 /* Remove a file; 0 or the error number. */
 int rockdda_posix_remove(const char *path)
 {

@@ -16,7 +16,7 @@ module rockdda_io_results
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
-   use rockdda_io_output_lock, only : output_lock_type
+   use rockdda_io_output_lock, only : output_lock_type, part_path
    use rockdda_io_results_check, only : check_results, cut_tables, total_of_model
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
       n_totals
@@ -62,7 +62,7 @@ module rockdda_io_results
 
 contains
 
-   !> Create the file with everything that is known before the first step, and flush it.
+   !> Create the file with everything that is known before the first step, flush it, and only then give it its name.
    !> An existing file is an input error without `force`; a file that another run writes always is.
    subroutine create(self, path, force, header, blocks, state, error)
       class(results_type), intent(inout) :: self
@@ -80,9 +80,8 @@ contains
       self%failed = .false.
       call self%lock%create(path, force, error)
       if (allocated(error)) return
-      call remove_file(undo_path(path))
       call self%add_tables(blocks)
-      call self%file%create(path, error, in_commits=.true.)
+      call self%file%create(part_path(path), error, in_commits=.true., name=path)
       if (.not. allocated(error)) call write_header(self%file, header, error)
       if (.not. allocated(error)) call self%write_model(blocks, state, error)
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
@@ -92,12 +91,15 @@ contains
       if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
       call self%series(s_offset)%add([0], 1)
       if (.not. allocated(error)) call self%flush(error)
-      if (.not. allocated(error)) return
+      if (.not. allocated(error)) call self%lock%publish(error)
+      if (.not. allocated(error)) then
+         call remove_file(undo_path(path))   ! of the run that was here
+         return
+      end if
       ! leave no half-made file behind
       self%failed = .true.
       call self%file%abandon()
-      call remove_file(path)
-      call self%lock%release()
+      call self%lock%discard()
    end subroutine create
 
    !> Attributes of the file and the input texts.

@@ -37,7 +37,7 @@ contains
       case default
          self%temporary = self%path  ! a device or a pipe cannot be replaced
       end select
-      call self%sink%open(self%temporary, error, name=self%path)
+      call self%sink%open(self%temporary, error, name=self%path, in_place=self%temporary == self%path)
       if (allocated(error)) self%temporary = self%path  ! nothing to remove
    end subroutine open_writer
 

@@ -114,7 +114,7 @@ int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *wh
    unsigned char header[HEADER], record[RECORD];
    struct stat info;
    uint64_t k = 0;
-   int fd = open(path, O_RDONLY | O_CLOEXEC), problem = 0;
+   int fd = open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC), problem = 0;
    *whole = 1;
    if (fd < 0) return errno == ENOENT ? 0 : errno;
    if (fstat(fd, &info) != 0) problem = errno;
@@ -136,12 +136,27 @@ int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *wh
    return 0;
 }
 
+/* Open a file of one's own, or create it: neither a link nor a second name of another file is written to. */
+static int open_own(const char *path)
+{
+   struct stat info;
+   int fd = open(path, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
+   if (fd >= 0) {
+      if (fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && info.st_nlink == 1) return fd;
+      close(fd);
+   } else if (errno != ENOENT && errno != ELOOP) {
+      return -1;
+   }
+   if (unlink(path) != 0 && errno != ENOENT) return -1;
+   return open(path, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
 int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned char *digest, uint64_t length)
 {
    unsigned char header[HEADER], record[RECORD];
    uint64_t k = 0, page;
    int problem = 0, old;
-   undo->fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+   undo->fd = open_own(path);
    if (undo->fd < 0) return errno;
    undo->length = length;
    old = is_of(undo->fd, digest, &undo->length);
@@ -233,7 +248,7 @@ int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *l
 {
    unsigned char record[RECORD];
    uint64_t k;
-   int undo = open(path, O_RDONLY | O_CLOEXEC), problem = 0;
+   int undo = open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC), problem = 0;
    if (undo < 0) return errno == ENOENT ? 0 : errno;
    for (k = 0; is_of(undo, digest, length) && !problem && read_record(undo, k, record); k++) {
       uint64_t page = get_number(record), left;
@@ -253,14 +268,14 @@ int rockdda_undo_roll_back(const char *results, const char *path, const unsigned
    unsigned char record[RECORD];
    struct stat info;
    uint64_t length = 0, k;
-   int undo = open(path, O_RDONLY | O_CLOEXEC), fd, problem = 0;
+   int undo = open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC), fd, problem = 0;
    *done = 0;
    if (undo < 0) return errno == ENOENT ? 0 : errno;
    if (!is_of(undo, digest, &length)) {
       close(undo);
       return 0;
    }
-   fd = open(results, O_RDWR | O_CLOEXEC);
+   fd = open(results, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
    if (fd < 0 || fstat(fd, &info) != 0) problem = errno;
    if (!problem && (uint64_t)info.st_size < length) problem = ENODATA; /* cut by somebody else */
    for (k = 0; !problem && read_record(undo, k, record); k++)

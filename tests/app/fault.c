@@ -87,6 +87,12 @@ int rename(const char *from, const char *to)
    return (int)syscall(SYS_rename, from, to);
 }
 
+int renameat2(int from_folder, const char *from, int to_folder, const char *to, unsigned flags)
+{
+   if (meet(0) == 2) raise(SIGKILL);
+   return (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, flags);
+}
+
 int unlink(const char *path)
 {
    if (meet(0) == 2) raise(SIGKILL);

@@ -320,20 +320,6 @@ class Output(InterruptionTest):
         self.assertEqual(err, message)
         self.assertEqual(self.path("block.h5").read_text(), "something else")
 
-    def test_link_to_another_disk(self):
-        """Results go where the link leads, whether they are there already or not, and the link stays."""
-        self.path("disk").mkdir()
-        self.path("block.h5").symlink_to("disk/far.h5")
-        self.assertEqual(self.run_program(*BLOCK, "--quiet").code, 0)
-        first = self.path("disk/far.h5").read_bytes()
-        message = "rockdda: error: block.h5: the file exists; use --force to overwrite it"
-        self.assertFails(self.run_program(*BLOCK, "--quiet"), 2, message)
-        self.assertEqual(self.run_program(*BLOCK, "--quiet", "--force", "--steps", "3").code, 0)
-        self.assertTrue(self.path("block.h5").is_symlink())
-        self.assertNotEqual(self.path("disk/far.h5").read_bytes(), first)
-        self.assertEqual(self.run_program("resume", "block.ckpt.h5", "--quiet", "--steps", "2").code, 0)
-        self.assertEqual(self.steps_in("disk/far.h5"), 5)
-
     def test_folder_is_removed(self):
         self.path("out").mkdir()
         process = self.start_program(*BLOCK, *LONG, "--checkpoint-every", "0.02", "-o", "out/a.h5", "--quiet")
