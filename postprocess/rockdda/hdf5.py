@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time as clock
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .hdf5_heap import heap_problem
+from .hdf5_structure import structure_problem
 
 __all__ = [
     "PATIENCE",
@@ -62,11 +65,22 @@ class _Opened:
             self._stream.close()
             raise
 
+    def check(self) -> None:
+        """Refuse what RockDDA does not write, before anything is read: it can lead out of the file, or never end."""
+        size = os.fstat(self._stream.fileno()).st_size
+        problem = structure_problem(self.file, size) or heap_problem(self.file, self._stream, size)
+        if problem:
+            raise StructureError(problem)
+
     def close(self) -> None:
         # closing can fail when the file was changed underneath
         with contextlib.suppress(Exception):
             self.file.close()
         self._stream.close()
+
+
+class StructureError(ValueError):
+    """A file consists of more than plain data of its own."""
 
 
 def _state_of(path: Path) -> _State:
@@ -77,8 +91,10 @@ def _state_of(path: Path) -> _State:
 
 def plain(value: Any) -> Any:
     """Texts as str, numbers of size one as Python numbers."""
+    if isinstance(value, str):  # h5py hands bytes that are no UTF-8 on in a form that cannot be written
+        value = value.encode("utf-8", "surrogateescape")
     if isinstance(value, bytes):
-        return value.decode("utf-8", "surrogateescape")
+        return value.decode("utf-8", "replace")
     if isinstance(value, np.ndarray) and value.size == 1:
         return plain(value.item())
     if isinstance(value, np.generic):
@@ -145,6 +161,7 @@ class GrowingFile:
         self._opened: _Opened | None = None
         self._state: _State | None = None  # when it was first used
         self._closed = False
+        self._checked: tuple[int, int] | None = None  # device and number of the file whose structure was checked
 
     @property
     def inode(self) -> int:
@@ -159,6 +176,7 @@ class GrowingFile:
         """Look at the file afresh."""
         self._drop()
         self._state = None
+        self._checked = None
 
     def close(self) -> None:
         """Give the file free. Using it afterwards is an error."""
@@ -182,6 +200,9 @@ class GrowingFile:
                 if self._opened is None:
                     self._opened = _Opened(self.path)
                 state = self._opened.state
+                if self._checked != state[:2]:
+                    self._opened.check()
+                    self._checked = state[:2]
                 answer = work(self._opened.file)
                 changed = _state_of(self.path) != state
             except FileNotFoundError as error:
@@ -195,7 +216,8 @@ class GrowingFile:
                 # a file that nobody writes any more will not get better
                 settled = self.complete and self._state == _state_of(self.path)
                 if settled or clock.monotonic() > deadline or not changed_lately(self.path):
-                    raise InputError(f"the file is damaged: {reason_of(error)}", self.path) from error
+                    what = "not as RockDDA writes it" if isinstance(error, StructureError) else "damaged"
+                    raise InputError(f"the file is {what}: {reason_of(error)}", self.path) from error
                 clock.sleep(0.02)
                 continue
             if changed:

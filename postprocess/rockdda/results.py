@@ -20,6 +20,7 @@ from .errors import InputError
 from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
 from .hdf5 import GrowingFile, NoSuchPath, check_format, check_signature, plain
 from .readable import readable
+from .results_check import attributes_problem, results_problem, rows_problem
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -49,17 +50,6 @@ HISTORY_TABLES = [
     "fixed_force",
 ]
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
-MODEL_TABLES = [
-    "vertex_offset",
-    "vertices",
-    "edge_joint",
-    "block_material",
-    "block_area",
-    "block_centroid",
-    "fixed_points",
-    "loading_points",
-    "measured_points",
-]
 
 
 class Results:
@@ -114,10 +104,8 @@ class Results:
         def read(file: h5py.File) -> tuple[dict[str, Any], int, int, int, int, int]:
             attributes = {name: plain(value) for name, value in file.attrs.items()}
             check_format(self.path, attributes)
-            for group, names in (("model", MODEL_TABLES), ("history", HISTORY_TABLES), ("frames", FRAME_TABLES)):
-                for name in names:
-                    if f"{group}/{name}" not in file:
-                        raise KeyError(f"it has no {group}/{name}")
+            if problem := attributes_problem(attributes) or results_problem(file):
+                raise ValueError(problem)
             steps = min(file[f"history/{name}"].shape[0] for name in HISTORY_TABLES)
             bolts = [name for name in BOLT_TABLES if f"frames/{name}" in file]  # older files have none
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
@@ -246,6 +234,8 @@ class Results:
 
     def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
         rows = self._source.rows(path, start, stop, *rest)
+        if problem := rows_problem(path, rows, self._n_blocks):
+            raise InputError(f"the file is damaged: {problem}", self.path)
         length = self._view_length(path)
         if length is not None and start + len(rows) < min(length, stop):
             message = f"{path} has lost rows since the file was opened: refresh() takes in what is left"

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Do the arrays of a results file fit each other? Names, types and shapes of all tables, and the numbers by which
+others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are checked when
+they are read.
+
+The program has the same rules and words (src/io/results_shape.f90).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["attributes_problem", "results_problem", "rows_problem"]
+
+# Columns of the energies, and values of a contact's state.
+ENERGIES, STATES = 10, 3
+POINTS = ("fixed", "loading", "measured")
+TEXTS = ("title", "program_version", "created", "exit_reason")
+
+
+class _Problem(Exception):
+    """What is wrong, with the path."""
+
+
+def attributes_problem(attributes: dict[str, Any]) -> str:
+    """What is wrong with the attributes of the file itself, whose format is right; '' when nothing is."""
+    for name in (*TEXTS, "complete"):
+        value = attributes.get(name)
+        if not isinstance(value, int if name == "complete" else str):
+            return f"/@{name} " + ("is missing" if value is None else "has an unexpected shape")
+    return ""
+
+
+def results_problem(file: h5py.File) -> str:
+    """What is wrong with the arrays; '' when nothing is."""
+    try:
+        _check(file)
+    except _Problem as problem:
+        return str(problem)
+    return ""
+
+
+def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
+    """What is wrong with rows that were read from a table; '' when nothing is."""
+    if rows.dtype.kind == "f" and not np.isfinite(rows).all():
+        return f"{path} holds a number that is not finite"
+    if path == "frames/contact_state" and not np.isin(rows, range(STATES)).all():
+        return f"{path} holds an impossible number"
+    if path == "frames/contact_blocks" and ((rows < 0) | (rows >= n_blocks)).any():
+        return f"{path} holds an impossible number"
+    return ""
+
+
+def _table(file: h5py.File, path: str, kind: str, *row: int) -> h5py.Dataset:
+    """A table of integers ('i4') or reals ('f8') with rows of this shape."""
+    item = file.get(path)
+    if not isinstance(item, h5py.Dataset):
+        raise _Problem(f"{path} is missing")
+    if len(item.shape or ()) != len(row) + 1 or item.shape[1:] != row:
+        raise _Problem(f"{path} has an unexpected shape")
+    if f"{item.dtype.kind}{item.dtype.itemsize}" != kind:
+        raise _Problem(f"{path} cannot be read: it holds no {'integers' if kind == 'i4' else 'reals'}")
+    return item
+
+
+def _need(good: bool, path: str, what: str) -> None:
+    if not good:
+        raise _Problem(f"{path} {what}")
+
+
+def _check_offsets(offsets: npt.NDArray[Any], n: int, step: int, path: str) -> None:
+    good = offsets[0] == 0 and offsets[-1] == n and (np.diff(offsets.astype(np.int64)) >= step).all()
+    _need(bool(good), path, "holds an impossible number")
+
+
+def _check(file: h5py.File) -> None:
+    nb, nv, points = _check_model(file)
+    for name in ("step", "open_close_iterations", "attempts", "solver_iterations"):
+        _table(file, f"history/{name}", "i4")
+    for name in ("time", "dt", "max_displacement"):
+        _table(file, f"history/{name}", "f8")
+    _table(file, "history/contacts", "i4", 3)
+    columns = _table(file, "history/energy", "f8", ENERGIES).attrs.get("columns")
+    _need(np.shape(columns) == (ENERGIES,), "history/energy@columns", "has an unexpected shape")
+    _table(file, "history/measured_displacement", "f8", points["measured"], 2)
+    _table(file, "history/measured_stress", "f8", points["measured"], 3)
+    _table(file, "history/measured_rotation", "f8", points["measured"])
+    _table(file, "history/fixed_force", "f8", points["fixed"], 2)
+    _table(file, "frames/step", "i4")
+    _table(file, "frames/time", "f8")
+    for name, *row in (
+        ("vertices", nv, 2),
+        ("centroid", nb, 2),
+        ("rotation", nb),
+        ("stress", nb, 3),
+        ("velocity", nb, 6),
+    ):
+        _table(file, f"frames/{name}", "f8", *row)
+    _table(file, "frames/contact_point", "f8", 2)
+    _table(file, "frames/contact_force", "f8", 2)
+    _table(file, "frames/contact_state", "i4")
+    _table(file, "frames/contact_blocks", "i4", 2)
+    offsets = _table(file, "frames/contact_offset", "i4")
+    _need(len(offsets) >= 1, "frames/contact_offset", "has an unexpected shape")
+    values = offsets[()]
+    # after a kill there may be fewer contacts than the last offsets say
+    _check_offsets(values, values[-1], 0, "frames/contact_offset")
+
+
+def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
+    """Numbers of blocks, vertices and points."""
+    nb = len(_table(file, "model/block_area", "f8"))
+    nv = len(_table(file, "model/vertices", "f8", 2))
+    _need(nb >= 1, "model/block_area", "has an unexpected shape")
+    for name, kind, n, row in (
+        ("vertex_offset", "i4", nb + 1, ()),
+        ("edge_joint", "i4", nv, ()),
+        ("block_material", "i4", nb, ()),
+        ("block_centroid", "f8", nb, (2,)),
+    ):
+        _need(len(_table(file, f"model/{name}", kind, *row)) == n, f"model/{name}", "has an unexpected shape")
+    points = {kind: len(_table(file, f"model/{kind}_points", "f8", 2)) for kind in POINTS}
+    _check_offsets(file["model/vertex_offset"][()], nv, 3, "model/vertex_offset")
+    _need(bool((file["model/edge_joint"][()] >= 0).all()), "model/edge_joint", "holds an impossible number")
+    _need(bool((file["model/block_material"][()] >= 1).all()), "model/block_material", "holds an impossible number")
+    for name in ("vertices", "block_area", "block_centroid", *(f"{kind}_points" for kind in POINTS)):
+        _need(bool(np.isfinite(file[f"model/{name}"][()]).all()), f"model/{name}", "holds a number that is not finite")
+    for kind, n in points.items():
+        path = f"model/{kind}_points"
+        blocks = np.asarray(file[path].attrs.get("block", -1))
+        _need(blocks.shape == (n,) and blocks.dtype.kind == "i", f"{path}@block", "has an unexpected shape")
+        _need(bool(((blocks >= 0) & (blocks < nb)).all()), f"{path}@block", "holds an impossible number")
+    return nb, nv, points
