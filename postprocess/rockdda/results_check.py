@@ -79,6 +79,7 @@ def _check_offsets(offsets: npt.NDArray[Any], n: int, step: int, path: str) -> N
 
 def _check(file: h5py.File) -> None:
     nb, nv, points = _check_model(file)
+    n_bolts = _check_bolts(file, nb)
     for name in ("step", "open_close_iterations", "attempts", "solver_iterations"):
         _table(file, f"history/{name}", "i4")
     for name in ("time", "dt", "max_displacement"):
@@ -100,6 +101,9 @@ def _check(file: h5py.File) -> None:
         ("velocity", nb, 6),
     ):
         _table(file, f"frames/{name}", "f8", *row)
+    if n_bolts is not None:
+        _table(file, "frames/bolt_ends", "f8", n_bolts, 2, 2)
+        _table(file, "frames/bolt_force", "f8", n_bolts)
     _table(file, "frames/contact_point", "f8", 2)
     _table(file, "frames/contact_force", "f8", 2)
     _table(file, "frames/contact_state", "i4")
@@ -109,6 +113,19 @@ def _check(file: h5py.File) -> None:
     values = offsets[()]
     # after a kill there may be fewer contacts than the last offsets say
     _check_offsets(values, values[-1], 0, "frames/contact_offset")
+
+
+def _check_bolts(file: h5py.File, nb: int) -> int | None:
+    """Number of bolts; None for older files, which do not list them."""
+    if "model/bolt_blocks" not in file:
+        return None
+    blocks = _table(file, "model/bolt_blocks", "i4", 2)
+    n = len(blocks)
+    for name, *row in (("bolt_ends", 2, 2), ("bolt_properties", 3)):
+        _need(len(_table(file, f"model/{name}", "f8", *row)) == n, f"model/{name}", "has an unexpected shape")
+    values = blocks[()]  # -1 is the fixed outside
+    _need(bool(((values >= -1) & (values < nb)).all()), "model/bolt_blocks", "holds an impossible number")
+    return n
 
 
 def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:

@@ -39,7 +39,7 @@ module rockdda_app_arguments
    end type option_type
 
    character(len=*), parameter :: run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: known(18) = [ &
+   type(option_type), parameter :: known(19) = [ &
                                    option_type('--output', takes_text, writers), &
                                    option_type('--seed', takes_whole, ' lines '), &
                                    option_type('--config', takes_text, run_only), &

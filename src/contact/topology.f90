@@ -9,6 +9,7 @@
 !>     v1: active, edge_in = p, edge_out = v2 (the edge v2 -> q);   v2: not active
 !>     w2: active, edge_in = before w2, edge_out = w1;              w1: not active
 module rockdda_contact_topology
+   use rockdda_base_kinds, only : wp
    use rockdda_geometry_bridges, only : match_bridges
    use rockdda_model_blocks, only : block_system_type
    implicit none

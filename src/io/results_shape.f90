@@ -23,10 +23,11 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
       type(value_check_type) :: check
-      integer :: nb, nv, points(3)
+      integer :: nb, nv, points(3), n_bolts
       call check_model(file, check, nb, nv, points)
+      call check_bolts(file, check, nb, n_bolts)
       call check_history(file, check, points)
-      call check_frames(file, check, nb, nv)
+      call check_frames(file, check, nb, nv, n_bolts)
       if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
                                                 check%problem())
    end subroutine check_results_shape
@@ -93,6 +94,28 @@ contains
 
    end subroutine check_model
 
+   !> Bolts of the model; older files do not have them.
+   subroutine check_bolts(file, check, nb, n_bolts)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, intent(in) :: nb
+      integer, intent(out) :: n_bolts   !! -1: the file does not list bolts
+      integer, allocatable :: blocks(:)
+      type(error_type), allocatable :: error
+      n_bolts = -1
+      if (.not. check%passed()) return
+      if (.not. file%exists('model/bolt_blocks')) return
+      check%group = 'model'
+      n_bolts = rows_of(file, check, 'bolt_blocks', integers, [2])
+      call check%has_shape(rows_of(file, check, 'bolt_ends', reals, [2, 2]) == n_bolts, 'bolt_ends')
+      call check%has_shape(rows_of(file, check, 'bolt_properties', reals, [3]) == n_bolts, 'bolt_properties')
+      if (.not. check%passed()) return
+      call file%read('model/bolt_blocks', blocks, error)
+      call check%is_read(error, file%path, 'bolt_blocks')
+      ! -1 is the fixed outside
+      if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
+   end subroutine check_bolts
+
    !> Tables with a row per step. A kill leaves some longer than others.
    subroutine check_history(file, check, points)
       type(hdf5_file_type), intent(in) :: file
@@ -114,10 +137,10 @@ contains
    end subroutine check_history
 
    !> Tables with a row per frame or contact.
-   subroutine check_frames(file, check, nb, nv)
+   subroutine check_frames(file, check, nb, nv, n_bolts)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: nb, nv
+      integer, intent(in) :: nb, nv, n_bolts
       integer, allocatable :: offsets(:)
       type(error_type), allocatable :: error
       integer :: n, m
@@ -129,6 +152,10 @@ contains
       n = rows_of(file, check, 'rotation', reals, [nb])
       n = rows_of(file, check, 'stress', reals, [3, nb])
       n = rows_of(file, check, 'velocity', reals, [6, nb])
+      if (n_bolts >= 0) then
+         n = rows_of(file, check, 'bolt_ends', reals, [2, 2, n_bolts])
+         n = rows_of(file, check, 'bolt_force', reals, [n_bolts])
+      end if
       n = rows_of(file, check, 'contact_point', reals, [2])
       n = rows_of(file, check, 'contact_force', reals, [2])
       n = rows_of(file, check, 'contact_state', integers, [integer ::])
