@@ -17,6 +17,7 @@ import numpy.typing as npt
 from .errors import InputError
 from .hdf5_heap import heap_problem
 from .hdf5_structure import structure_problem
+from .readable import readable
 
 __all__ = [
     "PATIENCE",
@@ -92,9 +93,9 @@ def _state_of(path: Path) -> _State:
 def plain(value: Any) -> Any:
     """Texts as str, numbers of size one as Python numbers."""
     if isinstance(value, str):  # h5py hands bytes that are no UTF-8 on in a form that cannot be written
-        value = value.encode("utf-8", "surrogateescape")
+        return readable(value)
     if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
+        return readable(value.decode("utf-8", "surrogateescape"))
     if isinstance(value, np.ndarray) and value.size == 1:
         return plain(value.item())
     if isinstance(value, np.generic):

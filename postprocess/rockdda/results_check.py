@@ -56,13 +56,13 @@ def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
 
 
 def _table(file: h5py.File, path: str, kind: str, *row: int) -> h5py.Dataset:
-    """A table of integers ('i4') or reals ('f8') with rows of this shape."""
+    """A table of integers ('i4') or reals ('f8'), of any size, with rows of this shape."""
     item = file.get(path)
     if not isinstance(item, h5py.Dataset):
         raise _Problem(f"{path} is missing")
     if len(item.shape or ()) != len(row) + 1 or item.shape[1:] != row:
         raise _Problem(f"{path} has an unexpected shape")
-    if f"{item.dtype.kind}{item.dtype.itemsize}" != kind:
+    if item.dtype.kind not in ("iu" if kind == "i4" else "f"):
         raise _Problem(f"{path} cannot be read: it holds no {'integers' if kind == 'i4' else 'reals'}")
     return item
 

@@ -23,7 +23,7 @@ LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254,
 TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.65, "lbf": 4.4482216152605}
 
-# Powers of length, time and force of all datasets that have any; velocity has columns of two kinds.
+# Powers of length, time and force of all datasets that have any; velocity and the properties of bolts have columns of two kinds.
 POWERS: dict[str, tuple[int, int, int]] = {
     "model/vertices": (1, 0, 0),
     "model/block_area": (2, 0, 0),
@@ -31,6 +31,8 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "model/fixed_points": (1, 0, 0),
     "model/loading_points": (1, 0, 0),
     "model/measured_points": (1, 0, 0),
+    "model/bolt_ends": (1, 0, 0),
+    "model/bolt_properties": (0, 0, 1),  # the first column, the stiffness: over length
     "history/time": (0, 1, 0),
     "history/dt": (0, 1, 0),
     "history/max_displacement": (1, 0, 0),
@@ -43,6 +45,8 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "frames/centroid": (1, 0, 0),
     "frames/stress": (-2, 0, 1),
     "frames/velocity": (0, -1, 0),  # the first two columns: times length
+    "frames/bolt_ends": (1, 0, 0),
+    "frames/bolt_force": (0, 0, 1),
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),
 }
@@ -78,6 +82,8 @@ class ConvertedResults(Results):
         values = values * factor
         if path == "frames/velocity":
             values[..., :2] *= self._factors[0]
+        elif path == "model/bolt_properties":
+            values[..., 0] /= self._factors[0]
         return values
 
 

@@ -25,9 +25,7 @@ module rockdda_io_plausibility
    !> Penetration, over the size of blocks, that the weight of the whole height may give at the bottom.
    real(wp), parameter :: largest_penetration = 0.01_wp
    !> Contact springs may be softer than the rock by this factor.
-   real(wp), parameter :: smallest_stiffness_ratio = 1.0e-4_wp
-   !> Displacement of a step over w0.
-   real(wp), parameter :: largest_displacement_ratio = 0.2_wp
+   real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
 
 contains
 
@@ -58,7 +56,6 @@ contains
       call check_weight()
       call check_modulus()
       call check_stiffness()
-      call check_displacement_ratio()
       call check_loads()
       call check_supports()
 
@@ -149,16 +146,6 @@ contains
                       ': contacts are far softer than the blocks', from_options)
          end if
       end subroutine check_stiffness
-
-      !> Steps within the model.
-      subroutine check_displacement_ratio()
-         associate (g2 => parameters%displacement_ratio)
-            if (.not. g2 > largest_displacement_ratio) return
-            call warn('displacement ratio g2 = '//to_string(g2)//' lets blocks move by '// &
-                      to_string(g2*parameters%w0, 3)//' in one step, in a model of height '//to_string(height, 4)// &
-                      ': contacts are searched as far, which takes memory and time', is_set(options%displacement_ratio))
-         end associate
-      end subroutine check_displacement_ratio
 
       !> Something that moves the blocks.
       subroutine check_loads()

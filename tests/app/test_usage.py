@@ -133,7 +133,7 @@ class Completion(ProgramTest):
         self.assertEqual(self.complete("re"), ["resume"])
         self.assertEqual(self.complete("cut", "--d"), ["--dialect"])
         self.assertEqual(self.complete("cut", "--st"), [""])
-        self.assertEqual(self.complete("run", "--st"), ["--steps"])
+        self.assertEqual(self.complete("run", "--st"), ["--steps", "--strict"])
         self.assertEqual(self.complete("run", "--solver", "ch"), ["cholmod"])
         self.assertEqual(self.complete("check", "two"), ["two words.dc"])
         self.assertEqual(self.complete("run", "-o", "block.dc"), ["block.dc"])
