@@ -23,7 +23,8 @@ LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254,
 TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.65, "lbf": 4.4482216152605}
 
-# Powers of length, time and force of all datasets that have any; velocity and the properties of bolts have columns of two kinds.
+# Powers of length, time and force of all datasets that have any; the columns of velocity and of the properties of bolts
+# are of two kinds.
 POWERS: dict[str, tuple[int, int, int]] = {
     "model/vertices": (1, 0, 0),
     "model/block_area": (2, 0, 0),

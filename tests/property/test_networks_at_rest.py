@@ -59,7 +59,8 @@ def make_network(folder: Path, random: np.random.Generator, framed: bool) -> flo
             f"&joint_set inclination = {angle:.4g}, spacing = {spacing:.4g}, randomness = {random.uniform(0, 0.5):.3g}"
         )
         if random.random() < 0.6:
-            text += f", trace = {spacing * random.uniform(1.5, 6):.4g}, bridge = {spacing * random.uniform(0.1, 0.8):.4g}"
+            text += f", trace = {spacing * random.uniform(1.5, 6):.4g}"
+            text += f", bridge = {spacing * random.uniform(0.1, 0.8):.4g}"
         text += " /\n"
     (folder / "n.dl").write_text(text)
     call(folder, "lines", "n.dl", "-o", "n.dc")
@@ -71,7 +72,8 @@ def run(folder: Path, stiffness: float, g2: float, weight: float, n_fixed: int) 
     """Five dynamic steps of at most 1 ms; the results, open."""
     tables = "0\n" * n_fixed
     (folder / "n.df").write_text(
-        f"1\n5\n1 1\n{g2:.6g}\n0.001\n{stiffness:.8g}\n{tables}2500 {weight} {E} 0.25\n0 0 0 0 0 0\n0 0 0\n35 0 0\n1.4\n"
+        f"1\n5\n1 1\n{g2:.6g}\n0.001\n{stiffness:.8g}\n{tables}"
+        f"2500 {weight} {E} 0.25\n0 0 0 0 0 0\n0 0 0\n35 0 0\n1.4\n"
     )
     call(folder, "run", "n.blk", "n.df", "-o", "n.h5", "--dialect", "g0", "--threads", "1")
     return h5py.File(folder / "n.h5")
