@@ -29,6 +29,7 @@ class Points:
     position: FloatArray  # (n, 2) [length]
     block: IntArray  # (n,) from 0
     line: IntArray  # (n,) line of the input file, from 1; 0 unknown
+    number: IntArray  # (n,) of the point in the input, from 1; numbers of ignored points are missing
 
     def __len__(self) -> int:
         return len(self.block)

@@ -186,7 +186,7 @@ class Model:
         tables = np.split(np.array(rows), np.cumsum(table_sizes)[:-1]) if sizes["tables"] else []
         if not tables:
             return
-        position, _, line = session.array("points", 1, session.sizes()["fixed"])
+        position, _, line, _ = session.array("points", 1, session.sizes()["fixed"])
         for place, table in zip(self._loading, tables[len(line) :], strict=True):
             place.table = table
         if all(place.ends[:2] == place.ends[2:] for place in self._fixed):

@@ -64,10 +64,8 @@ def _readable(column: str) -> str:
 
 def default_columns(results: Results) -> list[str]:
     """Displacements of the first measured points, or the largest displacement of the steps."""
-    n = min(len(results.measured_points), 4)
-    if n:
-        return [f"measured_displacement_{i}_{k}" for i in range(1, n + 1) for k in "xy"]
-    return ["max_displacement"]
+    numbers = results.point_numbers("measured")[:4]
+    return [f"measured_displacement_{i}_{k}" for i in numbers for k in "xy"] or ["max_displacement"]
 
 
 def history(

@@ -167,12 +167,14 @@ def _blocks(blocks: Blocks, holes: FloatArray, axes: Axes | None, units: Units) 
         axes.plot([], [], "s", color=colour, markersize=8, label=f"block material {material}", **options)
     add_bolts(axes, bolts, label="bolt")
     for kind in ("fixed", "loading", "measured"):
-        _add_points(axes, kind, getattr(blocks, f"{kind}_points").position)
+        points = getattr(blocks, f"{kind}_points")
+        _add_points(axes, kind, points.position, points.number)
     _add_points(axes, "hole", holes)
     return axes
 
 
-def _add_points(axes: Axes, kind: str, points: FloatArray) -> None:
+def _add_points(axes: Axes, kind: str, points: FloatArray, numbers: npt.NDArray[Any] | None = None) -> None:
+    """Points with their numbers, by default 1, 2, …"""
     if not len(points):
         return
     marker, fill, label = POINTS[kind]
@@ -182,7 +184,7 @@ def _add_points(axes: Axes, kind: str, points: FloatArray) -> None:
     )  # fmt: skip
     if len(points) > MOST_NUMBERS or kind == "hole":
         return
-    for number, point in enumerate(points, start=1):
+    for number, point in zip(np.arange(1, len(points) + 1) if numbers is None else numbers, points, strict=True):
         axes.annotate(
             str(number), tuple(point), xytext=(4, 3), textcoords="offset points", fontsize=7, zorder=6,
             bbox={"boxstyle": "square,pad=0.1", "facecolor": "#FFFFFFB0", "edgecolor": "none"}, annotation_clip=False,

@@ -351,6 +351,15 @@ class Results:
         """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
         return self._source.use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
 
+    def point_numbers(self, kind: str) -> IntArray:
+        """(n,) numbers of the points of a kind in the input, from 1: a measured point that was ignored is missing."""
+
+        def read(file: h5py.File) -> IntArray:
+            points = file[f"model/{kind}_points"]
+            return np.asarray(points.attrs.get("number", np.arange(1, len(points) + 1)))
+
+        return self._source.use(read)
+
     @property
     def times(self) -> FloatArray:
         """(nk,) time of each frame."""
@@ -398,7 +407,8 @@ class Results:
         max_displacement of the step; energy_kinetic … energy_residual; then for each measured point i
         measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, and for
         each fixed point fixed_force_i_x, _y (of the support on the block). The points count from 1, as in the input
-        files: measured_rotation_1 is `results["history/measured_rotation"][:, 0]`.
+        files, and keep their numbers where others were ignored: column k of `results["history/measured_rotation"]` is
+        measured_rotation_i with i = `results.point_numbers("measured")[k]`.
         """
         import pandas
 
@@ -411,12 +421,12 @@ class Results:
         columns["max_displacement"] = tables["max_displacement"]
         for i, name in enumerate(self.energy_names):
             columns[f"energy_{name}"] = tables["energy"][:, i]
-        for i in range(tables["measured_rotation"].shape[1]):
+        for i, number in enumerate(self.point_numbers("measured")):
             for c, component in enumerate("xy"):
-                columns[f"measured_displacement_{i + 1}_{component}"] = tables["measured_displacement"][:, i, c]
+                columns[f"measured_displacement_{number}_{component}"] = tables["measured_displacement"][:, i, c]
             for c, component in enumerate(("x", "y", "xy")):
-                columns[f"measured_stress_{i + 1}_{component}"] = tables["measured_stress"][:, i, c]
-            columns[f"measured_rotation_{i + 1}"] = tables["measured_rotation"][:, i]
+                columns[f"measured_stress_{number}_{component}"] = tables["measured_stress"][:, i, c]
+            columns[f"measured_rotation_{number}"] = tables["measured_rotation"][:, i]
         for i in range(tables["fixed_force"].shape[1]):
             for c, component in enumerate("xy"):
                 columns[f"fixed_force_{i + 1}_{component}"] = tables["fixed_force"][:, i, c]
@@ -464,6 +474,7 @@ class Results:
                 "step_time": ("step", self["history/time"]),
                 "block_material": (block, self.block_material),
                 "vertex_block": ("vertex", np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_offset))),
+                "measured": self.point_numbers("measured"),
                 "xy": xy,
                 "stress_component": ["x", "y", "xy"],
                 "velocity_component": ["u", "v", "r", "ex", "ey", "gxy"],

@@ -151,4 +151,9 @@ def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
         blocks = np.asarray(file[path].attrs.get("block", -1))
         _need(blocks.shape == (n,) and blocks.dtype.kind == "i", f"{path}@block", "has an unexpected shape")
         _need(bool(((blocks >= 0) & (blocks < nb)).all()), f"{path}@block", "holds an impossible number")
+    numbers = file["model/measured_points"].attrs.get("number")  # not in older files
+    if numbers is not None:
+        path, values = "model/measured_points@number", np.asarray(numbers)
+        _need(values.shape == (points["measured"],) and values.dtype.kind == "i", path, "has an unexpected shape")
+        _need(bool((np.diff(values.astype(np.int64), prepend=0) >= 1).all()), path, "holds an impossible number")
     return nb, nv, points

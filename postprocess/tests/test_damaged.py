@@ -93,6 +93,10 @@ def block_of_a_point(file):
     file["model/fixed_points"].attrs.modify("block", np.full(len(file["model/fixed_points"]), 10**6, dtype="i4"))
 
 
+def numbers(*values):
+    return lambda file: file["model/measured_points"].attrs.create("number", np.array(values, dtype="i4"))
+
+
 CASES = [
     (external, "not as RockDDA writes it: model/block_area keeps its values in another file"),
     (
@@ -113,6 +117,8 @@ CASES = [
     (offset(-1), "damaged: model/vertex_offset holds an impossible number"),
     (not_finite, "damaged: model/vertices holds a number that is not finite"),
     (block_of_a_point, "damaged: model/fixed_points@block holds an impossible number"),
+    (numbers(0), "damaged: model/measured_points@number holds an impossible number"),
+    (numbers(1, 2), "damaged: model/measured_points@number has an unexpected shape"),
 ]
 
 

@@ -237,6 +237,7 @@ contains
       call facts%add('fixed_points', blocks%fixed%n)
       call facts%add('loading_points', blocks%loading%n)
       call facts%add('measured_points', blocks%measured%n)
+      call add_numbers(facts, blocks%measured%numbers())
       call facts%add('bolts', blocks%bolts%n)
       if (blocks%n_blocks == 0) return
       area = 0
@@ -304,6 +305,7 @@ contains
       call facts%add('fixed_points', int(info%n_fixed))
       call facts%add('loading_points', int(info%n_loading))
       call facts%add('measured_points', int(info%n_measured))
+      if (allocated(info%measured_number)) call add_numbers(facts, info%measured_number)
       call facts%add('steps', int(info%n_steps))
       call facts%add('last_step', info%last_step)
       call facts%add('last_time', info%last_time)
@@ -348,5 +350,21 @@ contains
       call facts%add('sha256_of_analysis', info%input_digests(2))
       call facts%add('sha256_of_options', info%input_digests(3))
    end subroutine describe_checkpoint
+
+   !> Numbers of the measured points where they are not 1 ... n: points of the input were ignored.
+   subroutine add_numbers(facts, numbers)
+      type(facts_type), intent(inout) :: facts
+      integer, intent(in) :: numbers(:)
+      integer, parameter :: most_shown = 20
+      character(len=:), allocatable :: text
+      integer :: i
+      if (all(numbers == [(i, i=1, size(numbers))])) return
+      text = to_string(numbers(1))
+      do i = 2, min(size(numbers), most_shown)
+         text = text//', '//to_string(numbers(i))
+      end do
+      if (size(numbers) > most_shown) text = text//', ... '//to_string(numbers(size(numbers)))
+      call facts%add('measured_point_numbers', text)
+   end subroutine add_numbers
 
 end module rockdda_app_command_info

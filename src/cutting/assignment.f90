@@ -103,7 +103,7 @@ contains
          call points_of_fixed_line(blocks, locator, p, q, points)
          do i = 1, points%n
             call add_point(blocks%fixed, segment_point(p, q, points%parameter(i)), points%block(i), &
-                           geometry%fixed_origin(k))
+                           geometry%fixed_origin(k), blocks%fixed%n + 1)
          end do
          if (points%n > 0) cycle
          if (is_point(p, q, locator%e0)) then
@@ -137,7 +137,7 @@ contains
       do k = 1, size(positions, 2)
          block = locator%block_at(blocks, positions(:, k))
          if (block > 0) then
-            call add_point(set, positions(:, k), block, origins(k))
+            call add_point(set, positions(:, k), block, origins(k), k)
             cycle
          end if
          text = name//' point '//to_string(k)//' at '//place(positions(:, k))//' lies in no block'
@@ -280,21 +280,23 @@ contains
    pure subroutine begin_set(set)
       type(point_set_type), intent(inout) :: set
       set%n = 0
-      if (allocated(set%block)) deallocate (set%position, set%block, set%origin)
-      allocate (set%position(2, 16), set%block(16), set%origin(16))
+      if (allocated(set%block)) deallocate (set%position, set%block, set%origin, set%number)
+      allocate (set%position(2, 16), set%block(16), set%origin(16), set%number(16))
    end subroutine begin_set
 
    !> Append a point.
-   pure subroutine add_point(set, position, block, origin)
+   pure subroutine add_point(set, position, block, origin, number)
       type(point_set_type), intent(inout) :: set
       real(wp), intent(in) :: position(2)
       integer, intent(in) :: block
       type(origin_type), intent(in) :: origin
+      integer, intent(in) :: number                      !! of the input
       if (set%n == size(set%block)) call resize_set(set, 2*set%n)
       set%n = set%n + 1
       set%position(:, set%n) = position
       set%block(set%n) = block
       set%origin(set%n) = origin
+      set%number(set%n) = number
    end subroutine add_point
 
    !> Arrays no longer than their contents.
@@ -308,15 +310,17 @@ contains
       type(point_set_type), intent(inout) :: set
       integer, intent(in) :: length
       real(wp), allocatable :: position(:, :)
-      integer, allocatable :: block(:)
+      integer, allocatable :: block(:), number(:)
       type(origin_type), allocatable :: origin(:)
-      allocate (position(2, length), block(length), origin(length))
+      allocate (position(2, length), block(length), origin(length), number(length))
       position(:, 1:set%n) = set%position(:, 1:set%n)
       block(1:set%n) = set%block(1:set%n)
       origin(1:set%n) = set%origin(1:set%n)
+      number(1:set%n) = set%number(1:set%n)
       call move_alloc(position, set%position)
       call move_alloc(block, set%block)
       call move_alloc(origin, set%origin)
+      call move_alloc(number, set%number)
    end subroutine resize_set
 
 end module rockdda_cutting_assignment

@@ -98,9 +98,9 @@ contains
       end if
       n_errors = messages%n_errors
       call read_polygons()
-      call read_points('fixed_points', 'fixed point', n_points(1), blocks%fixed)
-      call read_points('loading_points', 'loading point', n_points(2), blocks%loading)
-      call read_points('measured_points', 'measured point', n_points(3), blocks%measured)
+      call read_points('fixed_points', 'fixed point', n_points(1), .false., blocks%fixed)
+      call read_points('loading_points', 'loading point', n_points(2), .false., blocks%loading)
+      call read_points('measured_points', 'measured point', n_points(3), .true., blocks%measured)
       call read_bolts()
       if (messages%n_errors > n_errors) return
       call reader%read_row(tokens, 'end', one_name(1:0), 'end of the file', messages)
@@ -185,28 +185,43 @@ contains
       end subroutine read_polygons
 
       !> One section of points.
-      subroutine read_points(word, object, n, points)
+      subroutine read_points(word, object, n, numbered, points)
          character(len=*), intent(in) :: word, object
          integer, intent(in) :: n
+         logical, intent(in) :: numbered                 !! rows may end with the number of the input
          type(point_set_type), intent(inout) :: points
-         character(len=5), parameter :: names(3) = [character(len=5) :: 'x', 'y', 'block']
-         integer :: k
+         character(len=6), parameter :: names(4) = [character(len=6) :: 'x', 'y', 'block', 'number']
+         character(len=:), allocatable :: name
+         integer :: k, before, n_before
          points%n = n
-         allocate (points%position(2, n), points%block(n), points%origin(n))
+         allocate (points%position(2, n), points%block(n), points%origin(n), points%number(n))
          points%position = 0
          points%block = 0
+         points%number = [(k, k=1, n)]
          if (reader%at > reader%n_rows .and. messages%n_errors > n_errors) return  ! said once
          call reader%read_row(tokens, word, one_name(1:0), 'section '//word, messages)
          if (.not. reader%row_ok) return
          do k = 1, n
-            call reader%read_row(tokens, '', names, object//' '//to_string(k), messages)
+            name = object//' '//to_string(k)
+            call reader%read_row(tokens, '', names(1:3), name, messages, optional_names=names(4:merge(4, 3, numbered)))
             if (.not. reader%row_ok) then
                if (len(reader%keyword(tokens)) > 0 .or. reader%at > reader%n_rows) return
                cycle
             end if
             points%position(:, k) = reader%value(1:2)
-            points%block(k) = reader%whole(tokens, 3, 1, 'block of '//object//' '//to_string(k), messages)
+            points%block(k) = reader%whole(tokens, 3, 1, 'block of '//name, messages)
             points%origin(k) = reader%place(tokens, 0)
+            before = 0
+            if (k > 1) before = points%number(k - 1)
+            if (reader%token(4) > 0) then
+               n_before = messages%n_errors
+               points%number(k) = reader%whole(tokens, 4, 1, 'number of '//name, messages)
+               if (points%number(k) <= before .and. messages%n_errors == n_before) call reader%fail(tokens, 4, &
+                  'number of '//name//': numbers must increase, the point before has '//to_string(before), messages)
+            else if (k <= before) then
+               call messages%add(severity%error, name//': needs a number above '//to_string(before)// &
+                                 ', that of the point before', reader%place(tokens, 0))
+            end if
          end do
          call end_section(word)
       end subroutine read_points

@@ -40,7 +40,8 @@ contains
       end do
       call write_points('fixed_points  # x, y, block', blocks%fixed)
       call write_points('loading_points  # x, y, block', blocks%loading)
-      call write_points('measured_points  # x, y, block', blocks%measured)
+      call write_points('measured_points  # x, y, block, number of the input where it is not the position here', &
+                        blocks%measured)
       call writer%line('bolt_list  # x1, y1, x2, y2, blocks of both ends (0: fixed outside), stiffness, '// &
                        'pretension, strength')
       do i = 1, blocks%bolts%n
@@ -59,11 +60,16 @@ contains
       subroutine write_points(title, points)
          character(len=*), intent(in) :: title
          type(point_set_type), intent(in) :: points
+         character(len=:), allocatable :: number
+         integer, allocatable :: numbers(:)
          integer :: k
+         allocate (numbers, source=points%numbers())
          call writer%line(title)
          do k = 1, points%n
+            number = ''
+            if (numbers(k) /= k) number = ' '//to_string(numbers(k))
             call writer%line(exact_text(points%position(1, k))//' '//exact_text(points%position(2, k))//' '// &
-                             to_string(points%block(k)))
+                             to_string(points%block(k))//number)
          end do
       end subroutine write_points
 

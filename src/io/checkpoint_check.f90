@@ -239,6 +239,9 @@ contains
       if (.not. check%passed()) return
       call check%holds(all(abs(points%position(:, 1:n)) <= largest_coordinate), name//'_position')
       call check%in_range(points%block(1:n), 1, nb, name//'_block')
+      if (.not. allocated(points%number)) return
+      call check%has_shape(size(points%number) >= n, name//'_number')
+      if (check%passed()) call check%are_increasing(points%number(1:n), 1, name//'_number')
    end subroutine check_points
 
    !> Bolts between blocks, or a block and the fixed outside.

@@ -45,6 +45,7 @@ contains
       call archive%item(name//'_n', points%n)
       call archive%item(name//'_position', points%position)
       call archive%item(name//'_block', points%block)
+      call archive%item(name//'_number', points%number)   ! older files do not have it
    end subroutine exchange_points
 
    !> Bolts.

@@ -19,6 +19,7 @@ module rockdda_io_hdf5_attributes
       generic :: set_attribute => set_text_attribute, set_integer_attribute, set_integers_attribute, &
          set_texts_attribute
       generic :: get_attribute => get_text_attribute, get_integer_attribute, get_integers_attribute
+      procedure :: has_attribute
       procedure, private :: set_text_attribute, set_integer_attribute, set_integers_attribute, set_texts_attribute
       procedure, private :: get_text_attribute, get_integer_attribute, get_integers_attribute
       procedure, private :: open_attribute
@@ -135,6 +136,20 @@ contains
       end if
       call h5oclose_f(owner, ignored)
    end subroutine open_attribute
+
+   !> Does an object have this attribute?
+   logical function has_attribute(self, object, name)
+      class(hdf5_attributes_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      integer(hid_t) :: owner
+      integer :: status, ignored
+      has_attribute = .false.
+      call h5oopen_f(self%id, object, owner, status)
+      if (status /= 0) return
+      call h5aexists_f(owner, name, has_attribute, status)
+      if (status /= 0) has_attribute = .false.
+      call h5oclose_f(owner, ignored)
+   end function has_attribute
 
    !> Value of a text attribute; of a list of texts with a line end between them.
    subroutine get_text_attribute(self, object, name, text, error)

@@ -144,6 +144,8 @@ contains
       if (.not. allocated(error)) call write_points(self%file, 'model/fixed_points', blocks%fixed, error)
       if (.not. allocated(error)) call write_points(self%file, 'model/loading_points', blocks%loading, error)
       if (.not. allocated(error)) call write_points(self%file, 'model/measured_points', blocks%measured, error)
+      if (.not. allocated(error)) call self%file%set_attribute('model/measured_points', 'number', &
+                                                               blocks%measured%numbers(), error)
       if (.not. allocated(error)) call write_bolts(self%file, blocks%bolts, error)
    end subroutine write_model
 

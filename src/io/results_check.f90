@@ -281,6 +281,11 @@ contains
             if (.not. allocated(error)) total = fold(total, integers)
          end if
       end do
+      if (allocated(error)) return
+      ! older files do not have numbers
+      if (.not. file%has_attribute('model/measured_points', 'number')) return
+      call file%get_attribute('model/measured_points', 'number', integers, error)
+      if (.not. allocated(error)) total = fold(total, integers)
    end subroutine total_of_model
 
    !> Something that can be read is wrong.

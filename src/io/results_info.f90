@@ -19,6 +19,7 @@ module rockdda_io_results_info
       logical :: complete = .false.
       integer(i8) :: n_blocks = 0, n_vertices = 0, n_steps = 0, n_frames = 0, n_contact_rows = 0
       integer(i8) :: n_fixed = 0, n_loading = 0, n_measured = 0
+      integer, allocatable :: measured_number(:)   !! of the input; unallocated: 1 ... n
       integer :: last_step = 0               !! of the history
       real(wp) :: last_time = 0
       real(wp) :: first_frame = 0, last_frame = 0   !! times
@@ -103,6 +104,10 @@ contains
       call rows_of('model/fixed_points', info%n_fixed)
       call rows_of('model/loading_points', info%n_loading)
       call rows_of('model/measured_points', info%n_measured)
+      if (.not. allocated(error)) then
+         if (file%has_attribute('model/measured_points', 'number')) &
+            call file%get_attribute('model/measured_points', 'number', info%measured_number, error)
+      end if
       call rows_of('history/step', info%n_steps)
       call rows_of('frames/step', info%n_frames)
       call rows_of('frames/contact_state', info%n_contact_rows)

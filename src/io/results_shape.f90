@@ -71,6 +71,14 @@ contains
          call check%has_shape(size(numbers) == points(i), trim(kinds(i))//'@block')
          call check%in_range(numbers, 0, nb - 1, trim(kinds(i))//'@block')
       end do
+      if (.not. check%passed()) return
+      ! older files do not have numbers
+      if (.not. file%has_attribute('model/measured_points', 'number')) return
+      call file%get_attribute('model/measured_points', 'number', numbers, error)
+      call check%has_shape(.not. allocated(error), 'measured_points@number')
+      if (.not. check%passed()) return
+      call check%has_shape(size(numbers) == points(3), 'measured_points@number')
+      call check%are_increasing(numbers, 1, 'measured_points@number')
 
    contains
 

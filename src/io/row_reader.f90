@@ -62,14 +62,16 @@ contains
 
    !> Read a row: the keyword, if one is given, then exactly the numbers named. A row that begins with
    !> another word is left for later; row_ok tells.
-   subroutine read_row(self, tokens, word, names, object, messages)
+   subroutine read_row(self, tokens, word, names, object, messages, optional_names)
       class(row_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word           !! empty: numbers alone
       character(len=*), intent(in) :: names(:)       !! of the numbers
       character(len=*), intent(in) :: object         !! what the row is, for messages
       type(diagnostics_type), intent(inout) :: messages
-      integer :: k, i, first, last
+      character(len=*), intent(in), optional :: optional_names(:)   !! of numbers that may follow
+      character(len=:), allocatable :: hint
+      integer :: k, i, first, last, most
       self%row_ok = .false.
       self%value = 0
       self%token = 0
@@ -94,28 +96,42 @@ contains
       first = self%first(self%row)
       if (len(word) > 0) first = first + 1
       last = self%first(self%row + 1) - 1
-      self%row_ok = last - first + 1 == size(names)
-      do k = 1, min(size(names), last - first + 1)
+      hint = decimal_comma(first, last)
+      most = size(names)
+      ! a decimal comma makes one number more, too
+      if (present(optional_names) .and. len(hint) == 0) most = most + size(optional_names)
+      self%row_ok = last - first + 1 >= size(names) .and. last - first + 1 <= most
+      do k = 1, min(most, last - first + 1)
          i = first + k - 1
          if (tokens%kind(i) == token_kind%number) then
             self%value(k) = tokens%value(i)
             self%token(k) = i
          else
             self%row_ok = .false.
-            call messages%add(severity%error, trim(names(k))//' of '//object//": expected a number, found '"// &
+            call messages%add(severity%error, name_of(k)//' of '//object//": expected a number, found '"// &
                               tokens%text(i)//"'", tokens%origin(i))
          end if
       end do
       if (last - first + 1 < size(names)) then
          call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
                            'found '//to_string(last - first + 1), tokens%origin(last))
-      else if (last - first + 1 > size(names)) then
+      else if (last - first + 1 > most) then
          call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
-                           'found '//to_string(last - first + 1)//decimal_comma(first, last), &
-                           tokens%origin(first + size(names)))
+                           'found '//to_string(last - first + 1)//hint, tokens%origin(first + most))
       end if
 
    contains
+
+      !> Name of number i of the row.
+      pure function name_of(i) result(name)
+         integer, intent(in) :: i
+         character(len=:), allocatable :: name
+         if (i <= size(names)) then
+            name = trim(names(i))
+         else if (present(optional_names)) then
+            name = trim(optional_names(i - size(names)))
+         end if
+      end function name_of
 
       !> A hint at the first pair of numbers of the row that looks like one with a decimal comma, or nothing.
       function decimal_comma(from, to) result(text)

@@ -26,6 +26,7 @@ module rockdda_io_value_check
       procedure :: holds
       procedure :: in_range
       procedure :: are_offsets
+      procedure :: are_increasing
       generic :: is_finite => list_is_finite, table_is_finite
       procedure :: list
       procedure :: table
@@ -111,6 +112,17 @@ contains
       character(len=*), intent(in) :: name
       call self%holds(all(values >= low .and. values <= high), name)
    end subroutine in_range
+
+   !> Each number must be above the one before, the first at least `least`.
+   subroutine are_increasing(self, numbers, least, name)
+      class(value_check_type), intent(inout) :: self
+      integer, intent(in) :: numbers(:)
+      integer, intent(in) :: least
+      character(len=*), intent(in) :: name
+      integer :: n
+      n = size(numbers)
+      call self%holds(all(numbers >= least) .and. all(numbers(2:n) > numbers(1:n - 1)), name)
+   end subroutine are_increasing
 
    !> The numbers must begin with 0, grow by at least `step` each, and end with n.
    subroutine are_offsets(self, offsets, n, step, name)

@@ -22,6 +22,9 @@ module rockdda_model_blocks
       real(wp), allocatable :: position(:, :)   !! (2, n) at the start
       integer, allocatable :: block(:)          !! (n) 1-based
       type(origin_type), allocatable :: origin(:) !! (n) input line, empty when unknown
+      integer, allocatable :: number(:)         !! (n) of the input, from 1, increasing; unallocated: 1 ... n
+   contains
+      procedure :: numbers
    end type point_set_type
 
    !> Bolts: axial springs between two points on two blocks (or one end in no block: block 0, a fixed anchor).
@@ -51,6 +54,18 @@ module rockdda_model_blocks
    end type block_system_type
 
 contains
+
+   !> Numbers by which users know the points: an ignored point of the input does not renumber the later ones.
+   pure function numbers(self) result(list)
+      class(point_set_type), intent(in) :: self
+      integer, allocatable :: list(:)
+      integer :: i
+      if (allocated(self%number)) then
+         list = self%number(1:self%n)
+      else
+         list = [(i, i=1, self%n)]
+      end if
+   end function numbers
 
    !> Number of vertices of all blocks.
    pure integer function n_vertices(self)

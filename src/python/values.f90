@@ -212,13 +212,13 @@ contains
       end associate
    end subroutine blocks
 
-   !> Points on blocks at the start; `line` is that of the input file, 0 unknown.
-   subroutine points(handle, kind, n, position, block, line)
+   !> Points on blocks at the start; `line` is that of the input file, 0 unknown, `number` that of the point there.
+   subroutine points(handle, kind, n, position, block, line, number)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: kind                        !! 1 fixed, 2 loading, 3 measured
       integer(c_int), intent(in) :: n                           !! as `sizes` says
       real(c_double), intent(out) :: position(2, n)
-      integer(c_int), intent(out) :: block(n), line(n)
+      integer(c_int), intent(out) :: block(n), line(n), number(n)
       type(session_type), pointer :: session
       call get_session(handle, session)
       select case (kind)
@@ -237,6 +237,7 @@ contains
          if (n == 0) return
          position = set%position(:, 1:n)
          block = set%block(1:n) - 1
+         number = set%numbers()
          if (.not. allocated(set%origin)) return
          do i = 1, n
             line(i) = set%origin(i)%line
