@@ -24,7 +24,7 @@ SEVERITIES = {1: "note", 2: "warning", 3: "error"}
 DIALECTS = {None: 0, "auto": 0, "peer": 1, "g0": 2}
 # texts that can be asked for
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
-MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT = range(10, 14)
+MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED = range(10, 15)
 # as many messages as the program shows
 MOST_SHOWN = 50
 
@@ -78,10 +78,10 @@ class Session:
         codes = self._api.get_text(self.handle, size)
         return codes.astype(np.uint8).tobytes().decode("utf-8", "surrogateescape")
 
-    def messages(self) -> list[tuple[Problem, str]]:
-        """All messages about the input, each with its text as the program prints it."""
+    def messages(self, which: int = MESSAGES) -> list[tuple[Problem, str]]:
+        """All messages about the input, each with its text as the program prints it; SUMMARISED: one for many."""
         found = []
-        for record in self.text(MESSAGES).split("\x1e")[:-1]:
+        for record in self.text(which).split("\x1e")[:-1]:
             severity, file, line, column, message, text, _ = record.split("\x1f")
             problem = Problem(
                 message, file or None, int(line) or None, int(column) or None, SEVERITIES.get(int(severity), "error")
@@ -110,11 +110,11 @@ class Session:
 
     def warn(self) -> None:
         """Turn warnings that have come up since the last time into Python's."""
-        messages = self.messages()
+        messages = self.messages(SUMMARISED)
         fresh, self._told = messages[self._told :], len(messages)
         for problem, text in fresh:
             if problem.severity == "warning":
-                warnings.warn(text, InputWarning, stacklevel=_stack_level())
+                warnings.warn(_in_python_words(text), InputWarning, stacklevel=_stack_level())
 
     # -- what the session does -----------------------------------------------------------------------------------
 
@@ -245,7 +245,8 @@ class Session:
 
 
 def _in_python_words(text: str) -> str:
-    return text.replace("use --force to overwrite it", "use force=True to overwrite it")
+    text = text.replace("use --force to overwrite it", "use force=True to overwrite it")
+    return text.replace("'rockdda check' lists all", "`messages` of the blocks lists all")
 
 
 def _problems_of(failure: str) -> list[Problem]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rockdda
 
-# dead ends of random joints are dropped with a warning each
+# dead ends of random joints are dropped with a warning
 pytestmark = [pytest.mark.usefixtures("native"), pytest.mark.filterwarnings("ignore::rockdda.InputWarning")]
 
 INPUTS = Path(__file__).resolve().parents[2] / "inputs/joint_networks"
@@ -30,6 +30,19 @@ def test_same_file_as_the_program(program, tmp_path, name):
     assert np.array_equal(blocks.vertices, again.vertices)
     assert again.report is not None
     assert again.report.area_difference == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.filterwarnings("always::rockdda.InputWarning")
+def test_one_warning_for_all_dead_ends():
+    network = rockdda.lines(INPUTS / "survey.dl")
+    with pytest.warns(rockdda.InputWarning) as caught:
+        blocks = network.cut()
+    assert blocks.report is not None
+    assert blocks.report.dropped_lines > 10
+    assert [
+        str(warning.message).count(f"{blocks.report.dropped_lines} lines bound no block") for warning in caught
+    ] == [1]
+    assert sum("dropped" in problem.message for problem in blocks.messages) == blocks.report.dropped_lines
 
 
 @pytest.mark.parametrize("name", ["tunnel", "slope", "survey"])

@@ -45,6 +45,7 @@ contains
          return
       end if
       exit_code = 0
+      messages = messages%summarised()
       if (.not. line%quiet) call show_messages(messages, severity%warning)
       call summarise(line, blocks, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output

@@ -49,6 +49,8 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
+      ! the log has all of them
+      messages = messages%summarised()
       call prepare_sudden_end(line, run, messages)
       call set_writing(.false.)
       if (.not. line%quiet) call show_messages(messages, severity%warning)

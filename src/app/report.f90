@@ -116,11 +116,11 @@ contains
       logical :: ok
       exit_code = 2
       if (allocated(error)) exit_code = error%code
-      call show_messages(messages, merge(severity%error, severity%warning, line%quiet))
+      call show_messages(messages%summarised(), merge(severity%error, severity%warning, line%quiet))
       if (allocated(error)) call show_error(error)
       if (.not. line%json) return
       call begin_json(json, line, 'error', exit_code)
-      call end_json(json, messages, error, ok)
+      call end_json(json, messages%summarised(), error, ok)
    end subroutine report_failure
 
    !> Name of a severity.

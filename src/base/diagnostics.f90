@@ -37,21 +37,31 @@ module rockdda_base_diagnostics
       integer :: severity = 3                  !! one of severity%...
       type(origin_type) :: origin
       character(len=:), allocatable :: message
+      integer :: summary = 0                   !! the summary that may stand for it, 0: none
    contains
       procedure :: format => format_diagnostic
    end type diagnostic_type
+
+   !> One message that stands for many of one kind, where not all are shown.
+   type :: summary_type
+      integer :: n = 0                         !! messages it stands for
+      type(diagnostic_type) :: item
+   end type summary_type
 
    !> A growing list of messages.
    type :: diagnostics_type
       integer :: n = 0                                  !! messages kept
       integer :: n_errors = 0, n_warnings = 0           !! all, also those beyond what is kept
       type(diagnostic_type), allocatable :: items(:)
+      type(summary_type), allocatable, private :: summaries(:)
       integer, private :: n_added(3) = 0                !! all, by severity
       integer, private :: n_kept(3) = 0
    contains
       procedure :: add => add_diagnostic
       procedure :: add_error
+      procedure :: add_summary
       procedure :: append => append_diagnostics
+      procedure :: summarised
       procedure :: has_errors
       procedure :: format => format_diagnostics
       procedure :: to_error
@@ -60,11 +70,12 @@ module rockdda_base_diagnostics
 contains
 
    !> Add one message.
-   subroutine add_diagnostic(self, level, message, origin)
+   subroutine add_diagnostic(self, level, message, origin, summary)
       class(diagnostics_type), intent(inout) :: self
       integer, intent(in) :: level                       !! one of severity%...
       character(len=*), intent(in) :: message
       type(origin_type), intent(in), optional :: origin  !! where; absent: no place known
+      integer, intent(in), optional :: summary           !! as `add_summary` gave it
       type(diagnostic_type), allocatable :: larger(:)
       if (level == severity%error) self%n_errors = self%n_errors + 1
       if (level == severity%warning) self%n_warnings = self%n_warnings + 1
@@ -81,7 +92,57 @@ contains
       self%items(self%n)%severity = level
       self%items(self%n)%message = message
       if (present(origin)) self%items(self%n)%origin = origin
+      if (present(summary)) self%items(self%n)%summary = summary
    end subroutine add_diagnostic
+
+   !> Add a message that stands for n others, which are then added with its number `summary`.
+   subroutine add_summary(self, level, n, message, origin, summary)
+      class(diagnostics_type), intent(inout) :: self
+      integer, intent(in) :: level                       !! that of the others, too
+      integer, intent(in) :: n
+      character(len=*), intent(in) :: message
+      type(origin_type), intent(in) :: origin
+      integer, intent(out) :: summary
+      type(summary_type) :: new
+      new%n = n
+      new%item%severity = level
+      new%item%message = message
+      new%item%origin = origin
+      if (.not. allocated(self%summaries)) allocate (self%summaries(0))
+      self%summaries = [self%summaries, new]
+      summary = size(self%summaries)
+   end subroutine add_summary
+
+   !> The list with each summary in the place of the messages that it stands for.
+   function summarised(self) result(short)
+      class(diagnostics_type), intent(in) :: self
+      type(diagnostics_type) :: short
+      logical, allocatable :: shown(:)
+      integer :: i, k, level
+      allocate (shown(0))
+      if (allocated(self%summaries)) shown = [(.false., k=1, size(self%summaries))]
+      do i = 1, self%n
+         associate (item => self%items(i))
+            if (item%summary == 0) then
+               call short%add(item%severity, item%message, item%origin)
+            else if (.not. shown(item%summary)) then
+               shown(item%summary) = .true.
+               associate (one => self%summaries(item%summary)%item)
+                  call short%add(one%severity, one%message, one%origin)
+               end associate
+            end if
+         end associate
+      end do
+      ! those that have only been counted
+      short%n_added = self%n_added
+      do k = 1, size(shown)
+         if (.not. shown(k)) cycle
+         level = self%summaries(k)%item%severity
+         short%n_added(level) = short%n_added(level) - self%summaries(k)%n + 1
+      end do
+      short%n_warnings = short%n_added(severity%warning)
+      short%n_errors = short%n_added(severity%error)
+   end function summarised
 
    !> Add an error about a file, of the form "FILE: error: what".
    subroutine add_error(self, error)
@@ -100,11 +161,19 @@ contains
       class(diagnostics_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: other
       integer, intent(in), optional :: order(:)   !! (other%n) numbers of its messages in the order wanted
-      integer :: i, k
+      integer :: i, k, first
+      first = 0
+      if (allocated(self%summaries)) first = size(self%summaries)
+      if (allocated(other%summaries)) then
+         if (first == 0) self%summaries = other%summaries
+         if (first > 0) self%summaries = [self%summaries, other%summaries]
+      end if
       do i = 1, other%n
          k = i
          if (present(order)) k = order(i)
-         call self%add(other%items(k)%severity, other%items(k)%message, other%items(k)%origin)
+         associate (item => other%items(k))
+            call self%add(item%severity, item%message, item%origin, merge(0, first + item%summary, item%summary == 0))
+         end associate
       end do
       ! those that the other list has only counted
       self%n_added = self%n_added + other%n_added - other%n_kept

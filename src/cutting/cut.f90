@@ -176,7 +176,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       logical, dimension(size(skip)) :: met, kept, lost
       integer, dimension(size(skip)) :: told
-      integer :: i, k, e
+      integer :: i, k, e, summary
       character(len=:), allocatable :: name
       met = .false.
       kept = .false.
@@ -203,6 +203,8 @@ contains
       end do
       report%n_dropped_lines = count(.not. kept)
       report%n_shortened_lines = count(kept .and. lost)
+      summary = 0
+      if (count(.not. (kept .or. skip)) > 1) call summarise_lines(geometry, kept .or. skip, met, messages, summary)
       do i = 1, size(skip)
          if (kept(i)) cycle
          name = 'line '//to_string(i)//' from ('//to_string(geometry%lines(1, i))//', '// &
@@ -215,9 +217,40 @@ contains
          else
             name = name//'bounds no block: dropped'
          end if
-         call messages%add(severity%warning, name, geometry%line_origin(i))
+         call messages%add(severity%warning, name, geometry%line_origin(i), merge(0, summary, skip(i)))
       end do
    end subroutine report_lines
+
+   !> One warning for all lines that bound no block: random networks have dozens of them.
+   subroutine summarise_lines(geometry, is_other, met, messages, summary)
+      type(geometry_input_type), intent(in) :: geometry
+      logical, intent(in) :: is_other(:)       !! not one of these lines
+      logical, intent(in) :: met(:)            !! meets another line
+      type(diagnostics_type), intent(inout) :: messages
+      integer, intent(out) :: summary
+      integer, parameter :: most_named = 3
+      type(origin_type) :: file
+      character(len=:), allocatable :: text
+      integer :: i, n, n_alone, named
+      n = count(.not. is_other)
+      n_alone = count(.not. (is_other .or. met))
+      text = to_string(n)//' lines bound no block: dropped'
+      if (n_alone > 0) text = text//' ('//to_string(n_alone)//' of them meet no other line)'
+      named = 0
+      do i = 1, size(is_other)
+         if (is_other(i)) cycle
+         if (named == most_named) exit
+         named = named + 1
+         text = text//trim(merge(': ', ', ', named == 1))//' line '//to_string(i)
+         associate (origin => geometry%line_origin(i))
+            if (.not. allocated(origin%file)) cycle
+            file%file = origin%file
+            if (origin%line > 0) text = text//' ('//origin%file//':'//to_string(origin%line)//')'
+         end associate
+      end do
+      if (n > most_named) text = text//" and "//to_string(n - most_named)//" more; 'rockdda check' lists all"
+      call messages%add_summary(severity%warning, n, text, file, summary)
+   end subroutine summarise_lines
 
    !> Euler's relation and the sum of areas; fills the numbers of the report that belong to the net.
    subroutine check_result(graph, faces, nesting, outlines, report, error)

@@ -259,7 +259,7 @@ contains
    !> Prepare a text to be fetched, and tell its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
    !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file, 13 what
-   !> the options file says.
+   !> the options file says, 14 messages with one for many of a kind.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which
@@ -271,6 +271,7 @@ contains
          s%text = ''
          select case (which)
          case (1); s%text = messages_text(s%messages)
+         case (14); s%text = messages_text(s%messages%summarised())
          case (2); if (allocated(s%error)) s%text = s%error%message
          case (3); if (allocated(s%run%output)) s%text = s%run%output
          case (4); if (allocated(s%run%log_file)) s%text = s%run%log_file

@@ -49,6 +49,25 @@ class Cut(ProgramTest):
         self.assertIn("dropped 1", outcome.out)
         self.assertEqual(self.run_program("cut", "block.dc", "--force", "--quiet").err, "")
 
+    def test_many_dropped_lines_are_one_warning(self):
+        loose = "".join(f"0.2 0.{k} 0.4 0.{k} 1\n" for k in (3, 4, 5)) + "0 0.7 0.4 0.7 1\n0 0.8 0.4 0.8 1\n"
+        self.write("block.dc", GEOMETRY.replace("7 4 ", "12 4 ").replace("3 2 3 1 1\n", "3 2 3 1 1\n" + loose))
+        self.write("block.df", ANALYSIS)
+        warning = (
+            "block.dc: warning: 5 lines bound no block: dropped (3 of them meet no other line): line 8 (block.dc:16), "
+            "line 9 (block.dc:17), line 10 (block.dc:18) and 2 more; 'rockdda check' lists all\n"
+        )
+        self.assertEqual(self.run_program("cut", "block.dc").err, warning)
+        self.assertEqual(self.run_program("run", "block.dc", "block.df").err.count("warning"), 1)
+        log = self.path("block.log").read_text()
+        checked = self.run_program("check", "block.dc")
+        self.assertEqual(checked.out, "1 file checked: 0 errors, 5 warnings\n")
+        for text in (log, checked.err):
+            self.assertEqual(text.count("warning: line "), 5)
+            self.assertEqual(text.count("lines bound no block"), 0)
+        outcome = self.run_program("cut", "block.dc", "--force", "--json")
+        self.assertEqual((outcome.json["warnings"], len(outcome.json["messages"])), (1, 1))
+
     def test_file_of_somebody_else(self):
         # in a folder like /tmp: others may add files, but not replace this one
         nobody = self.as_nobody()
