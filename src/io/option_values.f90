@@ -124,11 +124,11 @@ contains
       end do
       if (multiple .and. modulo(entry%n, n) /= 0) then
          call messages%add(severity%error, entry%name//': expected a multiple of '//to_string(n)//' numbers, found '// &
-                           to_string(entry%n), namelist%origin(entry%place))
+                           to_string(entry%n)//decimal_comma(namelist, entry), namelist%origin(entry%place))
          ok = .false.
       else if (.not. multiple .and. entry%n /= n) then
          call messages%add(severity%error, entry%name//': expected '//to_string(n)//' numbers, found '// &
-                           to_string(entry%n), namelist%origin(entry%place))
+                           to_string(entry%n)//decimal_comma(namelist, entry), namelist%origin(entry%place))
          ok = .false.
       end if
       if (.not. ok) return
@@ -189,8 +189,39 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       is_single = entry%n == 1
       if (entry%n > 1) call messages%add(severity%error, entry%name//': expected '//what//', found '// &
-                                         to_string(entry%n)//' values', namelist%origin(entry%values(2)%place))
+                                         to_string(entry%n)//' values'//decimal_comma(namelist, entry), &
+                                         namelist%origin(entry%values(2)%place))
    end function is_single
+
+   !> A hint at the first pair of values that reads as one number with a decimal comma, or nothing. `0,5` may be one,
+   !> `0, 5`, `0.5,1` and a value of `1,2,3` are none.
+   function decimal_comma(namelist, entry) result(text)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: digits = '0123456789'
+      integer :: i, first, comma, next, behind
+      text = ''
+      do i = 1, entry%n - 1
+         associate (a => entry%values(i), b => entry%values(i + 1), source => namelist%source%text)
+            if (a%kind /= value_kind%number .or. b%kind /= value_kind%number) cycle
+            comma = a%place + len(a%text)
+            next = comma + 1
+            behind = next + len(b%text)
+            if (b%place /= next) cycle
+            if (source(comma:comma) /= ',') cycle
+            first = merge(2, 1, scan(a%text(1:1), '+-') > 0)
+            if (verify(a%text(first:), digits) > 0 .or. verify(b%text(1:1), digits) > 0) cycle
+            if (verify(b%text, digits//'eEdD+-') > 0) cycle
+            if (source(a%place - 1:a%place - 1) == ',') cycle
+            if (behind < len(source)) then
+               if (source(behind:behind) == ',' .and. verify(source(behind + 1:behind + 1), digits) == 0) cycle
+            end if
+            text = "; if '"//a%text//','//b%text//"' has a decimal comma, write "//a%text//'.'//b%text
+            return
+         end associate
+      end do
+   end function decimal_comma
 
    !> Is value i a number of sensible size?
    logical function is_number(namelist, entry, i, messages)
