@@ -9,7 +9,7 @@ module rockdda_app_arguments
    use rockdda_model_options, only : unset_integer
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
-   use rockdda_driver_model_input, only : run_request_type
+   use rockdda_run_model_input, only : run_request_type
    use rockdda_app_process, only : argument_type
    implicit none
    private

@@ -22,8 +22,8 @@ module rockdda_app_command_check
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_io_results_info, only : results_info_type, read_results_info
-   use rockdda_driver_checkpointing, only : load_checkpoint
-   use rockdda_driver_model_input, only : model_input_type, read_model, recognise_file
+   use rockdda_run_checkpointing, only : load_checkpoint
+   use rockdda_run_model_input, only : model_input_type, read_model, recognise_file
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_list, only : list_files

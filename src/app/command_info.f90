@@ -22,7 +22,7 @@ module rockdda_app_command_info
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_driver_model_input, only : model_input_type, recognise_file, read_blocks, count_points
+   use rockdda_run_model_input, only : model_input_type, recognise_file, read_blocks, count_points
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_facts, only : facts_type
    use rockdda_app_file_list, only : list_files

@@ -8,7 +8,7 @@ module rockdda_app_command_resume
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : is_set
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_driver_run, only : run_type
+   use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_process, only : complain, watch_signals
    use rockdda_app_progress, only : progress_type

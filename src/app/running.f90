@@ -8,8 +8,8 @@ module rockdda_app_running
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_driver_outcome, only : done_share
-   use rockdda_driver_run, only : run_type, first_line
+   use rockdda_run_outcome, only : done_share
+   use rockdda_run_model_run, only : run_type, first_line
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : complain, say, set_writing, set_last_words

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> When the program has to stop a run before its end: after a stop signal or at the time set by --max-wall.
 module rockdda_app_stop_request
-   use rockdda_driver_stop_request, only : deadline_type
+   use rockdda_run_stop_request, only : deadline_type
    use rockdda_app_process, only : seen_signal
    implicit none
    private

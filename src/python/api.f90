@@ -21,7 +21,7 @@ module rockdda_python_api
    use rockdda_io_source, only : source_type, new_source
    use rockdda_io_statistics_file, only : read_statistics_file, read_statistics_source
    use rockdda_io_recognise, only : file_kind
-   use rockdda_driver_model_input, only : find_files, read_model, read_blocks, recognise_file
+   use rockdda_run_model_input, only : find_files, read_model, read_blocks, recognise_file
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private

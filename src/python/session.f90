@@ -13,9 +13,9 @@ module rockdda_python_session
    use rockdda_lines_report, only : lines_report_type
    use rockdda_model_options, only : is_set
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_driver_model_input, only : model_input_type, run_request_type
-   use rockdda_driver_run, only : run_type, first_line
-   use rockdda_driver_stop_request, only : deadline_type
+   use rockdda_run_model_input, only : model_input_type, run_request_type
+   use rockdda_run_model_run, only : run_type, first_line
+   use rockdda_run_stop_request, only : deadline_type
    implicit none
    private
    public :: session_type, new_session, get_session, drop_session, messages_text

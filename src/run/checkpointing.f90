@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> A simulation into a checkpoint and out of it.
-module rockdda_driver_checkpointing
+module rockdda_run_checkpointing
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_model_blocks, only : block_system_type
@@ -128,4 +128,4 @@ contains
       if (allocated(memory) .and. .not. allocated(archive%error)) call sim%solver%unpack(memory)
    end subroutine exchange_simulation
 
-end module rockdda_driver_checkpointing
+end module rockdda_run_checkpointing

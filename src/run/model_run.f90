@@ -16,7 +16,7 @@
 !>     call run%reopen(messages, error)                  results and log as they were at the checkpoint
 !>
 !> Several runs may go on at a time in threads of one process: HDF5 is then used by one after the other.
-module rockdda_driver_run
+module rockdda_run_model_run
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -32,12 +32,12 @@ module rockdda_driver_run
    use rockdda_io_results, only : results_type
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_timestamp, only : utc_now, wall_seconds
-   use rockdda_driver_checkpointing, only : save_checkpoint, load_checkpoint
-   use rockdda_driver_frame_plan, only : frame_plan_type, new_frame_plan
-   use rockdda_driver_model_input, only : model_input_type, run_request_type
-   use rockdda_driver_outcome, only : short_run_warning, cuts_text
-   use rockdda_driver_output_choice, only : choose_output
-   use rockdda_driver_turn, only : take_turn, end_turn
+   use rockdda_run_checkpointing, only : save_checkpoint, load_checkpoint
+   use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
+   use rockdda_run_model_input, only : model_input_type, run_request_type
+   use rockdda_run_outcome, only : short_run_warning, cuts_text
+   use rockdda_run_output_choice, only : choose_output
+   use rockdda_run_turn, only : take_turn, end_turn
    implicit none
    private
    public :: run_type, first_line
@@ -498,4 +498,4 @@ contains
       line = text(1:n - 1)
    end function first_line
 
-end module rockdda_driver_run
+end module rockdda_run_model_run

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Where a new run writes: the name of its results, and that nothing that is there is lost by it.
-module rockdda_driver_output_choice
+module rockdda_run_output_choice
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_checkpoint, only : checkpoint_path, results_path
    use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
    use rockdda_io_log, only : log_path
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_driver_model_input, only : model_input_type, run_request_type, stem_of
-   use rockdda_driver_turn, only : take_turn, end_turn
+   use rockdda_run_model_input, only : model_input_type, run_request_type, stem_of
+   use rockdda_run_turn, only : take_turn, end_turn
    implicit none
    private
    public :: choose_output, require_folder
@@ -82,4 +82,4 @@ contains
                       ', which is that of '//neighbour//'; take another name')
    end subroutine keep_neighbour
 
-end module rockdda_driver_output_choice
+end module rockdda_run_output_choice

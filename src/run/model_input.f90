@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> From files, or texts in memory, to a model and the parameters of its run.
-module rockdda_driver_model_input
+module rockdda_run_model_input
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
@@ -304,4 +304,4 @@ contains
       if (dot > 1) stem = stem(1:dot - 1)
    end function stem_of
 
-end module rockdda_driver_model_input
+end module rockdda_run_model_input

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> What the end of a run has to say about it: how much of the planned time was computed, and why steps were short.
-module rockdda_driver_outcome
+module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_stepping_control, only : n_cut_reasons
@@ -58,4 +58,4 @@ contains
          ' steps the limit g2*w0 kept the next one short'
    end function cuts_text
 
-end module rockdda_driver_outcome
+end module rockdda_run_outcome

@@ -3,7 +3,7 @@
 !>
 !> save_every = K: frame k is step k*K. save_dt = T: the first step at or after each multiple of T. Both: both.
 !> Neither: K so that the run has about 100 frames.
-module rockdda_driver_frame_plan
+module rockdda_run_frame_plan
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -52,4 +52,4 @@ contains
       self%passed = max(self%passed, reached)
    end function is_due
 
-end module rockdda_driver_frame_plan
+end module rockdda_run_frame_plan

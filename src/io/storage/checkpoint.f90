@@ -41,7 +41,7 @@ module rockdda_io_checkpoint
       character(len=:), allocatable :: build                     !! of the program that wrote it
       character(len=:), allocatable :: written                   !! UTC
       character(len=:), allocatable :: model_file, analysis_file, config_file !! as the user named them
-      integer :: frame_every = 0                  !! see rockdda_driver_frame_plan
+      integer :: frame_every = 0                  !! see rockdda_run_frame_plan
       real(wp) :: frame_interval = 0
       integer :: frames_passed = 0
       integer :: last_frame = -1                  !! step of the last planned frame

@@ -2,7 +2,7 @@
 !> When a run has to stop before its end: at a time of the wall clock.
 !>
 !> The program extends it by signals.
-module rockdda_driver_stop_request
+module rockdda_run_stop_request
    use rockdda_base_kinds, only : wp
    use rockdda_base_interruption, only : interruption_type
    use rockdda_io_timestamp, only : wall_seconds
@@ -24,4 +24,4 @@ contains
       is_late = .not. wall_seconds() < self%deadline
    end function is_late
 
-end module rockdda_driver_stop_request
+end module rockdda_run_stop_request
