@@ -47,6 +47,8 @@ class Surroundings(ProgramTest):
                     outcome = self.run_program(
                         *arguments, preexec_fn=lambda limits=limits: resource.setrlimit(resource.RLIMIT_STACK, limits)
                     )
+                    if kilobytes == 16 and outcome.code == -signal.SIGSEGV:
+                        continue  # where the system puts the stack, its loader itself may not find room in 16 kB
                     if hard and kilobytes < 512:
                         message = f"rockdda: error: the stack is limited to {kilobytes} kB (ulimit -s); "
                         self.assertFails(outcome, 3, message + "the program needs 512 kB, better 8192 kB")
