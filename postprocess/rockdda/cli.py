@@ -323,6 +323,8 @@ def main(arguments: list[str] | None = None) -> int:
     except SystemExit as error:
         # of Rich, when the reader of a help page has gone; of the completion, which ends so
         return DONE if error.code is None else error.code if isinstance(error.code, int) and _completes() else DONE
+    except ImportError as error:  # the compiled part or a library is missing
+        return _end(BAD_INPUT, f"error: {error}")
     except Exception as error:
         return _internal(error)
     return STOPPED if code == 130 else int(code or 0)  # 130: typer's word for Ctrl-C

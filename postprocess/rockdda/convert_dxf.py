@@ -111,7 +111,7 @@ def read_dxf(
     if known is not None:
         known.update(kinds)
     extent = _extent(entities, report)
-    unit = scale if scale is not None else metres_of(document, extent, report)
+    unit = scale if scale is not None else metres_of(document, extent, report, _states_unit(path))
     smallest = 1e-6 * extent
     if chord is not None:
         chord = from_unit(chord, 1 / unit)
@@ -184,6 +184,11 @@ def _read(path: Path, report: Report) -> Any:
             raise InputError(f"the DXF drawing is broken: {short(first, 200)}", path) from error
         report.warning(f"the DXF drawing is broken ({short(first, 200)}) and was repaired: something may be missing")
         return document
+
+
+def _states_unit(path: Path) -> bool:
+    """Does the file hold $INSUNITS? The name is the same in text and binary drawings."""
+    return b"$INSUNITS" in path.read_bytes()
 
 
 def _check_finite(geometry: Geometry, report: Report) -> None:

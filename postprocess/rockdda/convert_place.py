@@ -24,11 +24,14 @@ def from_unit(value: float, unit: float) -> float:
     )
 
 
-def metres_of(document: Any, extent: float, report: Report) -> float:
-    """The length of a drawing's unit [m] by its $INSUNITS; 1 with a warning, or an error, where it states none."""
+def metres_of(document: Any, extent: float, report: Report, stated: bool = True) -> float:
+    """The length of a drawing's unit [m] by its $INSUNITS; 1 with a warning, or an error, where it states none.
+
+    `stated`: the file itself holds $INSUNITS; for one without, ezdxf assumes metres.
+    """
     from ezdxf import units
 
-    code = document.header.get("$INSUNITS", 0)
+    code = document.header.get("$INSUNITS", 0) if stated else 0
     advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
     try:
         name, metre = units.unit_name(code), units.InsertUnits.Meters

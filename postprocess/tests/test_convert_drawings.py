@@ -107,6 +107,13 @@ def test_a_drawing_without_a_unit_is_refused_when_it_is_large(tmp_path):
     done = convert(tmp_path / "m.dxf", tmp_path / "b")
     assert any("states no unit ($INSUNITS): its numbers are kept" in text for text in done.messages)
     np.testing.assert_allclose(lines_of(tmp_path / "a.dc")[0], lines_of(tmp_path / "b.dc")[0], rtol=0, atol=1e-11)
+    # a file without a header: ezdxf alone would take it for one in metres
+    text = "0\nSECTION\n2\nENTITIES\n"
+    for x in (0, 10_000):
+        text += f"0\nLINE\n8\n0\n10\n{x}\n20\n0\n11\n{x}\n21\n8000\n"
+    (tmp_path / "bare.dxf").write_text(text + "0\nENDSEC\n0\nEOF\n")
+    with pytest.raises(rockdda.InputError, match=r"states no unit .* extent is 10000"):
+        convert(tmp_path / "bare.dxf", tmp_path / "d")
     section(tmp_path / "odd.dxf", code=99)
     with pytest.raises(rockdda.InputError, match=r"unknown unit \$INSUNITS = 99"):
         convert(tmp_path / "odd.dxf", tmp_path / "c")

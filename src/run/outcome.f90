@@ -10,7 +10,7 @@ module rockdda_run_outcome
    public :: done_share, short_run_warning, cuts_text
 
    !> A run that has done all its steps in less than this share of the planned time is reported.
-   real(wp), parameter :: least_share = 0.5_wp
+   real(wp), parameter :: least_share = 0.8_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
                                                               'contacts did not settle', &

@@ -62,6 +62,11 @@ class Plausibility(ProgramTest):
         moved = PEER_ANALYSIS.replace("9810 1e8 0.2", "0 1e8 0.2").replace("0 0 0\n30", "1 0 0\n30")
         self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", moved, options=soft, file="x.nml")
 
+    def test_numbers_shifted_by_a_decimal_comma_end_as_sor_factor(self):
+        text = PEER_ANALYSIS.replace("30 0 0", "20,5 0 0")
+        self.check("The last number of the file, 0, is then read as an SOR factor", text, file="x.df:3:1")
+        self.assertEqual(self.warnings(PEER_ANALYSIS + "9\n"), [])
+
     def test_no_load(self):
         text = PEER_ANALYSIS.replace(" 9810 ", " 0 ")
         self.check("the weight of all blocks is 0", text)

@@ -105,6 +105,30 @@ def test_search_distance_decides_nothing(tmp_path: Path, seed: int) -> None:
     assert abs(moved[1] - moved[0]).max() <= 1e-6 * abs(moved[0]).max()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_networks_resume_with_the_same_bits(tmp_path: Path, seed: int) -> None:
+    """Rows of contacts whose partners have other partners are no damage: three sets make such corners."""
+    (tmp_path / "n.dl").write_text(
+        f"&lines seed = {seed + 1} /\n&boundary window = 0,0, 8,6, frame = 1 /\n"
+        "&joint_set inclination = 10, spacing = 0.7, randomness = 0.4 /\n"
+        "&joint_set inclination = 75, spacing = 0.8, randomness = 0.4 /\n"
+        "&joint_set inclination = 130, spacing = 0.9, randomness = 0.4 /\n"
+    )
+    call(tmp_path, "lines", "n.dl", "-o", "n.dc")
+    call(tmp_path, "cut", "n.dc", "-o", "n.blk")
+    tables = "0\n" * 12
+    (tmp_path / "n.df").write_text(
+        f"1\n14\n1 1\n0.01\n0.001\n{E}\n{tables}2500 25000 {E} 0.25\n0 0 0 0 0 0\n0 0 0\n35 0 0\n1.4\n"
+    )
+    arguments = ("run", "n.blk", "n.df", "--dialect", "g0", "--threads", "1", "-o")
+    call(tmp_path, *arguments, "whole.h5")
+    call(tmp_path, *arguments, "part.h5", "--steps", "10")
+    call(tmp_path, "resume", "part.ckpt.h5", "--steps", "4")
+    with h5py.File(tmp_path / "whole.h5") as whole, h5py.File(tmp_path / "part.h5") as part:
+        for name in ("vertices", "velocity", "stress", "contact_force"):
+            assert np.array_equal(whole[f"frames/{name}"][:], part[f"frames/{name}"][:])
+
+
 def test_vertex_across_a_thin_window(tmp_path: Path) -> None:
     """A search that reaches further than blocks are large: vertices moved by 0.98 m, with forces of 2.9e9 N."""
     (tmp_path / "n.dl").write_text(

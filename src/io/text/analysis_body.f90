@@ -227,11 +227,33 @@ contains
          if (factor >= 1 .and. factor < 2) then
             analysis%sor_factor = factor
          else
-            call messages%add(severity%note, 'SOR factor '//to_string(factor)//' is outside [1, 2): 1.4 is used', &
-                              tokens%origin(reader%record%token(1)))
+            call report_sor_factor(factor, tokens, reader%record%token(1), messages)
          end if
       end subroutine read_sor_factor
 
    end subroutine read_analysis_body
+
+   !> The last number is no SOR factor. With a decimal comma further up, one number too many has shifted all that follow it.
+   subroutine report_sor_factor(factor, tokens, place, messages)
+      real(wp), intent(in) :: factor
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: place   !! its token
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: first, second
+      integer :: i
+      do i = 1, tokens%n - 1
+         if (messages%has_errors()) exit
+         if (.not. tokens%has_decimal_comma(i)) cycle
+         first = tokens%text(i)
+         second = tokens%text(i + 1)
+         call messages%add(severity%warning, "'"//first//','//second//"' is two numbers, because a comma separates "// &
+                           'numbers. The last number of the file, '//to_string(factor)//', is then read as an SOR '// &
+                           'factor, but is outside [1, 2): if a decimal comma is meant, write '//first//'.'//second, &
+                           tokens%origin(i))
+         return
+      end do
+      call messages%add(severity%note, 'SOR factor '//to_string(factor)//' is outside [1, 2): 1.4 is used', &
+                        tokens%origin(place))
+   end subroutine report_sor_factor
 
 end module rockdda_io_analysis_body
