@@ -183,7 +183,7 @@ contains
       call stop_on(error)
       if (with_frame) then
          call sim%contact_forces(force)
-         call results%append_frame(sim%state, sim%contacts, force, error)
+         call results%append_frame(sim%state, sim%contacts, force, [real(wp) ::], error)
          call stop_on(error)
          call results%flush(error)
          call stop_on(error)
