@@ -55,7 +55,7 @@ contains
          boxes(1:2, i) = minval(blocks%vertices(:, first:last), 2) - 1.001_wp*e0
          boxes(3:4, i) = maxval(blocks%vertices(:, first:last), 2) + 1.001_wp*e0
       end do
-      call self%grid%build_boxes(boxes)
+      call self%grid%build_boxes(boxes, 0.0_wp)
    end subroutine init
 
    !> Number of the block that a point belongs to, 0 if none.

@@ -1,33 +1,36 @@
 ! SPDX-License-Identifier: MIT
-!> Uniform spatial grid over many boxes or segments: which of them may be near a box, a segment or a point?
+!> Uniform spatial grid over many boxes or segments: the candidates near a box, a segment or a point.
 !>
 !> Items are listed per cell in one array (CSR), built in two passes without an allocation per cell:
 !>
-!>     start(c) + 1 ... start(c + 1)   positions in items of what touches cell c (cell numbers from 0 here)
+!>     cell        1        2    3              n_cells
+!>     start     | 0      | 3  | 3 |    ...   | 27     |  n_pairs      start(c) + 1 : start(c + 1) are the positions of
+!>     items     | 1 5 8  |    | 2 5  ...     | 7      |               the items of cell c; item 5 lies in cells 1 and 3
 !>
-!> Building and asking are linear in the number of (item, cell) pairs. The cell width adapts to the items, the
-!> number of cells stays below about eight per item. A query returns candidates, each once, none missing;
+!> The cost of building and of queries is linear in the number of (item, cell) pairs. The cell width adapts to the items,
+!> the number of cells stays below about eight per item. A query returns candidates, each once, none missing;
 !> the caller tests them. Queries from several threads need one grid_query_type each.
 module rockdda_geometry_grid
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : reserve
    use rockdda_geometry_cells, only : cell_raster_type, new_raster
    implicit none
    private
-   public :: grid_type, grid_query_type
+   public :: grid_type, grid_query_type, typical_size
 
-   !> Workspace and answer of a query.
+   !> Workspace and result of a query.
    type :: grid_query_type
       integer :: n = 0                    !! candidates found
       integer, allocatable :: ids(:)      !! their numbers are ids(1:n), in no useful order
-      integer, allocatable :: mark(:)     !! (items) stamp of the last query that met the item
+      integer, allocatable :: mark(:)     !! (items) stamp of the last query that found the item
       integer :: stamp = 0
    end type grid_query_type
 
    type :: grid_type
       integer :: n_items = 0
       type(cell_raster_type) :: raster
-      integer, allocatable :: start(:)    !! (cells + 1)
-      integer, allocatable :: items(:)    !! item numbers by cell
+      integer, allocatable :: start(:)    !! (>= cells + 1)
+      integer, allocatable :: items(:)    !! (>= start(cells + 1)) item numbers by cell
    contains
       procedure :: build_boxes
       procedure :: build_segments
@@ -38,26 +41,27 @@ module rockdda_geometry_grid
 
 contains
 
-   !> Grid over boxes. Enlarge the boxes first when near misses are wanted.
-   pure subroutine build_boxes(self, boxes)
+   !> Grid over boxes, each widened by half the margin on every side.
+   pure subroutine build_boxes(self, boxes, margin)
       class(grid_type), intent(inout) :: self
-      real(wp), intent(in) :: boxes(:, :)      !! (4, n) xmin, ymin, xmax, ymax
-      real(wp) :: frame(4), width
-      integer :: n, i, ix, iy, pass, c
+      real(wp), intent(in), contiguous :: boxes(:, :)   !! (4, n) xmin, ymin, xmax, ymax
+      real(wp), intent(in) :: margin                    !! [L], 0 or more
+      real(wp) :: frame(4), half, width
+      integer :: n, i, ix, iy, pass
       n = size(boxes, 2)
-      frame = frame_of(boxes)
+      half = 0.5_wp*margin
+      frame = frame_of(boxes) + [-half, -half, half, half]
       width = 0
-      ! twice the mean size: a typical box touches a few cells, and a few giants do not spoil it for the others
-      if (n > 0) width = (sum(boxes(3, :) - boxes(1, :)) + sum(boxes(4, :) - boxes(2, :)))/n
+      ! width plus height of a typical box: it touches two or three cells
+      if (n > 0) width = sum(typical_size(boxes, margin))
       self%n_items = n
       self%raster = new_raster(frame, min(width, max(frame(3) - frame(1), frame(4) - frame(2))), 4*n + 16)
       call begin_lists(self)
       do pass = 1, 2
          do i = 1, n
-            do iy = self%raster%row(boxes(2, i)), self%raster%row(boxes(4, i))
-               do ix = self%raster%column(boxes(1, i)), self%raster%column(boxes(3, i))
-                  c = ix + (iy - 1)*self%raster%nx
-                  call put(self, c, i, pass)
+            do iy = self%raster%row(boxes(2, i) - half), self%raster%row(boxes(4, i) + half)
+               do ix = self%raster%column(boxes(1, i) - half), self%raster%column(boxes(3, i) + half)
+                  call put(self, ix + (iy - 1)*self%raster%nx, i, pass)
                end do
             end do
          end do
@@ -65,11 +69,11 @@ contains
       end do
    end subroutine build_boxes
 
-   !> Grid over segments: only the cells along a segment hold it, so long oblique lines are welcome.
+   !> Grid over segments: only the cells along a segment hold it, so that long oblique lines cost little.
    pure subroutine build_segments(self, segments, margin)
       class(grid_type), intent(inout) :: self
       real(wp), intent(in) :: segments(:, :)   !! (4, n) x1, y1, x2, y2
-      real(wp), intent(in) :: margin           !! a segment is also held by the cells within this distance [L]
+      real(wp), intent(in) :: margin           !! the cells within this distance hold the segment, too [L]
       real(wp) :: boxes(4), frame(4), length, width, area
       integer :: n, i, ix, iy, pass, c, first, last
       n = size(segments, 2)
@@ -86,7 +90,7 @@ contains
       frame(3:4) = frame(3:4) + margin
       area = (frame(3) - frame(1))*(frame(4) - frame(2))
       width = 0
-      ! as many cells as cell crossings: a cell then sees one or two lines on average
+      ! as many cells as cell crossings: a cell then holds one or two lines on average
       if (length > 0) width = area/length
       self%n_items = n
       self%raster = new_raster(frame, max(width, 2*margin), 8*n + 500000)
@@ -165,12 +169,22 @@ contains
       frame = [minval(boxes(1, :)), minval(boxes(2, :)), maxval(boxes(3, :)), maxval(boxes(4, :))]
    end function frame_of
 
-   !> Zero the counters.
+   !> Width and height of a typical box, widened by the margin: harmonic means, so that a few huge boxes hardly change
+   !> them.
+   pure function typical_size(boxes, margin) result(width)
+      real(wp), intent(in), contiguous :: boxes(:, :)   !! (4, n) xmin, ymin, xmax, ymax
+      real(wp), intent(in) :: margin
+      real(wp) :: width(2)
+      real(wp), parameter :: least = tiny(1.0_wp)*1.0e20_wp
+      width = [size(boxes, 2)/sum(1/max(boxes(3, :) - boxes(1, :) + margin, least)), &
+               size(boxes, 2)/sum(1/max(boxes(4, :) - boxes(2, :) + margin, least))]
+   end function typical_size
+
+   !> Set the counters to zero.
    pure subroutine begin_lists(self)
       class(grid_type), intent(inout) :: self
-      if (allocated(self%start)) deallocate (self%start)
-      if (allocated(self%items)) deallocate (self%items)
-      allocate (self%start(self%raster%n_cells() + 1), source=0)
+      call reserve(self%start, self%raster%n_cells() + 1)
+      self%start(1:self%raster%n_cells() + 1) = 0
    end subroutine begin_lists
 
    !> First pass: count. Second pass: store, running start(c) downwards to its final value.
@@ -181,21 +195,21 @@ contains
       self%start(c) = self%start(c) + merge(1, -1, pass == 1)
    end subroutine put
 
-   !> After the first pass: counts to ends.
+   !> After the first pass: replace counts by ends.
    pure subroutine end_pass(self, pass)
       class(grid_type), intent(inout) :: self
       integer, intent(in) :: pass
       integer :: c, total
       if (pass == 2) return
       total = 0
-      do c = 1, size(self%start)
+      do c = 1, self%raster%n_cells() + 1
          total = total + self%start(c)
          self%start(c) = total
       end do
-      allocate (self%items(total))
+      call reserve(self%items, total)
    end subroutine end_pass
 
-   !> Forget the last answer; fit the workspace to the grid.
+   !> Clear the last result; fit the workspace to the grid.
    pure subroutine begin_query(self, query)
       class(grid_type), intent(in) :: self
       type(grid_query_type), intent(inout) :: query
@@ -213,7 +227,7 @@ contains
       query%stamp = query%stamp + 1
    end subroutine begin_query
 
-   !> Add what cell c holds and the query has not met.
+   !> Add the items of cell c that are not in the result yet.
    pure subroutine collect(self, c, query)
       class(grid_type), intent(in) :: self
       integer, intent(in) :: c

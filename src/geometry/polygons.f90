@@ -86,7 +86,7 @@ contains
       moments = moments/12
    end subroutine polygon_properties
 
-   !> Does the polygon hold the point? A point on the outline may come out either way: ask distance_to_outline first.
+   !> Does the polygon hold the point? A point on the outline may come out either way: test distance_to_outline first.
    pure logical function point_in_polygon(point, vertices)
       real(wp), intent(in) :: point(2)
       real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, either direction

@@ -46,7 +46,7 @@ contains
             inner(:, i) = inner_point(v)
          end associate
       end do
-      call grid%build_boxes(boxes)
+      call grid%build_boxes(boxes, 0.0_wp)
       allocate (found(64))
       do i = 1, blocks%n_blocks
          call grid%query_box(boxes(:, i), query)

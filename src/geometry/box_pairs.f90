@@ -1,0 +1,126 @@
+! SPDX-License-Identifier: MIT
+!> Pairs of boxes that come closer than a margin in both directions.
+!>
+!> Every box is widened by half the margin and listed in the cells of a grid that it covers. A pair is counted in one
+!> cell only, the one that holds the lower left corner x of the intersection:
+!>
+!>     +--------------+
+!>     | i            |
+!>     |     +--------|----+
+!>     |     |        |    |
+!>     +-----x--------+    |
+!>           |           j |
+!>           +-------------+
+!>
+!> The cost is linear in the number of boxes as long as the boxes are not stacked on each other.
+module rockdda_geometry_box_pairs
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : reserve
+   use rockdda_geometry_grid, only : grid_type
+   implicit none
+   private
+   public :: box_pairs_work_type, find_box_pairs
+
+   !> Arrays of `find_box_pairs`, kept for the next call.
+   type :: box_pairs_work_type
+      private
+      type(grid_type) :: grid
+      integer, allocatable :: start(:), second(:)
+   end type box_pairs_work_type
+
+contains
+
+   !> All pairs (i < j) of boxes that come closer than the margin, sorted by (i, j).
+   pure subroutine find_box_pairs(boxes, margin, pairs, n_pairs, work)
+      real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, n) xmin, ymin, xmax, ymax
+      real(wp), intent(in) :: margin                       !! largest distance of interest [L], 0 or more
+      integer, allocatable, intent(inout) :: pairs(:, :)   !! (2, >= n_pairs)
+      integer, intent(out) :: n_pairs
+      type(box_pairs_work_type), intent(inout) :: work
+      real(wp) :: half, corner(2)
+      integer :: n, i, j, k, l, ix, iy, c
+      n = size(boxes, 2)
+      n_pairs = 0
+      if (.not. allocated(pairs)) allocate (pairs(2, 4*n + 16))
+      if (n < 2) return
+      half = 0.5_wp*margin
+      call work%grid%build_boxes(boxes, margin)
+      associate (grid => work%grid, raster => work%grid%raster)
+         do iy = 1, raster%ny
+            do ix = 1, raster%nx
+               c = ix + (iy - 1)*raster%nx
+               do k = grid%start(c) + 1, grid%start(c + 1)
+                  i = grid%items(k)
+                  do l = k + 1, grid%start(c + 1)
+                     j = grid%items(l)
+                     corner = max(boxes(1:2, i), boxes(1:2, j)) - half
+                     if (any(corner > min(boxes(3:4, i), boxes(3:4, j)) + half)) cycle
+                     if (raster%column(corner(1)) /= ix .or. raster%row(corner(2)) /= iy) cycle
+                     call append_pair(min(i, j), max(i, j), pairs, n_pairs)
+                  end do
+               end do
+            end do
+         end do
+      end associate
+      call sort_pairs(n, n_pairs, pairs, work)
+   end subroutine find_box_pairs
+
+   !> Add one pair, enlarging the list when needed.
+   pure subroutine append_pair(first, second, pairs, n_pairs)
+      integer, intent(in) :: first, second
+      integer, allocatable, intent(inout) :: pairs(:, :)
+      integer, intent(inout) :: n_pairs
+      integer, allocatable :: larger(:, :)
+      if (n_pairs == size(pairs, 2)) then
+         allocate (larger(2, 2*n_pairs))
+         larger(:, 1:n_pairs) = pairs
+         call move_alloc(larger, pairs)
+      end if
+      n_pairs = n_pairs + 1
+      pairs(:, n_pairs) = [first, second]
+   end subroutine append_pair
+
+   !> Sort by first, then second box: counting sort by the first, insertion sort within.
+   pure subroutine sort_pairs(n, n_pairs, pairs, work)
+      integer, intent(in) :: n, n_pairs
+      integer, intent(inout) :: pairs(:, :)
+      type(box_pairs_work_type), intent(inout) :: work
+      integer :: i, k, l, j
+      call reserve(work%start, n + 1)
+      call reserve(work%second, n_pairs)
+      associate (start => work%start, second => work%second)
+         start(1:n + 1) = 0
+         do k = 1, n_pairs
+            start(pairs(1, k) + 1) = start(pairs(1, k) + 1) + 1
+         end do
+         do i = 2, n + 1
+            start(i) = start(i) + start(i - 1)
+         end do
+         do k = 1, n_pairs
+            i = pairs(1, k)
+            start(i) = start(i) + 1
+            second(start(i)) = pairs(2, k)
+         end do
+         do i = n + 1, 2, -1
+            start(i) = start(i - 1)
+         end do
+         start(1) = 0
+         do i = 1, n
+            do k = start(i) + 2, start(i + 1)
+               j = second(k)
+               l = k - 1
+               do while (l > start(i))
+                  if (second(l) <= j) exit
+                  second(l + 1) = second(l)
+                  l = l - 1
+               end do
+               second(l + 1) = j
+            end do
+            do k = start(i) + 1, start(i + 1)
+               pairs(:, k) = [i, second(k)]
+            end do
+         end do
+      end associate
+   end subroutine sort_pairs
+
+end module rockdda_geometry_box_pairs
