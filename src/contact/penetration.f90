@@ -14,6 +14,7 @@
 !> at the end of the last step has entered, however deep its spring has been compressed since.
 module rockdda_contact_penetration
    use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : point_in_polygon
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward, is_outside
    implicit none
@@ -75,25 +76,15 @@ contains
       is_entered = .true.
    end function is_entered
 
-   !> Does a point lie in the block that owns edge e? Crossings of the outline with the ray to the right.
+   !> Does a point lie in the block that owns edge e?
    pure logical function is_inside(point, e, vertices, topology)
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv)
       real(wp), intent(in) :: point(2)
       integer, intent(in) :: e
       type(contact_topology_type), intent(in) :: topology
-      real(wp) :: p(2), q(2)
-      integer :: k
-      is_inside = .false.
-      k = e
-      do
-         p = vertices(:, k)
-         k = topology%next(k)
-         q = vertices(:, k)
-         if ((p(2) > point(2)) .neqv. (q(2) > point(2))) then
-            if (point(1) < p(1) + (point(2) - p(2))/(q(2) - p(2))*(q(1) - p(1))) is_inside = .not. is_inside
-         end if
-         if (k == e) exit
-      end do
+      integer :: block
+      block = topology%block(e)
+      is_inside = point_in_polygon(point, vertices(:, topology%first(block):topology%first(block + 1) - 1))
    end function is_inside
 
 end module rockdda_contact_penetration

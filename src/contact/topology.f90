@@ -24,6 +24,7 @@ module rockdda_contact_topology
       integer, allocatable :: owner(:)     !! (nv) the active copy of this vertex (itself, if active)
       logical, allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
       logical, allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
+      integer, allocatable :: first(:)     !! (nb + 1) vertices of block i: first(i) : first(i+1)-1
       real(wp), allocatable :: inradius(:) !! (nb) bound of the inradius at the start, 2 A/perimeter [length]
    end type contact_topology_type
 
@@ -36,6 +37,7 @@ contains
       integer, allocatable :: twin(:)
       integer :: nv, i, k, j, first, last, arriving, turns
       nv = blocks%n_vertices()
+      topology%first = blocks%vertex_offset + 1
       allocate (topology%block(nv), topology%next(nv), topology%edge_out(nv), topology%edge_in(nv), &
                 topology%owner(nv), twin(nv), source=0)
       allocate (topology%active(nv), topology%is_edge(nv), source=.true.)
