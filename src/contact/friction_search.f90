@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> The search for friction forces that agree with the normal forces they cause, while all states stay as they are:
-!> Anderson's method on the friction forces of the contacts that slide (see mixing.f90).
+!> Anderson acceleration of the friction forces of the contacts that slide (see linear/anderson.f90).
 !>
 !>     call search%forget()                       in each attempt at a step
 !>     call search%begin(table, trial)            in each round
@@ -10,7 +10,7 @@
 module rockdda_contact_friction_search
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_mixing, only : mixing_type
+   use rockdda_linear_anderson, only : anderson_type
    use rockdda_contact_law, only : contact_law_type
    use rockdda_contact_open_close, only : open_close_type, judge_settings_type
    implicit none
@@ -26,7 +26,7 @@ module rockdda_contact_friction_search
    type :: friction_search_type
       integer :: n = 0                      !! contacts that slide
       integer, allocatable :: rows(:)       !! (>= n) their rows
-      type(mixing_type), private :: mixing
+      type(anderson_type), private :: acceleration
       real(wp), allocatable, private :: value(:), miss(:), used(:)   !! (>= n) [force]
       integer, private :: n_assessed = 0    !! in this round
       real(wp), private :: first = 0        !! misfit that this round began with [force]
@@ -68,7 +68,7 @@ contains
          self%n = self%n + 1
          self%rows(self%n) = c
       end do
-      call self%mixing%restart(room)
+      call self%acceleration%restart(room)
       self%n_assessed = 0
    end subroutine begin
 
@@ -92,7 +92,7 @@ contains
          worst = max(worst, abs(self%miss(i)))
       end do
       if (.not. worst > 0) return
-      call self%mixing%improve(self%value(1:n), self%miss(1:n))
+      call self%acceleration%next(self%value(1:n), self%miss(1:n))
       do i = 1, n
          trial%friction(self%rows(i)) = max(0.0_wp, self%value(i))
       end do
