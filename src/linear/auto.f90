@@ -175,7 +175,7 @@ contains
       call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
-      self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%from_zero)
+      self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
       work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share_of_digits(self)*expected*per_iteration)
       self%choice = 'pcg: about '//to_string(nint(min(share_of_digits(self)*expected, 1.0e9_wp)))// &
                     ' iterations expected'

@@ -92,7 +92,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       logical :: known
       if (len_trim(preconditioner) == 0) return
-      call pcg%splitting%choose(trim(preconditioner), known)
+      call pcg%preconditioner%choose(trim(preconditioner), known)
       if (.not. known) call make_error(error, error_code%input, "unknown preconditioner '"//trim(preconditioner)// &
                                        "', expected one of jacobi, ssor, ic0")
    end subroutine set_preconditioner

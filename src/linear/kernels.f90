@@ -14,7 +14,7 @@ module rockdda_linear_kernels
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: sp, lay_out, lay_out_transposed, subtract_products, subtract_transposed, go_on
+   public :: sp, pack_block, pack_transposed, subtract_products, subtract_transposed, cg_update
 
    !> Precision of the preconditioned iteration.
    integer, parameter :: sp = real32
@@ -72,7 +72,7 @@ contains
    end subroutine subtract_transposed
 
    !> A step of conjugate gradients: d := d + alpha t, r := r - alpha (q + t), p := r + beta p.
-   pure subroutine go_on(n, alpha, beta, q, t, d, r, p)
+   pure subroutine cg_update(n, alpha, beta, q, t, d, r, p)
       integer, intent(in) :: n                     !! numbers in each vector
       real(sp), intent(in) :: alpha, beta
       real(sp), intent(in) :: q(n), t(n)
@@ -83,32 +83,32 @@ contains
          r(i) = r(i) - alpha*(q(i) + t(i))
          p(i) = r(i) + beta*p(i)
       end do
-   end subroutine go_on
+   end subroutine cg_update
 
-   !> A block in this layout.
-   pure subroutine lay_out(a, laid)
+   !> Pack a block in this layout.
+   pure subroutine pack_block(a, packed)
       real(wp), intent(in) :: a(6, 6)
-      real(sp), intent(out) :: laid(4, 3, 3)
+      real(sp), intent(out) :: packed(4, 3, 3)
       integer :: r, c
       do r = 1, 3
          do c = 1, 3
-            laid(1:2, c, r) = real(a(2*r - 1:2*r, 2*c - 1), sp)
-            laid(3:4, c, r) = real(a(2*r - 1:2*r, 2*c), sp)
+            packed(1:2, c, r) = real(a(2*r - 1:2*r, 2*c - 1), sp)
+            packed(3:4, c, r) = real(a(2*r - 1:2*r, 2*c), sp)
          end do
       end do
-   end subroutine lay_out
+   end subroutine pack_block
 
-   !> The transpose of a block in this layout.
-   pure subroutine lay_out_transposed(a, laid)
+   !> Pack the transpose of a block in this layout.
+   pure subroutine pack_transposed(a, packed)
       real(wp), intent(in) :: a(6, 6)
-      real(sp), intent(out) :: laid(4, 3, 3)
+      real(sp), intent(out) :: packed(4, 3, 3)
       integer :: r, c
       do r = 1, 3
          do c = 1, 3
-            laid(1:3:2, c, r) = real(a(2*c - 1:2*c, 2*r - 1), sp)
-            laid(2:4:2, c, r) = real(a(2*c - 1:2*c, 2*r), sp)
+            packed(1:3:2, c, r) = real(a(2*c - 1:2*c, 2*r - 1), sp)
+            packed(2:4:2, c, r) = real(a(2*c - 1:2*c, 2*r), sp)
          end do
       end do
-   end subroutine lay_out_transposed
+   end subroutine pack_transposed
 
 end module rockdda_linear_kernels

@@ -1,22 +1,22 @@
 ! SPDX-License-Identifier: MIT
 !> Preconditioned conjugate gradients on the block matrix, warm-started.
 !>
-!> The preconditioner M = (D~ + L) D~^-1 (D~ + L)^T of rockdda_linear_splitting is applied on both sides, as
-!> Eisenstat (1981, SIAM J. Sci. Stat. Comput. 2, 1-4) does it: in the scaled variables of the splitting one
-!> step needs
+!> The preconditioner M = (D~ + L) D~^-1 (D~ + L)^T of rockdda_linear_preconditioner is applied on both sides, as
+!> Eisenstat (1981, SIAM J. Sci. Stat. Comput. 2, 1-4) does it: in the scaled variables one iteration
+!> needs
 !>
 !>     t = (I + L)^-T p,    q = t + (I + L)^-1 (p + N t),
 !>
-!> that is one backward and one forward sweep, instead of a product and two sweeps. The sums that the next step length
-!> needs are taken in the forward sweep, so that a group of blocks is updated, swept backward and, where nothing else
-!> depends on it, forward again while its vectors are in the cache; there is one place per iteration where all
-!> groups have to meet. (The norm of the residual to come follows from the sums, |r - a v|^2 = r r - 2 a r v + a^2 v v;
-!> it is only used for the direction and to stop, and the true norm is taken in the next sweep.)
+!> that is one backward and one forward sweep, instead of a product and two sweeps. The sums for the next step length
+!> are taken in the forward sweep, so that a chunk of blocks is updated, swept backward and, where it does not depend on
+!> other chunks, forward again while its vectors are in the cache. The threads wait for each other once per phase and
+!> once for the sums. (The norm of the next residual follows from the sums, |r - a v|^2 = r r - 2 a r v + a^2 v v;
+!> it is used for the direction and the end of the pass only; the next sweep takes the true norm.)
 !>
 !> The iteration works in single precision on the correction K d = r; after each pass r = f - K x is computed
-!> in working precision, and x is accepted by that residual alone. The next pass goes on from the last direction of the
-!> one before, so that nothing of what the iteration has found is lost. All sums are taken group by group, in order,
-!> so the result does not depend on the number of threads.
+!> in working precision, and that residual alone decides whether x is accepted. The next pass starts with the last
+!> direction of the pass before it, which keeps the conjugacy. All sums are taken chunk by chunk, in order, so that the
+!> result does not depend on the number of threads.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -24,8 +24,8 @@ module rockdda_linear_pcg
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
-   use rockdda_linear_splitting, only : splitting_type
-   use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, go_on
+   use rockdda_linear_preconditioner, only : preconditioner_type
+   use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, cg_update
    implicit none
    private
    public :: pcg_solver_type
@@ -36,28 +36,29 @@ module rockdda_linear_pcg
       integer :: passes = 0                !! passes of the last solve
       logical, private :: stops = .false.  !! a stop was requested during the last solve
       real(wp) :: first_residual = 0       !! relative residual that the last solve began with
-      logical, private :: stale = .true.   !! the splitting is not that of the graph
-      integer, private :: values_id = 0    !! matrix whose splitting is at hand, 0 none
-      integer, private :: most = 0         !! iterations that a solve with this splitting or those it came from needed
-      real(wp), private :: growth = 0      !! what the next direction takes of the last one, in its units; 0: nothing
+      logical, private :: stale = .true.   !! the preconditioner does not belong to the graph
+      integer, private :: values_id = 0    !! matrix of the preconditioner, 0 none
+      integer, private :: most_iterations = 0 !! of the solves since the last complete set-up of the preconditioner
+      real(wp), private :: direction_factor = 0 !! of the last direction in the next pass, times |r|
       type(residual_type) :: residual
-      type(splitting_type) :: splitting
-      real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the splitting's order
-      real(sp), allocatable :: handed(:, :)  !! (12, n) what the backward sweep hands on, see rockdda_linear_kernels
-      real(wp), allocatable :: sums(:, :)  !! (4, groups) r r, p v, r v, v v with v = q + t
+      type(preconditioner_type) :: preconditioner
+      real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the new order
+      real(sp), allocatable :: back_sum(:, :)  !! (12, n) sums of the backward sweep, see rockdda_linear_kernels
+      real(wp), allocatable :: sums(:, :)  !! (4, chunks) r r, p v, r v, v v with v = q + t
    contains
       procedure :: solve => solve_pcg
       procedure :: name => name_pcg
    end type pcg_solver_type
 
-   !> What one pass gains at most: with more, the rounding of single precision costs more iterations than a restart.
+   !> Smallest reduction of the residual in one pass: below it the rounding of single precision costs more iterations
+   !> than a restart.
    real(wp), parameter :: smallest_reduction = 1.0e-5_wp
-   !> Squared growth of the residual, and curvature of a direction, that no positive definite matrix shows here: the
-   !> pass ends before single precision overflows, and the residual in double precision tells the outcome.
+   !> Bounds of the squared growth of the residual and of the curvature of a direction for positive definite matrices.
+   !> Beyond them the pass ends before single precision overflows, and the residual in double precision decides.
    real(wp), parameter :: divergence = 1.0e12_wp, least_curvature = 1.0e-12_wp
 
-   !> With pivots of changed rows only, the preconditioner is a little worse. Where a solve takes more iterations than
-   !> this, that costs more than setting all of it up again.
+   !> New pivots in changed rows only make the preconditioner slightly weaker. When a solve takes more iterations than
+   !> this, a complete set-up costs less.
    integer, parameter :: few_iterations = 20
    !> Iterations between two checks for a request to stop.
    integer, parameter :: check_every = 16
@@ -73,33 +74,34 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: relative, before
-      logical :: done, few
+      logical :: done, changed_rows_only
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       self%first_residual = 0
       self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
       call self%residual%evaluate_again(matrix, f, x, relative)
-      if (.not. relative <= self%residual%from_zero) then
+      if (.not. relative <= self%residual%zero_guess_residual) then
          ! a guess worse than none
          x = 0
          call self%residual%evaluate(matrix, f, x, relative)
       end if
       self%first_residual = relative
       self%passes = 0
-      self%growth = 0
+      self%direction_factor = 0
       self%stops = .false.
       if (relative > self%tolerance) then
          if (self%stale) then
-            call self%splitting%set_pattern(self%residual%graph)
+            call self%preconditioner%set_pattern(self%residual%graph)
             call make_room(self)
             self%stale = .false.
             self%values_id = 0
          end if
          if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
-            few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id .and. self%most <= few_iterations
-            call self%splitting%set_values(matrix, few)
-            if (.not. few) self%most = 0
+            changed_rows_only = matrix%base_id /= 0 .and. matrix%base_id == self%values_id .and. &
+                                self%most_iterations <= few_iterations
+            call self%preconditioner%set_values(matrix, changed_rows_only)
+            if (.not. changed_rows_only) self%most_iterations = 0
          end if
          self%values_id = matrix%values_id
       end if
@@ -112,63 +114,35 @@ contains
          call self%residual%evaluate(matrix, f, x, relative)
          if (.not. relative < 0.5_wp*before) exit
       end do
-      self%most = max(self%most, report%iterations)
+      self%most_iterations = max(self%most_iterations, report%iterations)
       call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
       if (.not. report%converged) report%detail = 'PCG after '//to_string(report%iterations)// &
          ' iterations: '//report%detail
    end subroutine solve_pcg
 
-   !> One pass: x := x + d with K d = r, r reduced by the given factor in the preconditioned norm.
+   !> One pass: x := x + d with K d = r, where d reduces r by the given factor in the preconditioned norm.
+   !>
+   !> All threads run the whole pass: each has the same alpha and beta, and the loops over chunks divide the work.
    subroutine correct(self, reduction, x, iterations)
       class(pcg_solver_type), intent(inout) :: self
       real(wp), intent(in) :: reduction
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
-      integer, intent(inout) :: iterations             !! counts on
-      real(wp) :: norm, rho, rho_start, rho_next, weight, total(4)
+      integer, intent(inout) :: iterations             !! raised by those of this pass
+      real(wp) :: norm, rho, rho_start, rho_next, total(4)
       real(sp) :: alpha, beta
-      integer :: i, m, phase, done
+      integer :: done
 
-      ! residual of order one, in the variables of the splitting
       norm = self%residual%r_norm
-      weight = 1/norm
       done = iterations
       alpha = 0
-      beta = real(self%growth*weight, sp)
+      beta = real(self%direction_factor*(1/norm), sp)
       rho_start = 0
-      !$omp parallel if(self%splitting%phase(2) > 2) default(none) &
-      !$omp shared(self, weight, norm, x, reduction, iterations) &
-      !$omp private(i, m, phase, rho, rho_next, total) firstprivate(alpha, beta, rho_start, done)
-      do phase = 1, 3
-         !$omp do schedule(static)
-         do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-            call begin_group(self, m, weight)
-         end do
-         !$omp end do
-      end do
+      !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
+      !$omp shared(self, norm, x, reduction, iterations) &
+      !$omp private(rho, rho_next, total) firstprivate(alpha, beta, rho_start, done)
+      call start_pass(self, 1/norm)
       do
-         do phase = 3, 2, -1
-            !$omp do schedule(static)
-            do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-               call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
-                                self%handed, self%sums(1, m))
-            end do
-            !$omp end do
-         end do
-         !$omp do schedule(static)
-         do m = self%splitting%phase(1), self%splitting%phase(2) - 1
-            call sweep_backward(self%splitting, m, alpha, beta, self%q, self%d, self%r, self%p, self%t, &
-                                self%handed, self%sums(1, m))
-            if (self%splitting%has_sweeps) call sweep_forward(self%splitting, m, self%r, self%p, self%t, self%q, &
-                                                              self%sums(2:4, m))
-         end do
-         !$omp end do
-         do phase = merge(2, 1, self%splitting%has_sweeps), 3
-            !$omp do schedule(static)
-            do m = self%splitting%phase(phase), self%splitting%phase(phase + 1) - 1
-               call sweep_forward(self%splitting, m, self%r, self%p, self%t, self%q, self%sums(2:4, m))
-            end do
-            !$omp end do
-         end do
+         call sweep(self, alpha, beta)
          total = sum(self%sums, dim=2)
          done = done + 1
          !$omp master
@@ -184,22 +158,84 @@ contains
          if (done >= self%max_iterations .or. self%stops .or. .not. alpha > 0) exit
          beta = real(rho_next/rho, sp)
       end do
-      !$omp do schedule(static)
-      do i = 1, self%splitting%n
-         call add_correction(norm, self%d(:, i) + alpha*self%t(:, i), self%splitting%scale(:, :, i), &
-                             x(:, self%splitting%order(i)))
-      end do
-      !$omp end do
+      call add_correction(self, norm, alpha, x)
       !$omp single
       iterations = done
-      self%growth = 0
-      if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start) self%growth = norm*rho_next/rho
+      self%direction_factor = 0
+      if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start) self%direction_factor = norm*rho_next/rho
       !$omp end single
       !$omp end parallel
    end subroutine correct
 
+   !> Start a pass with the scaled residual, of order one. Called by all threads.
+   subroutine start_pass(self, weight)
+      class(pcg_solver_type), intent(inout) :: self
+      real(wp), intent(in) :: weight      !! of the residual
+      integer :: phase, c
+      associate (order => self%preconditioner%order)
+         do phase = 1, 3
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               call start_chunk(self, c, weight)
+            end do
+            !$omp end do
+         end do
+      end associate
+   end subroutine start_pass
+
+   !> Update the vectors with the last step length and direction, and apply the operator to the new direction.
+   !> Called by all threads.
+   !>
+   !>     phase         3    2    1    2    3
+   !>     backward      x    x    x                  phase 1: backward and forward while its vectors are in the cache
+   !>     forward                 x    x    x
+   subroutine sweep(self, alpha, beta)
+      class(pcg_solver_type), intent(inout) :: self
+      real(sp), intent(in) :: alpha, beta    !! step length, factor of the last direction
+      integer :: phase, c
+      associate (m => self%preconditioner, order => self%preconditioner%order)
+         do phase = 3, 2, -1
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               call sweep_backward(m, c, alpha, beta, self%q, self%d, self%r, self%p, self%t, self%back_sum, &
+                                   self%sums(1, c))
+            end do
+            !$omp end do
+         end do
+         !$omp do schedule(static)
+         do c = order%phase(1), order%phase(2) - 1
+            call sweep_backward(m, c, alpha, beta, self%q, self%d, self%r, self%p, self%t, self%back_sum, &
+                                self%sums(1, c))
+            if (m%has_sweeps) call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+         end do
+         !$omp end do
+         do phase = merge(2, 1, m%has_sweeps), 3
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+            end do
+            !$omp end do
+         end do
+      end associate
+   end subroutine sweep
+
+   !> x := x + norm G^-T (d + alpha t). Called by all threads.
+   subroutine add_correction(self, norm, alpha, x)
+      class(pcg_solver_type), intent(in) :: self
+      real(wp), intent(in) :: norm
+      real(sp), intent(in) :: alpha
+      real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
+      integer :: i
+      !$omp do schedule(static)
+      do i = 1, self%preconditioner%n
+         call add_scaled(norm, self%d(:, i) + alpha*self%t(:, i), self%preconditioner%scale(:, :, i), &
+                         x(:, self%preconditioner%order%block(i)))
+      end do
+      !$omp end do
+   end subroutine add_correction
+
    !> x := x + norm G^-T d for one block.
-   pure subroutine add_correction(norm, d, scale, x)
+   pure subroutine add_scaled(norm, d, scale, x)
       real(wp), intent(in) :: norm
       real(sp), intent(in) :: d(6)
       real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
@@ -211,54 +247,54 @@ contains
          x(j) = x(j) + ((scale(1, j)*v(1) + scale(2, j)*v(2)) + (scale(3, j)*v(3) + scale(4, j)*v(4)) &
                         + (scale(5, j)*v(5) + scale(6, j)*v(6)))
       end do
-   end subroutine add_correction
+   end subroutine add_scaled
 
-   !> The residual of one group in the variables of the splitting, r := (I + L)^-1 G^-1 r, and no correction yet.
-   subroutine begin_group(self, m, weight)
+   !> The residual of one chunk in scaled variables, r := (I + L)^-1 G^-1 r, and zero correction.
+   subroutine start_chunk(self, c, weight)
       class(pcg_solver_type), intent(inout) :: self
-      integer, intent(in) :: m            !! group
+      integer, intent(in) :: c            !! chunk
       real(wp), intent(in) :: weight      !! of the residual
       real(sp) :: b(6), sums(4, 3)
       integer :: i
-      associate (s => self%splitting)
-         do i = s%group(m), s%group(m + 1) - 1
-            associate (g => s%scale(:, :, i), r => self%residual%r(:, s%order(i)))
+      associate (s => self%preconditioner)
+         do i = s%order%first(c), s%order%first(c + 1) - 1
+            associate (g => s%scale(:, :, i), r => self%residual%r(:, s%order%block(i)))
                b = real(weight*((g(:, 1)*r(1) + g(:, 2)*r(2)) + (g(:, 3)*r(3) + g(:, 4)*r(4)) &
                                 + (g(:, 5)*r(5) + g(:, 6)*r(6))), sp)
             end associate
             if (s%has_sweeps) then
                sums = 0
-               call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, self%r, &
+               call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, self%r, &
                                       sums)
-               b = b + gathered(sums)
+               b = b + row_sum(sums)
             end if
             self%r(:, i) = b
             self%d(:, i) = 0
-            if (.not. self%growth > 0) self%p(:, i) = 0
+            if (.not. self%direction_factor > 0) self%p(:, i) = 0
             self%q(:, i) = 0
             self%t(:, i) = 0
          end do
       end associate
-   end subroutine begin_group
+   end subroutine start_chunk
 
-   !> In one group: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p and t := (I + L)^-T p.
-   pure subroutine sweep_backward(s, m, alpha, beta, q, d, r, p, t, handed, square)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                     !! group
+   !> In one chunk: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p and t := (I + L)^-T p.
+   pure subroutine sweep_backward(s, c, alpha, beta, q, d, r, p, t, back_sum, square)
+      type(preconditioner_type), intent(in) :: s
+      integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: alpha, beta
       real(sp), intent(in) :: q(6, *)
       real(sp), intent(inout) :: d(6, *), r(6, *), p(6, *), t(6, *)
-      real(sp), intent(inout) :: handed(12, *)     !! work
+      real(sp), intent(inout) :: back_sum(12, *)     !! work
       real(wp), intent(out) :: square              !! sum of r r
       real(sp) :: b(6), sums(4, 3), twice(4, 3)
       real(wp) :: lane(6)
       integer :: first, last, i
-      first = s%group(m)
-      last = s%group(m + 1) - 1
+      first = s%order%first(c)
+      last = s%order%first(c + 1) - 1
       square = 0
       if (first > last) return
       lane = 0
-      call go_on(6*(last - first + 1), alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
+      call cg_update(6*(last - first + 1), alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
       do i = first, last
          lane = lane + real(r(:, i), wp)**2
       end do
@@ -267,13 +303,13 @@ contains
          t(:, first:last) = p(:, first:last)
          return
       end if
-      handed(:, first:last) = 0
+      back_sum(:, first:last) = 0
       do i = last, first, -1
-         b = p(:, i) + (handed(1:11:2, i) + handed(2:12:2, i))
-         if (s%after_start(i) < s%after_start(i - 1)) then
+         b = p(:, i) + (back_sum(1:11:2, i) + back_sum(2:12:2, i))
+         if (s%upper_start(i) < s%upper_start(i - 1)) then
             sums = 0
-            call subtract_products(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, sums)
-            b = b + gathered(sums)
+            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
+            b = b + row_sum(sums)
          end if
          t(:, i) = b
          twice(1:2, 1) = b(1:2)
@@ -282,35 +318,35 @@ contains
          twice(3:4, 2) = b(3:4)
          twice(1:2, 3) = b(5:6)
          twice(3:4, 3) = b(5:6)
-         call subtract_transposed(s%own_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, twice, handed)
+         call subtract_transposed(s%own_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, twice, back_sum)
       end do
    end subroutine sweep_backward
 
-   !> In one group: q := (I + L)^-1 (p + N t).
-   pure subroutine sweep_forward(s, m, r, p, t, q, total)
-      type(splitting_type), intent(in) :: s
-      integer, intent(in) :: m                     !! group
+   !> In one chunk: q := (I + L)^-1 (p + N t).
+   pure subroutine sweep_forward(s, c, r, p, t, q, total)
+      type(preconditioner_type), intent(in) :: s
+      integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: r(6, *), p(6, *), t(6, *)
       real(sp), intent(inout) :: q(6, *)
       real(wp), intent(out) :: total(3)            !! p v, r v, v v with v = q + t
       real(sp) :: sums(4, 3)
       real(wp) :: v(6), lane(6, 3)
       integer :: i
-      do i = s%group(m), s%group(m + 1) - 1
+      do i = s%order%first(c), s%order%first(c + 1) - 1
          sums = 0
          if (s%has_sweeps) then
-            call subtract_products(1, 1, [1], s%rest(:, i), t(:, i), sums)
-            call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, q, sums)
+            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
+            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, q, sums)
          else
-            call subtract_products(s%before_start(i), s%before_start(i + 1) - 1, s%before_column, s%before, t, sums)
-            call subtract_products(s%after_start(i), s%after_start(i - 1) - 1, s%after_column, s%after, t, sums)
+            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, t, sums)
+            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
             sums = -sums
-            call subtract_products(1, 1, [1], s%rest(:, i), t(:, i), sums)
+            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
          end if
-         q(:, i) = p(:, i) + gathered(sums)
+         q(:, i) = p(:, i) + row_sum(sums)
       end do
       lane = 0
-      do i = s%group(m), s%group(m + 1) - 1
+      do i = s%order%first(c), s%order%first(c + 1) - 1
          v = real(q(:, i) + t(:, i), wp)
          lane(:, 1) = lane(:, 1) + real(p(:, i), wp)*v
          lane(:, 2) = lane(:, 2) + real(r(:, i), wp)*v
@@ -320,25 +356,25 @@ contains
    end subroutine sweep_forward
 
    !> The vector that lanes add up to.
-   pure function gathered(sums) result(b)
+   pure function row_sum(sums) result(b)
       real(sp), intent(in) :: sums(4, 3)
       real(sp) :: b(6)
       b(1:2) = sums(1:2, 1) + sums(3:4, 1)
       b(3:4) = sums(1:2, 2) + sums(3:4, 2)
       b(5:6) = sums(1:2, 3) + sums(3:4, 3)
-   end function gathered
+   end function row_sum
 
-   !> Make the vectors fit the splitting.
+   !> Allocate the vectors for the preconditioner.
    subroutine make_room(self)
       type(pcg_solver_type), intent(inout) :: self
       if (allocated(self%sums)) deallocate (self%sums)
-      allocate (self%sums(4, self%splitting%n_groups))
+      allocate (self%sums(4, self%preconditioner%order%n_chunks))
       if (allocated(self%p)) then
-         if (size(self%p, 2) == self%splitting%n) return
-         deallocate (self%p, self%q, self%r, self%t, self%d, self%handed)
+         if (size(self%p, 2) == self%preconditioner%n) return
+         deallocate (self%p, self%q, self%r, self%t, self%d, self%back_sum)
       end if
-      associate (n => self%splitting%n)
-         allocate (self%p(6, n), self%q(6, n), self%r(6, n), self%t(6, n), self%d(6, n), self%handed(12, n))
+      associate (n => self%preconditioner%n)
+         allocate (self%p(6, n), self%q(6, n), self%r(6, n), self%t(6, n), self%d(6, n), self%back_sum(12, n))
       end associate
    end subroutine make_room
 

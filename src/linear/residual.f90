@@ -59,7 +59,7 @@ module rockdda_linear_residual
       real(wp), allocatable, private :: f_last(:, :), x_last(:, :)  !! (6, n)
       integer, private :: id_last = 0            !! values_id of the matrix, 0: `r` belongs to nothing
       real(wp) :: load_norm = 0                  !! |f|, or that of the reference load if it is larger
-      real(wp) :: from_zero = 1                  !! relative residual of x = 0
+      real(wp) :: zero_guess_residual = 1        !! relative residual of x = 0
    contains
       procedure :: start
       procedure :: norm
@@ -131,9 +131,9 @@ contains
       self%load_norm = self%norm(f)
       done = .not. self%load_norm > 0
       if (.not. done) then
-         self%from_zero = self%load_norm
+         self%zero_guess_residual = self%load_norm
          if (allocated(reference)) self%load_norm = max(self%load_norm, self%norm(reference))
-         self%from_zero = self%from_zero/self%load_norm
+         self%zero_guess_residual = self%zero_guess_residual/self%load_norm
          return
       end if
       x = 0

@@ -61,7 +61,7 @@ contains
       call self%residual%evaluate(matrix, f, x, relative)
       if (.not. relative < huge(1.0_wp)) then
          x = 0
-         relative = self%residual%from_zero
+         relative = self%residual%zero_guess_residual
       end if
       sweeps = 0
       do while (relative > self%tolerance .and. relative < huge(1.0_wp) .and. sweeps < self%max_sweeps)
