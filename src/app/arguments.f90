@@ -10,162 +10,143 @@ module rockdda_app_arguments
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_model_input, only : run_request_type
+   use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of
    use rockdda_app_process, only : argument_type
    implicit none
    private
-   public :: command_line_type, parse_command_line, command_names, options_of
-
-   !> The commands, in the order of the help.
-   character(len=*), parameter :: command_names(6) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'check', &
-                                                                 'info']
-   !> Those that write a file.
-   character(len=*), parameter :: writers = ' lines cut run '
+   public :: command_line_type, parse_command_line
 
    type, extends(run_request_type) :: command_line_type
       character(len=:), allocatable :: command       !! '' when none was given
       type(argument_type), allocatable :: files(:)
       integer :: seed = unset_integer
-      character(len=:), allocatable :: completion    !! shell, '' when not asked for
+      character(len=:), allocatable :: completion    !! shell, '' without the option
       logical :: help = .false., version = .false., quiet = .false., json = .false.
    end type command_line_type
 
-   !> What an option takes.
-   integer, parameter :: takes_nothing = 0, takes_text = 1, takes_whole = 2, takes_real = 3
-
-   type :: option_type
-      character(len=20) :: name
-      integer :: takes
-      character(len=24) :: commands                  !! those that know it, between blanks; '' = all
-   end type option_type
-
-   character(len=*), parameter :: run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: known(19) = [ &
-                                   option_type('--output', takes_text, writers), &
-                                   option_type('--seed', takes_whole, ' lines '), &
-                                   option_type('--config', takes_text, run_only), &
-                                   option_type('--threads', takes_whole, runs), &
-                                   option_type('--solver', takes_text, run_only), &
-                                   option_type('--steps', takes_whole, runs), &
-                                   option_type('--t-end', takes_real, runs), &
-                                   option_type('--save-every', takes_whole, run_only), &
-                                   option_type('--max-wall', takes_real, runs), &
-                                   option_type('--checkpoint-every', takes_real, runs), &
-                                   option_type('--strict', takes_nothing, runs), &
-                                   option_type('--dialect', takes_text, ''), &
-                                   option_type('--force', takes_nothing, ''), &
-                                   option_type('--quiet', takes_nothing, ''), &
-                                   option_type('--json', takes_nothing, ''), &
-                                   option_type('--help', takes_nothing, ''), &
-                                   option_type('--version', takes_nothing, ''), &
-                                   option_type('--completion', takes_text, ''), &
-                                   option_type('--', takes_nothing, '')]
-   character(len=*), parameter :: dialect_names(2) = [character(len=4) :: 'peer', 'g0']
+   !> The command line while it is read.
+   type :: parser_type
+      type(command_line_type) :: line
+      character(len=:), allocatable :: problems      !! one per line
+      logical :: is_given(size(options)) = .false.
+   contains
+      procedure :: read_option
+      procedure :: read_word
+      procedure :: set_option
+      procedure :: check_options
+   end type parser_type
 
 contains
 
-   !> Understand the command line. All problems come in one error, one per line. What could be understood is in
-   !> the record even then (so that --json and --help hold).
+   !> Read the command line. All problems come in one error, one per line. Valid options are in the record even then (so
+   !> that --json and --help hold).
    subroutine parse_command_line(arguments, line, error)
       type(argument_type), intent(in) :: arguments(:)
       type(command_line_type), intent(out) :: line
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: problems, word, value
-      integer :: i, k, equals
-      logical :: only_files, has_value
-      logical :: given(size(known))
-      problems = ''
-      value = ''
-      given = .false.
+      type(parser_type) :: parser
+      integer :: i
+      logical :: only_files
+      parser%problems = ''
+      parser%line%command = ''
+      parser%line%output = ''
+      parser%line%config = ''
+      parser%line%solver = ''
+      parser%line%completion = ''
+      allocate (parser%line%files(0))
       only_files = .false.
-      line%command = ''
-      line%output = ''
-      line%config = ''
-      line%solver = ''
-      line%completion = ''
-      allocate (line%files(0))
-      i = 0
-      do while (i < size(arguments))
-         i = i + 1
-         word = arguments(i)%text
-         if (only_files .or. len(word) < 2 .or. word(1:min(1, len(word))) /= '-') then
-            call add_word(word)
-            cycle
-         end if
-         equals = index(word, '=')
-         has_value = equals > 0 .and. word(1:min(2, len(word))) == '--'
-         value = ''
-         if (has_value) then
-            value = word(equals + 1:)
-            word = word(1:equals - 1)
-         end if
-         if (word == '-o') word = '--output'
-         if (word == '-h') word = '--help'
-         k = find_option(word)
-         if (k == 0) then
-            call problem('unknown option '//word//did_you_mean(word, known(:size(known) - 1)%name))
-            cycle
-         end if
-         if (word == '--') then
+      i = 1
+      do while (i <= size(arguments))
+         if (.not. only_files .and. arguments(i)%text == '--') then
             only_files = .true.
-            cycle
+         else if (only_files .or. len(arguments(i)%text) < 2 .or. index(arguments(i)%text, '-') /= 1) then
+            call parser%read_word(arguments(i)%text, only_files)
+         else
+            call parser%read_option(arguments, i)
          end if
-         given(k) = .true.
-         if (known(k)%takes == takes_nothing) then
-            if (has_value) call problem('option '//word//' takes no value')
-         else if (.not. has_value) then
-            if (.not. value_follows()) then
-               call problem('option '//word//' needs a value')
-               cycle
-            end if
-            i = i + 1
-            value = arguments(i)%text
-         end if
-         call take(word, value)
+         i = i + 1
       end do
-      if (len(line%command) > 0) then
-         do k = 1, size(known)
-            if (.not. given(k) .or. len_trim(known(k)%commands) == 0) cycle
-            if (index(known(k)%commands, ' '//line%command//' ') > 0) cycle
-            call problem("option "//trim(known(k)%name)//" does not belong to 'rockdda "//line%command//"'")
-         end do
+      call parser%check_options()
+      line = parser%line
+      if (len(parser%problems) > 0) call make_error(error, error_code%input, parser%problems)
+   end subroutine parse_command_line
+
+   !> An option and its value: --name=value, --name value, or --name.
+   subroutine read_option(self, arguments, i)
+      class(parser_type), intent(inout) :: self
+      type(argument_type), intent(in) :: arguments(:)
+      integer, intent(inout) :: i             !! the argument; on return the last one that was read
+      character(len=:), allocatable :: name, value
+      integer :: k, equals
+      logical :: has_value
+      name = arguments(i)%text
+      value = ''
+      equals = index(name, '=')
+      has_value = equals > 0 .and. index(name, '--') == 1
+      if (has_value) then
+         value = name(equals + 1:)
+         name = name(1:equals - 1)
       end if
-      if (len(problems) > 0) call make_error(error, error_code%input, problems)
-
-   contains
-
-      !> Is there a word behind this one, and is it no option? (A file with such a name is ./--name.)
-      logical function value_follows()
-         value_follows = i < size(arguments)
-         if (value_follows) value_follows = find_option(arguments(i + 1)%text) == 0
-      end function value_follows
-
-      !> A word that is no option: the command, then files.
-      subroutine add_word(word)
-         character(len=*), intent(in) :: word
-         type(argument_type), allocatable :: more(:)
-         if (len(line%command) == 0 .and. .not. only_files) then
-            if (any(command_names == word)) then
-               line%command = word
-            else if (word == 'help') then
-               line%help = .true.
-            else if (len(word) == 0) then
-               call problem('a command is needed, found an empty word')
-            else
-               call problem("unknown command '"//word//"'"//did_you_mean(word, command_names))
-               line%command = '?'
-            end if
+      if (name == '-o') name = '--output'
+      if (name == '-h') name = '--help'
+      k = find_option(name)
+      if (k == 0) then
+         call add_problem(self%problems, 'unknown option '//name//did_you_mean(name, options%name))
+         return
+      end if
+      self%is_given(k) = .true.
+      if (options(k)%kind == option_kind%flag) then
+         if (has_value) call add_problem(self%problems, 'option '//name//' takes no value')
+      else if (.not. has_value) then
+         ! an option is no value (a file with such a name is ./--name)
+         if (i < size(arguments)) has_value = .not. is_option(arguments(i + 1)%text)
+         if (.not. has_value) then
+            call add_problem(self%problems, 'option '//name//' needs a value')
             return
          end if
-         allocate (more(size(line%files) + 1))
-         more(1:size(line%files)) = line%files
-         more(size(more))%text = word
-         call move_alloc(more, line%files)
-         if (len(word) == 0) call problem('a file name is empty')
-      end subroutine add_word
+         i = i + 1
+         value = arguments(i)%text
+      end if
+      call self%set_option(name, value)
+   end subroutine read_option
 
-      !> Keep the value of an option.
-      subroutine take(name, value)
-         character(len=*), intent(in) :: name, value
+   !> Is this argument the name of an option, or the end of all options?
+   pure logical function is_option(text)
+      character(len=*), intent(in) :: text
+      is_option = find_option(text) > 0 .or. text == '--'
+   end function is_option
+
+   !> An argument that is no option: the command, then files.
+   subroutine read_word(self, word, is_file)
+      class(parser_type), intent(inout) :: self
+      character(len=*), intent(in) :: word
+      logical, intent(in) :: is_file          !! even when it is the first
+      type(argument_type), allocatable :: more(:)
+      if (len(self%line%command) == 0 .and. .not. is_file) then
+         if (any(command_names == word)) then
+            self%line%command = word
+         else if (word == 'help') then
+            self%line%help = .true.
+         else if (len(word) == 0) then
+            call add_problem(self%problems, 'a command is needed, found an empty word')
+         else
+            call add_problem(self%problems, "unknown command '"//word//"'"//did_you_mean(word, command_names))
+            self%line%command = '?'
+         end if
+         return
+      end if
+      allocate (more(size(self%line%files) + 1))
+      more(1:size(self%line%files)) = self%line%files
+      more(size(more))%text = word
+      call move_alloc(more, self%line%files)
+      if (len(word) == 0) call add_problem(self%problems, 'a file name is empty')
+   end subroutine read_word
+
+   !> Store the value of an option.
+   subroutine set_option(self, name, value)
+      class(parser_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, value
+      associate (line => self%line)
          select case (name)
          case ('--help'); line%help = .true.
          case ('--version'); line%version = .true.
@@ -173,105 +154,96 @@ contains
          case ('--force'); line%force = .true.
          case ('--quiet'); line%quiet = .true.
          case ('--json'); line%json = .true.
-         case ('--output'); call take_path(name, value, line%output)
-         case ('--config'); call take_path(name, value, line%config)
+         case ('--output'); call get_path(name, value, line%output, self%problems)
+         case ('--config'); call get_path(name, value, line%config, self%problems)
          case ('--solver'); line%solver = value
          case ('--completion')
             line%completion = value
-            if (value /= 'bash' .and. value /= 'zsh') call problem("option --completion: '"//value// &
-                                                                   "' is neither bash nor zsh")
+            if (value /= 'bash' .and. value /= 'zsh') call add_problem(self%problems, &
+                                                                    "option --completion: '"//value// &
+                                                                    "' is neither bash nor zsh")
          case ('--dialect')
-            if (any(dialect_names == value)) then
-               line%dialect = merge(dialect%peer, dialect%g0, value == 'peer')
-            else
-               call problem("option --dialect: '"//value//"' is neither peer nor g0")
-            end if
-         case ('--seed')
-            call take_whole(name, value, 0, line%seed, largest_seed)
-         case ('--threads'); call take_whole(name, value, 1, line%threads)
-         case ('--steps'); call take_whole(name, value, 0, line%steps)
-         case ('--save-every'); call take_whole(name, value, 1, line%save_every)
-         case ('--t-end'); call take_positive(name, value, line%t_end)
-         case ('--max-wall'); call take_positive(name, value, line%max_wall)
-         case ('--checkpoint-every'); call take_positive(name, value, line%checkpoint_every)
+            select case (value)
+            case ('peer'); line%dialect = dialect%peer
+            case ('g0'); line%dialect = dialect%g0
+            case default
+               call add_problem(self%problems, "option --dialect: '"//value//"' is neither peer nor g0")
+            end select
+         case ('--seed'); call get_whole(name, value, 0, largest_seed, line%seed, self%problems)
+         case ('--threads'); call get_whole(name, value, 1, huge(1), line%threads, self%problems)
+         case ('--steps'); call get_whole(name, value, 0, huge(1), line%steps, self%problems)
+         case ('--save-every'); call get_whole(name, value, 1, huge(1), line%save_every, self%problems)
+         case ('--t-end'); call get_positive(name, value, line%t_end, self%problems)
+         case ('--max-wall'); call get_positive(name, value, line%max_wall, self%problems)
+         case ('--checkpoint-every'); call get_positive(name, value, line%checkpoint_every, self%problems)
          end select
-      end subroutine take
+      end associate
+   end subroutine set_option
 
-      !> A path.
-      subroutine take_path(name, value, path)
-         character(len=*), intent(in) :: name, value
-         character(len=:), allocatable, intent(inout) :: path
-         path = value
-         if (len_trim(value) == 0) call problem('option '//name//': expected a file name, found nothing')
-      end subroutine take_path
+   !> Path from the value of an option.
+   pure subroutine get_path(name, value, path, problems)
+      character(len=*), intent(in) :: name, value
+      character(len=:), allocatable, intent(inout) :: path
+      character(len=:), allocatable, intent(inout) :: problems
+      path = value
+      if (len_trim(value) == 0) call add_problem(problems, 'option '//name//': expected a file name, found nothing')
+   end subroutine get_path
 
-      !> A whole number that is not below `least`.
-      subroutine take_whole(name, value, least, number, most)
-         character(len=*), intent(in) :: name, value
-         integer, intent(in) :: least
-         integer, intent(inout) :: number
-         integer, intent(in), optional :: most
-         real(wp) :: x
-         integer :: status, highest
-         highest = huge(highest)
-         if (present(most)) highest = most
-         call parse_number(value, x, status)
-         if (status == number_status%ok .and. x > highest) then
-            call problem('option '//name//': must be '//to_string(highest)//' or less, found '//value)
-         else if (status /= number_status%ok .or. .not. is_whole(x)) then
-            call problem('option '//name//": expected a whole number, found '"//value//"'")
-         else if (nint(x) < least) then
-            call problem('option '//name//': must be '//to_string(least)//' or more, found '//value)
-         else
-            number = nint(x)
-         end if
-      end subroutine take_whole
+   !> Whole number between two bounds from the value of an option; unchanged when there is a problem.
+   pure subroutine get_whole(name, value, least, most, number, problems)
+      character(len=*), intent(in) :: name, value
+      integer, intent(in) :: least, most
+      integer, intent(inout) :: number
+      character(len=:), allocatable, intent(inout) :: problems
+      real(wp) :: x
+      integer :: status
+      call parse_number(value, x, status)
+      if (status == number_status%ok .and. x > most) then
+         call add_problem(problems, 'option '//name//': must be '//to_string(most)//' or less, found '//value)
+      else if (status /= number_status%ok .or. .not. is_whole(x)) then
+         call add_problem(problems, 'option '//name//": expected a whole number, found '"//value//"'")
+      else if (nint(x) < least) then
+         call add_problem(problems, 'option '//name//': must be '//to_string(least)//' or more, found '//value)
+      else
+         number = nint(x)
+      end if
+   end subroutine get_whole
 
-      !> A number above zero.
-      subroutine take_positive(name, value, number)
-         character(len=*), intent(in) :: name, value
-         real(wp), intent(inout) :: number
-         real(wp) :: x
-         integer :: status
-         call parse_number(value, x, status)
-         if (status /= number_status%ok) then
-            call problem('option '//name//": expected a number, found '"//value//"'")
-         else if (.not. x > 0) then
-            call problem('option '//name//': must be above 0, found '//value)
-         else
-            number = x
-         end if
-      end subroutine take_positive
+   !> Number above zero from the value of an option; unchanged when there is a problem.
+   pure subroutine get_positive(name, value, number, problems)
+      character(len=*), intent(in) :: name, value
+      real(wp), intent(inout) :: number
+      character(len=:), allocatable, intent(inout) :: problems
+      real(wp) :: x
+      integer :: status
+      call parse_number(value, x, status)
+      if (status /= number_status%ok) then
+         call add_problem(problems, 'option '//name//": expected a number, found '"//value//"'")
+      else if (.not. x > 0) then
+         call add_problem(problems, 'option '//name//': must be above 0, found '//value)
+      else
+         number = x
+      end if
+   end subroutine get_positive
 
-      !> One more problem.
-      subroutine problem(text)
-         character(len=*), intent(in) :: text
-         if (len(problems) > 0) problems = problems//new_line('a')
-         problems = problems//text
-      end subroutine problem
-
-   end subroutine parse_command_line
-
-   !> The options of a command ('': of the program without one), with blanks between them.
-   pure function options_of(command) result(names)
-      character(len=*), intent(in) :: command
-      character(len=:), allocatable :: names
+   !> Add a problem for each option that does not belong to the command.
+   subroutine check_options(self)
+      class(parser_type), intent(inout) :: self
       integer :: k
-      names = ' '
-      do k = 1, size(known) - 1
-         if (len_trim(known(k)%commands) > 0 .and. index(known(k)%commands, ' '//command//' ') == 0) cycle
-         names = names//trim(known(k)%name)//' '
+      if (len(self%line%command) == 0) return
+      do k = 1, size(options)
+         if (.not. self%is_given(k) .or. is_option_of(k, self%line%command)) cycle
+         call add_problem(self%problems, "option "//trim(options(k)%name)//" does not belong to 'rockdda "// &
+                          self%line%command//"'")
       end do
-   end function options_of
+   end subroutine check_options
 
-   !> Place of an option among those known, 0 when it is not.
-   pure integer function find_option(name)
-      character(len=*), intent(in) :: name
-      integer :: k
-      find_option = 0
-      do k = 1, size(known)
-         if (known(k)%name == name) find_option = k
-      end do
-   end function find_option
+   !> Add a problem on a line of its own.
+   pure subroutine add_problem(problems, text)
+      character(len=:), allocatable, intent(inout) :: problems
+      character(len=*), intent(in) :: text
+      if (len(problems) > 0) problems = problems//new_line('a')
+      problems = problems//text
+   end subroutine add_problem
 
 end module rockdda_app_arguments

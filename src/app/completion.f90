@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> A script that completes commands, options and files in a shell, made from the table that reads the command line.
 module rockdda_app_completion
-   use rockdda_app_arguments, only : command_names, options_of
+   use rockdda_app_command_options, only : command_names, options_of
    use rockdda_linear_factory, only : solver_names
    implicit none
    private

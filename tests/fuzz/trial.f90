@@ -10,7 +10,7 @@ module fuzz_trial
    use rockdda_base_error, only : error_type
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind
-   use rockdda_app_arguments, only : command_names
+   use rockdda_app_command_options, only : command_names
    use rockdda_app_process, only : argument_type, start_process, end_process
    use rockdda_app_program, only : run_program
    implicit none

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: MIT
+!> Table of the commands and of the options on the command line.
+module rockdda_app_command_options
+   implicit none
+   private
+   public :: command_names, option_kind, options, find_option, is_option_of, options_of
+
+   !> The commands, in the order of the help.
+   character(len=*), parameter :: command_names(6) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'check', &
+                                                                 'info']
+
+   type :: option_kinds
+      integer :: flag = 0      !! no value
+      integer :: text = 1
+      integer :: whole = 2     !! a whole number
+      integer :: real = 3
+   end type option_kinds
+   type(option_kinds), parameter :: option_kind = option_kinds()
+
+   type :: option_type
+      character(len=20) :: name
+      integer :: kind                 !! of its value, one of option_kind%...
+      character(len=24) :: commands   !! that take the option, between blanks; '': all
+   end type option_type
+
+   character(len=*), parameter :: writers = ' lines cut run ', run_only = ' run ', runs = ' run resume '
+   type(option_type), parameter :: options(18) = [ &
+                                   option_type('--output', option_kind%text, writers), &
+                                   option_type('--seed', option_kind%whole, ' lines '), &
+                                   option_type('--config', option_kind%text, run_only), &
+                                   option_type('--threads', option_kind%whole, runs), &
+                                   option_type('--solver', option_kind%text, run_only), &
+                                   option_type('--steps', option_kind%whole, runs), &
+                                   option_type('--t-end', option_kind%real, runs), &
+                                   option_type('--save-every', option_kind%whole, run_only), &
+                                   option_type('--max-wall', option_kind%real, runs), &
+                                   option_type('--checkpoint-every', option_kind%real, runs), &
+                                   option_type('--strict', option_kind%flag, runs), &
+                                   option_type('--dialect', option_kind%text, ''), &
+                                   option_type('--force', option_kind%flag, ''), &
+                                   option_type('--quiet', option_kind%flag, ''), &
+                                   option_type('--json', option_kind%flag, ''), &
+                                   option_type('--help', option_kind%flag, ''), &
+                                   option_type('--version', option_kind%flag, ''), &
+                                   option_type('--completion', option_kind%text, '')]
+
+contains
+
+   !> Place of an option in the table, 0 for an unknown name.
+   pure integer function find_option(name)
+      character(len=*), intent(in) :: name
+      integer :: k
+      find_option = 0
+      do k = 1, size(options)
+         if (options(k)%name == name) find_option = k
+      end do
+   end function find_option
+
+   !> Does option k belong to a command ('': the program without a command)?
+   pure logical function is_option_of(k, command)
+      integer, intent(in) :: k
+      character(len=*), intent(in) :: command
+      is_option_of = len_trim(options(k)%commands) == 0 .or. index(options(k)%commands, ' '//command//' ') > 0
+   end function is_option_of
+
+   !> The options of a command ('': of the program without a command), with blanks between them.
+   pure function options_of(command) result(names)
+      character(len=*), intent(in) :: command
+      character(len=:), allocatable :: names
+      integer :: k
+      names = ' '
+      do k = 1, size(options)
+         if (is_option_of(k, command)) names = names//trim(options(k)%name)//' '
+      end do
+   end function options_of
+
+end module rockdda_app_command_options
