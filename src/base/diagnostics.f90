@@ -15,7 +15,7 @@ module rockdda_base_diagnostics
 
    !> Where a value came from. line = 0: the file as a whole; empty file: no file (made in memory).
    type :: origin_type
-      character(len=:), allocatable :: file   !! as the user named it
+      character(len=:), allocatable :: file   !! name as given by the user
       integer :: line = 0                     !! 1-based
       integer :: column = 0                   !! 1-based, 0 unknown
       character(len=:), allocatable :: text   !! the source line, tabs kept
@@ -28,9 +28,9 @@ module rockdda_base_diagnostics
    end type severity_enum
    type(severity_enum), parameter :: severity = severity_enum()
 
-   !> More problems than this are counted but not shown.
+   !> Number of problems shown; more are only counted.
    integer, parameter :: max_shown = 50
-   !> More of one severity are counted but not kept: a broken file can have one at every byte.
+   !> Number of messages kept of one severity; more are only counted, since a broken file can have one at every byte.
    integer, parameter :: max_kept = 1000
 
    type :: diagnostic_type
@@ -74,8 +74,8 @@ contains
       class(diagnostics_type), intent(inout) :: self
       integer, intent(in) :: level                       !! one of severity%...
       character(len=*), intent(in) :: message
-      type(origin_type), intent(in), optional :: origin  !! where; absent: no place known
-      integer, intent(in), optional :: summary           !! as `add_summary` gave it
+      type(origin_type), intent(in), optional :: origin  !! where; absent: unknown
+      integer, intent(in), optional :: summary           !! number from `add_summary`
       type(diagnostic_type), allocatable :: larger(:)
       if (level == severity%error) self%n_errors = self%n_errors + 1
       if (level == severity%warning) self%n_warnings = self%n_warnings + 1
@@ -133,7 +133,7 @@ contains
             end if
          end associate
       end do
-      ! those that have only been counted
+      ! messages that have only been counted
       short%n_added = self%n_added
       do k = 1, size(shown)
          if (.not. shown(k)) cycle
@@ -175,7 +175,7 @@ contains
             call self%add(item%severity, item%message, item%origin, merge(0, first + item%summary, item%summary == 0))
          end associate
       end do
-      ! those that the other list has only counted
+      ! messages that the other list has only counted
       self%n_added = self%n_added + other%n_added - other%n_kept
       self%n_errors = self%n_errors + other%n_added(severity%error) - other%n_kept(severity%error)
       self%n_warnings = self%n_warnings + other%n_added(severity%warning) - other%n_kept(severity%warning)

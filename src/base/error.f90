@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Recoverable failure as data.
+!> Recoverable failures as values.
 !>
 !> A procedure that can fail takes `type(error_type), allocatable, intent(out) :: error` as its
 !> last argument; unallocated on return means success. The caller tests at once and either
@@ -22,27 +22,27 @@ module rockdda_base_error
 
    type :: error_type
       integer :: code = 1                    !! one of error_code%...
-      logical :: is_lasting = .false.        !! a smaller time step does not help: memory is lacking
+      logical :: is_fatal = .false.        !! a smaller time step does not help: memory is lacking
       character(len=:), allocatable :: message !! one or more lines, no trailing newline
    end type error_type
 
 contains
 
    !> Allocate `error` with a code and a message.
-   pure subroutine make_error(error, code, message, is_lasting)
+   pure subroutine make_error(error, code, message, is_fatal)
       type(error_type), allocatable, intent(out) :: error !! the new error
       integer, intent(in) :: code                         !! one of error_code%...
-      character(len=*), intent(in) :: message             !! what happened, to whom, what was expected
-      logical, intent(in), optional :: is_lasting         !! a smaller time step does not help
+      character(len=*), intent(in) :: message             !! what happened, where, and what was expected
+      logical, intent(in), optional :: is_fatal         !! a smaller time step does not help
       allocate (error)
-      if (present(is_lasting)) error%is_lasting = is_lasting
+      if (present(is_fatal)) error%is_fatal = is_fatal
       error%code = code
       error%message = message
    end subroutine make_error
 
    !> Prefix the message with where it happened: "context: message".
    pure subroutine add_context(error, context)
-      type(error_type), allocatable, intent(inout) :: error !! unallocated is left alone
+      type(error_type), allocatable, intent(inout) :: error !! stays unallocated when it is
       character(len=*), intent(in) :: context               !! for example "step 42"
       if (.not. allocated(error)) return
       error%message = context//': '//error%message

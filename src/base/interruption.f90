@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Requests to stop a computation before it is complete.
 !>
-!> Long computations call `is_requested` between iterations. Who starts the computation supplies the extension: the
-!> library itself reads neither clocks nor signals for this.
+!> Long computations call `is_requested` between iterations. The caller that starts the computation supplies the
+!> extension: the library itself reads neither clocks nor signals for this.
 module rockdda_base_interruption
    implicit none
    private

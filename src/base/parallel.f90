@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> From what size on loops use several threads, and how sums are cut into pieces.
+!> Smallest sizes of loops that use several threads, and the chunks of sums.
 !>
 !> Waking threads takes some microseconds, on a machine with other load much longer: loops over fewer items run on one
 !> thread. Results are the same for any number of threads, and without OpenMP: a loop writes each number once, and
-!> sums are taken over pieces of a fixed size, which are then added in their order. A maximum needs no such care.
+!> sums are taken over pieces of a fixed size, which are then added in their order. A maximum is the same in any order.
 module rockdda_base_parallel
    implicit none
    private

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Where the time of a run goes: a clock per phase of a step, and counts of what was done.
+!> Wall-clock time of a run by phases of a step, and counts of steps, rounds and searches.
 !>
 !>     call times%start()
 !>     ... search ...
-!>     call times%lap(phase%search)      time since start or the last lap belongs to the search
+!>     call times%lap(phase%search)      adds the time since start or the last lap to the search
 !>
 !> Read by the caller of the time loop; nothing in a run depends on it. One lap costs one reading of the system clock
 !> (about 50 ns), and there are about ten in a step.
@@ -49,13 +49,13 @@ module rockdda_base_phase_times
 
 contains
 
-   !> Begin to measure; what passed since the last lap is not counted.
+   !> Start the clock; the time since the last lap is not counted.
    subroutine start(self)
       class(phase_times_type), intent(inout) :: self
       call system_clock(self%last)
    end subroutine start
 
-   !> The time since the last lap belongs to this phase.
+   !> Add the time since the last lap to a phase.
    subroutine lap(self, which)
       class(phase_times_type), intent(inout) :: self
       integer, intent(in) :: which      !! one of phase%...

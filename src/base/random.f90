@@ -3,10 +3,10 @@
 !>
 !> MRG32k3a (L'Ecuyer, "Good parameters and implementations for combined multiple recursive random number
 !> generators", Operations Research 47, 1999): two recurrences of order three, combined; period about 2^191. All
-!> products stay below 2^53, so 64-bit integers never overflow and no processor rounds. Fortran's own generator is
-!> another one with each compiler.
+!> products stay below 2^53, so that 64-bit integers never overflow and nothing is rounded. The intrinsic generator
+!> of Fortran differs between compilers.
 !>
-!> A stream belongs to a seed and a number: streams of one seed do not depend on how much others have drawn.
+!> A stream is given by a seed and a number: a stream does not depend on how many numbers others have drawn.
 module rockdda_base_random
    use rockdda_base_kinds, only : wp, i8
    implicit none

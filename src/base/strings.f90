@@ -7,7 +7,7 @@ module rockdda_base_strings
    private
    public :: to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8
 
-   !> Shortest text that a person would write for a number.
+   !> Text of a number for messages.
    interface to_string
       module procedure integer_to_string
       module procedure long_to_string
@@ -36,7 +36,7 @@ contains
 
    !> Text of a real with at most `digits` significant digits (default 6) and no trailing zeros:
    !> 0.5, 20000, 1e+10, -3.25e-07. Below a million the digits before the point are all written, even if
-   !> fewer were asked for.
+   !> `digits` is smaller.
    pure function real_to_string(value, digits) result(text)
       real(wp), intent(in) :: value
       integer, intent(in), optional :: digits !! significant digits, 1 to 17
@@ -89,7 +89,7 @@ contains
       text = trim(adjustl(buffer))
    end function to_exact_string
 
-   !> Drop trailing zeros after the point, and the point if nothing is left behind it.
+   !> Drop trailing zeros after the point, and the point if no digit follows it.
    pure function strip_zeros(text) result(short)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: short
@@ -124,7 +124,7 @@ contains
       if (n /= 1) text = text//'s'
    end function counted
 
-   !> Text that a terminal shows and does not obey: control characters, also those beyond ASCII, become \xHH, those of
+   !> Text that is safe to show in a terminal: control characters, also those beyond ASCII, become \xHH, those of
    !> `keep` stay.
    pure function printable(text, keep) result(shown)
       character(len=*), intent(in) :: text
@@ -193,7 +193,7 @@ contains
       utf8_length = n
    end function utf8_length
 
-   !> Text as UTF-8: bytes that are no UTF-8 are taken as ISO 8859-1 (Latin-1).
+   !> Text as UTF-8: bytes that are not UTF-8 are read as ISO 8859-1 (Latin-1).
    pure function as_utf8(text) result(utf8)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: utf8

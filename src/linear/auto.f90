@@ -1,27 +1,27 @@
 ! SPDX-License-Identifier: MIT
 !> The choice between conjugate gradients and a direct solver, made by counting work.
 !>
-!> The work of a factorisation is known from the pattern. The iterations of PCG follow from the matrix: moving
-!> all blocks together strains no contact, so that the force it takes on block i, over the force it takes to
-!> move the block alone,
+!> The work of a factorisation follows from the pattern, the iterations of PCG from the matrix: moving all blocks
+!> together strains no contact, so that the force on block i in this motion, over the force that moves the block
+!> alone,
 !>
 !>     rho_i = e^T sum_j K_ij e / e^T K_ii e,    e = (1, 1, 0, 0, 0, 0),
 !>
-!> is the share of inertia in the block's stiffness. With rho their geometric mean the condition is about
+!> is the share of inertia in the block's stiffness. With rho their geometric mean the condition number is about
 !> 1/rho, and PCG needs about 0.36 ln(reduction)/sqrt(rho) iterations with the ic0 preconditioner (on brick
 !> walls the factor is 0.32 to 0.41 for stiffness ratios from 1 to 100).
 !>
-!> That is where it starts. From then on the iterations that solves by PCG really needed count. How far the residual
-!> has to come down is looked at when the direct solver seems to be cheaper: at rest the last solution is nearly good
-!> enough. And PCG is tried first all the same, with as many iterations as cost no more than the direct solve; after a
-!> failure that is not repeated for a number of solves, which doubles.
+!> This first estimate is then corrected by the iterations that PCG has actually needed. The reduction of the residual
+!> is measured when the direct solver seems to be cheaper: at rest the last solution nearly meets the tolerance.
+!> Even then PCG is tried first, with as many iterations as cost no more than the direct solve; after a failure it is
+!> not tried again for a number of solves, which doubles with each failure.
 !>
-!> A factor serves all solves with one matrix, of which the search for friction forces needs several; how many it were
-!> lately counts too.
+!> A factor serves all solves with one matrix, of which the iteration for friction forces needs several; their recent
+!> number enters the estimate, too.
 !>
-!> Nothing but counts enters, and what is remembered is in `pack`: the same solve makes the same choice, on any machine
-!> and after a restart. When PCG does not get there in the iterations granted, the direct solver takes over. As long as
-!> the matrix stays the same (values_id), so does the choice: a factor at hand is worth more than any count.
+!> The choice depends on counts alone, and `pack` saves its state: the same solve makes the same choice on any machine
+!> and after a restart. When PCG does not converge within its limit, the direct solver takes over. The choice stays as
+!> long as the matrix does (values_id): a present factor is cheaper than any iteration.
 module rockdda_linear_auto
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -39,12 +39,12 @@ module rockdda_linear_auto
       type(pcg_solver_type) :: pcg
       class(direct_solver_type), allocatable :: direct
       integer :: direct_limit = huge(1)        !! models with more blocks never go to the direct solver
-      real(wp), allocatable :: together(:)     !! (n) work
-      ! what is remembered
-      real(wp), private :: correction = 1      !! iterations that solves by PCG needed lately, over those expected
+      real(wp), allocatable :: row_sum(:)     !! (n) work
+      ! saved by `pack`
+      real(wp), private :: correction = 1      !! recent iterations of PCG over those expected
       integer, private :: waiting = 0          !! direct solves before PCG is tried again
-      integer, private :: patience_lost = 0    !! length of the last wait
-      real(wp), private :: reuse = 1           !! solves with one matrix lately
+      integer, private :: last_wait = 0        !! length of the last wait
+      real(wp), private :: reuse = 1           !! recent solves per matrix
       integer, private :: n_solves = 0         !! with the present matrix
       ! of the matrix solved last
       integer, private :: values_id = 0
@@ -62,23 +62,23 @@ module rockdda_linear_auto
    real(wp), parameter :: per_operation = 0.05_wp !! factorisation
    real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
    real(wp), parameter :: per_backsolve = 2       !! one more solution, for each entry of the factor
-   !> Iterations of PCG with the matrix of the solve before, over those of a first solve: the solution is nearly known.
+   !> Iterations of PCG with the matrix of the solve before, over those of a first solve: the first guess is close.
    real(wp), parameter :: follow_up = 0.15_wp
-   !> So few blocks take the direct solver less than 0.1 ms, whatever the matrix, and it is exact to rounding.
+   !> Up to this number of blocks the direct solver takes less than 0.1 ms for any matrix, and is exact to rounding.
    integer, parameter :: few_blocks = 30
-   !> The analysis is paid once for many solves; without one at hand it is worth making when PCG is expected to
-   !> cost more than this for each block and sqrt(block).
-   real(wp), parameter :: worth_analysis = 300
+   !> The analysis serves many solves. Without one the direct solver is chosen when PCG is expected to cost more than
+   !> this for each block and sqrt(block).
+   real(wp), parameter :: analysis_cost = 300
    !> Iterations for a condition of one and a reduction by e.
    real(wp), parameter :: iterations_per_digit = 0.36_wp
-   !> Iterations granted, in multiples of those expected.
+   !> Limit of iterations, in multiples of those expected.
    real(wp), parameter :: patience = 3
    !> Share of the correction that is kept when a solve needed less: the first round of a step needs most.
    real(wp), parameter :: forget = 0.7_wp
-   !> PCG is tried against the count when it is expected to cost no more than this many direct solves.
-   real(wp), parameter :: worth_a_try = 8
+   !> PCG is tried against the estimate when it is expected to cost no more than this many direct solves.
+   real(wp), parameter :: max_trial_cost = 8
    integer, parameter :: longest_wait = 63
-   !> Solves that gain less than this share of all digits tell no more about the iterations for each.
+   !> Solves that gain less than this share of all digits do not enter the correction.
    real(wp), parameter :: least_share = 0.1_wp
    !> Blocks, about, at which the share of inertia is measured.
    integer, parameter :: sample = 500
@@ -86,7 +86,7 @@ module rockdda_linear_auto
 
 contains
 
-   !> Solve K x = f with what promises least work.
+   !> Solve K x = f with the solver of least expected work.
    subroutine solve_auto(self, matrix, f, x, report, error)
       class(auto_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -122,7 +122,7 @@ contains
          if (report%converged) then
             if (share_of_digits(self) >= least_share) self%correction = &
                max(report%iterations/(first_guess*share_of_digits(self)), forget*self%correction)
-            self%patience_lost = 0
+            self%last_wait = 0
          end if
          if (report%converged .or. matrix%n > self%direct_limit) then
             if (.not. allocated(report%detail)) report%detail = self%choice
@@ -131,8 +131,8 @@ contains
          wasted = report%iterations
          failure = report%detail
          self%direct_was_used = .true.
-         self%patience_lost = min(2*self%patience_lost + 1, longest_wait)
-         self%waiting = self%patience_lost
+         self%last_wait = min(2*self%last_wait + 1, longest_wait)
+         self%waiting = self%last_wait
          self%correction = max(self%correction, 2*wasted/first_guess)
       end if
       report%interrupted = self%is_interrupted()
@@ -143,7 +143,7 @@ contains
       if (.not. allocated(report%detail)) report%detail = self%choice
    end subroutine solve_auto
 
-   !> Which solver, and how many iterations PCG may take.
+   !> Choose the solver and the limit of iterations for PCG.
    subroutine choose(self, matrix, f, expected, x, use_direct, granted)
       class(auto_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -166,9 +166,9 @@ contains
       solves = 1 + follow_up*(self%reuse - 1)
       work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*expected*per_iteration)
       self%choice = 'pcg: about '//to_string(nint(min(expected, 1.0e9_wp)))//' iterations expected'
-      if (matrix%n > self%direct_limit .or. work_pcg <= worth_analysis*real(matrix%n, wp)**1.5_wp) return
+      if (matrix%n > self%direct_limit .or. work_pcg <= analysis_cost*real(matrix%n, wp)**1.5_wp) return
       call self%direct%count_work(matrix, operations, fill, error)
-      ! no room for the analysis: leave it to PCG
+      ! too little memory for the analysis: PCG solves
       if (allocated(error)) return
       work_direct = per_operation*operations + (per_fill + (self%reuse - 1)*per_backsolve)*fill
       if (work_pcg <= work_direct) return
@@ -181,7 +181,7 @@ contains
                     ' iterations expected'
       if (work_pcg <= work_direct) return
       affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/(solves*per_iteration)
-      if (self%waiting == 0 .and. work_pcg < worth_a_try*work_direct .and. affordable >= 1) then
+      if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
          granted = nint(min(affordable, real(most_iterations, wp)))
          self%choice = 'pcg: tried with '//to_string(granted)//' iterations, which cost as much as '//self%direct%name()
          return
@@ -199,27 +199,27 @@ contains
          share = min(1.0_wp, log(self%pcg%first_residual/self%pcg%tolerance)/log(1/self%pcg%tolerance))
    end function share_of_digits
 
-   !> Correction of the count, solves to wait, length of the last wait, solves with one matrix lately and with the last.
+   !> Correction of the estimate, solves to wait, last wait, recent solves per matrix, solves with the last matrix.
    pure subroutine pack_auto(self, memory)
       class(auto_solver_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: memory(:)
-      memory = [self%correction, real(self%waiting, wp), real(self%patience_lost, wp), self%reuse, &
+      memory = [self%correction, real(self%waiting, wp), real(self%last_wait, wp), self%reuse, &
                 real(self%n_solves, wp)]
    end subroutine pack_auto
 
-   !> Take back what `pack` gave.
+   !> Restore the state from `pack`.
    pure subroutine unpack_auto(self, memory)
       class(auto_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)
       if (size(memory) /= 5) return
       self%correction = memory(1)
       self%waiting = nint(memory(2))
-      self%patience_lost = nint(memory(3))
+      self%last_wait = nint(memory(3))
       self%reuse = memory(4)
       self%n_solves = nint(memory(5))
    end subroutine unpack_auto
 
-   !> Hand the reference load and requests to stop on to the solvers that do the work.
+   !> Pass the reference load and requests to stop to the solvers.
    subroutine pass_settings(self)
       type(auto_solver_type), intent(inout) :: self
       if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
@@ -236,26 +236,26 @@ contains
       real(wp), intent(out) :: share   !! between 1e-12 and 1
       real(wp) :: total
       integer :: i, j, k, stride
-      if (allocated(self%together)) then
-         if (size(self%together) /= matrix%n) deallocate (self%together)
+      if (allocated(self%row_sum)) then
+         if (size(self%row_sum) /= matrix%n) deallocate (self%row_sum)
       end if
-      if (.not. allocated(self%together)) allocate (self%together(matrix%n))
+      if (.not. allocated(self%row_sum)) allocate (self%row_sum(matrix%n))
       stride = max(1, matrix%n/sample)
-      associate (together => self%together)
-         together = 0
+      associate (row_sum => self%row_sum)
+         row_sum = 0
          do i = 1, matrix%n
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                j = matrix%column(k)
                if (mod(i, stride) /= 0 .and. mod(j, stride) /= 0) cycle
                total = sum(matrix%values(1:2, 1:2, k))
-               together(i) = together(i) + total
-               if (j /= i) together(j) = together(j) + total
+               row_sum(i) = row_sum(i) + total
+               if (j /= i) row_sum(j) = row_sum(j) + total
             end do
          end do
          total = 0
          do i = stride, matrix%n, stride
             associate (alone => sum(matrix%values(1:2, 1:2, matrix%row_start(i))))
-               if (alone > 0) total = total + log(min(1.0_wp, max(1.0e-12_wp, together(i)/alone)))
+               if (alone > 0) total = total + log(min(1.0_wp, max(1.0e-12_wp, row_sum(i)/alone)))
             end associate
          end do
       end associate

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sparse Cholesky with CHOLMOD: the only Fortran file that knows it; the C side is cholmod_shim.c.
+!> Sparse Cholesky with CHOLMOD: the only Fortran file that calls it; the C side is cholmod_shim.c.
 !>
 !> The order of elimination is found on the graph of blocks and each block expanded to its 6 unknowns, which
 !> is much cheaper than ordering single unknowns. Ordering and symbolic factorisation are kept while the
@@ -81,7 +81,7 @@ module rockdda_linear_cholmod
 
 contains
 
-   !> Order the blocks and factorise symbolically, unless that was done for this pattern already.
+   !> Order the blocks and factorise symbolically, unless this pattern has been analysed already.
    subroutine analyze_cholmod(self, matrix, error)
       class(cholmod_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -132,7 +132,7 @@ contains
       fill = self%fill
    end subroutine count_work_cholmod
 
-   !> Factorise K, with the analysis at hand when the pattern is the same.
+   !> Factorise K, with the present analysis when the pattern is the same.
    subroutine factorize_cholmod(self, matrix, error)
       class(cholmod_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -213,11 +213,11 @@ contains
    !> Turn a status of CHOLMOD into an error.
    pure subroutine report_status(status, what, error)
       integer(c_int), intent(in) :: status        !! CHOLMOD_... of cholmod_core.h
-      character(len=*), intent(in) :: what        !! what was being done
+      character(len=*), intent(in) :: what        !! the operation, for the message
       type(error_type), allocatable, intent(out) :: error
       if (status == cholmod_out_of_memory) then
          call make_error(error, error_code%computation, 'CHOLMOD '//what//': out of memory; choose pcg', &
-                         is_lasting=.true.)
+                         is_fatal=.true.)
       else
          call make_error(error, error_code%internal, 'CHOLMOD '//what//' failed with status '//to_string(int(status)))
       end if
@@ -232,7 +232,7 @@ contains
       end associate
    end function name_cholmod
 
-   !> Give back what CHOLMOD holds.
+   !> Free the memory of CHOLMOD.
    impure elemental subroutine free_cholmod(self)
       type(cholmod_solver_type), intent(inout) :: self
       if (c_associated(self%handle)) call rockdda_cholmod_free(self%handle)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Dense Cholesky with LAPACK: the oracle for the other solvers, for small systems only.
+!> Dense Cholesky with LAPACK: the reference for the other solvers, for small systems only.
 module rockdda_linear_dense
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -68,7 +68,7 @@ contains
                       ' blocks, this model has '//to_string(n)//'; choose cholmod')
    end subroutine refuse
 
-   !> Spread K out and factorise it.
+   !> Expand K to a dense matrix and factorise it.
    subroutine factorize_dense(self, matrix, error)
       class(dense_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> What the direct solvers have in common: factorise, solve, look at the residual, refine once if need be.
+!> Base of the direct solvers: factorise, solve, evaluate the residual, refine once when it is above the tolerance.
 module rockdda_linear_direct
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_room, only : resize
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type, not_finite
@@ -10,13 +11,13 @@ module rockdda_linear_direct
    private
    public :: direct_solver_type, least_pivot
 
-   !> A pivot that is smaller than this share of the diagonal entry it came from is what rounding has left of zero.
+   !> A pivot below this share of its diagonal entry consists of rounding errors and counts as zero.
    real(wp), parameter :: least_pivot = 64*epsilon(1.0_wp)
 
    type, abstract, extends(linear_solver_type) :: direct_solver_type
       real(wp) :: tolerance = 1.0e-10_wp     !! wanted relative residual, see rockdda_linear_residual
       type(residual_type) :: residual
-      integer :: values_id = 0               !! matrix whose factor is at hand, 0 none
+      integer :: values_id = 0               !! matrix that is factorised, 0 none
       real(wp), allocatable :: correction(:, :) !! (6, n) of the refinement step
    contains
       procedure :: solve => solve_direct
@@ -44,7 +45,7 @@ module rockdda_linear_direct
          type(error_type), allocatable, intent(out) :: error
       end subroutine factorize_interface
 
-      !> x = K^-1 b with the factor at hand.
+      !> x = K^-1 b with the present factor.
       subroutine backsolve_interface(self, b, x, error)
          import :: direct_solver_type, error_type, wp
          class(direct_solver_type), intent(inout) :: self
@@ -84,7 +85,7 @@ contains
       if (allocated(error)) return
       call self%residual%evaluate(matrix, f, x, relative)
       if (relative > self%tolerance .and. relative < huge(1.0_wp)) then
-         call make_room(self%correction, matrix%n)
+         call resize(self%correction, 6, matrix%n)
          call self%backsolve(self%residual%r, self%correction, error)
          if (allocated(error)) return
          self%correction = x + self%correction
@@ -96,16 +97,5 @@ contains
       end if
       call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
    end subroutine solve_direct
-
-   !> Make v a (6, n) array.
-   subroutine make_room(v, n)
-      real(wp), allocatable, intent(inout) :: v(:, :)
-      integer, intent(in) :: n   !! blocks
-      if (allocated(v)) then
-         if (size(v, 2) == n) return
-         deallocate (v)
-      end if
-      allocate (v(6, n))
-   end subroutine make_room
 
 end module rockdda_linear_direct

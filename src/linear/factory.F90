@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> From the name of a solver to the solver.
+!> Creates solvers by name.
 module rockdda_linear_factory
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -16,7 +16,7 @@ module rockdda_linear_factory
    private
    public :: new_solver, solver_names, has_cholmod, default_solver
 
-   !> What `new_solver` takes.
+   !> Names that `new_solver` accepts.
    character(len=*), parameter :: solver_names = 'auto, cholmod, pcg, sor, dense'
 
 contains
@@ -29,13 +29,13 @@ contains
 #endif
    end function has_cholmod
 
-   !> The solver of those who do not choose.
+   !> The default solver.
    pure function default_solver() result(name)
       character(len=:), allocatable :: name
       name = 'auto'
    end function default_solver
 
-   !> Make the solver of that name.
+   !> Create the solver of a name.
    subroutine new_solver(name, tolerance, omega, preconditioner, solver, error)
       character(len=*), intent(in) :: name            !! one of `solver_names`
       real(wp), intent(in) :: tolerance               !! wanted relative residual, > 0
@@ -72,7 +72,7 @@ contains
       end select
    end subroutine new_solver
 
-   !> PCG with the preconditioner of that name.
+   !> PCG with the preconditioner of a name.
    subroutine new_pcg(tolerance, preconditioner, solver, error)
       real(wp), intent(in) :: tolerance
       character(len=*), intent(in) :: preconditioner   !! blank: ic0
@@ -97,7 +97,7 @@ contains
                                        "', expected one of jacobi, ssor, ic0")
    end subroutine set_preconditioner
 
-   !> The choice between PCG and a direct solver: CHOLMOD if it is built in.
+   !> The automatic choice between PCG and a direct solver: CHOLMOD if it is built in.
    subroutine new_auto(tolerance, preconditioner, solver, error)
       real(wp), intent(in) :: tolerance
       character(len=*), intent(in) :: preconditioner   !! of PCG, blank: its default

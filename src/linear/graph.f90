@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> The graph of the blocks that touch: neighbours on both sides of the diagonal, orderings, colours.
+!> Graph of the blocks in contact: neighbours on both sides of the diagonal, orderings, colours.
 !>
-!> The matrix stores its upper half; here every block sees all its neighbours, each with the place of the
-!> stored block, which has to be transposed when the neighbour has the smaller number:
+!> The matrix stores its upper half; the graph lists all neighbours of every block, each with the place of the
+!> stored 6x6 block, to be transposed when the neighbour has the smaller number:
 !>
 !>     row i      neighbour(start(i) : start(i+1)-1)   ascending, without i
 !>                place(...)                           of block (min, max) in the matrix
@@ -18,14 +18,14 @@ module rockdda_linear_graph
       integer, allocatable :: start(:)       !! (n + 1)
       integer, allocatable :: neighbour(:)   !! (2 * off-diagonal blocks)
       integer, allocatable :: place(:)       !! (2 * off-diagonal blocks)
-      integer, allocatable, private :: row_start(:), column(:)  !! pattern it was made from
+      integer, allocatable, private :: row_start(:), column(:)  !! pattern of the matrix it belongs to
    contains
       procedure :: update
    end type graph_type
 
 contains
 
-   !> Take the graph of a matrix; `changed` says whether it differs from the one held before.
+   !> Update to the graph of a matrix; `changed` is true when it differs from the graph before.
    subroutine update(self, matrix, changed)
       class(graph_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
@@ -60,7 +60,7 @@ contains
          self%start(i + 1) = self%start(i) + next(i) - 1
       end do
       next = self%start(1:matrix%n)
-      ! smaller neighbours first: rows are visited in order, so both halves of a row come ascending
+      ! smaller neighbours first: rows are visited in order, so both halves of a row ascend
       do i = 1, matrix%n
          do k = matrix%row_start(i) + 1, matrix%row_start(i + 1) - 1
             call append(matrix%column(k), i, k)
@@ -86,7 +86,7 @@ contains
 
    !> Order that keeps neighbours close (Cuthill and McKee 1969, reversed): order(k) is the block in place k.
    !>
-   !> Each connected part starts at the end of a longest path found by two searches; among the neighbours of
+   !> Each connected component starts at the end of a longest path found by two searches; among the neighbours of
    !> a block those with few neighbours come first, equals by number. Linear in the size of the graph.
    subroutine reverse_cuthill_mckee(graph, order)
       type(graph_type), intent(in) :: graph

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Products of 6x6 blocks in single precision with the vectors of several blocks.
 !>
-!> They are laid out for processors that work on four numbers at a time: a block is cut into 2x2 parts, row by row,
-!> each part stored column by column, a11 a21 a12 a22. Its product with [x1 x1 x2 x2] has the parts of the first row
+!> They are laid out for processors that work on four numbers at a time: a block is cut into 2x2 tiles, row by row,
+!> each tile stored column by column, a11 a21 a12 a22. Its product with [x1 x1 x2 x2] has the terms of the first row
 !> in lanes 1 and 3 and those of the second in 2 and 4; the product with [t1 t2 t1 t2] has those of the first row of the
 !> transpose in 1 and 2 and those of the second in 3 and 4. So neither product shuffles the block. Lanes are added up
 !> when a row is complete.
 !>
-!> They have a file of their own so that compilers do not merge them with what follows: the layout of the result would
-!> then decide how the products are computed.
+!> They have a file of their own so that compilers do not inline them: how the result is stored would then change how
+!> the products are computed.
 module rockdda_linear_kernels
    use, intrinsic :: iso_fortran_env, only : real32
    use rockdda_base_kinds, only : wp
@@ -24,7 +24,7 @@ contains
    !> sums := sums - sum over the blocks first to last of A x, lanes 1 and 3, 2 and 4 of each column to be added.
    pure subroutine subtract_products(first, last, column, a, x, sums)
       integer, value :: first, last                !! blocks of the row
-      integer, intent(in) :: column(*)             !! whose vector a block is multiplied with
+      integer, intent(in) :: column(*)             !! number of the vector that a block is multiplied with
       real(sp), intent(in) :: a(36, *), x(6, *)
       real(sp), intent(inout) :: sums(4, 3)        !! two rows in each column
       real(sp) :: u(4), v(4), w(4)

@@ -7,11 +7,10 @@
 !>     column     1  2  5        2  3     3  4          column(row_start(i) : row_start(i+1)-1)
 !>     values     6x6 each: values(:, :, k) is K_ij with j = column(k) >= i
 !>
-!> The pattern comes from the contact graph and stays while the graph does; `pattern_id` changes with it, so
-!> that a solver knows when its analysis is stale. `values_id` changes whenever values may have changed: with the same
-!> number, not 0, the matrix is the one that was solved before, and a solver may keep what it made of it. When few rows
-!> are new, `base_id` is the number of the matrix before and `changed` tells these rows: K_ij differs from what it was
-!> only if both i and j are among them.
+!> The pattern comes from the contact graph; `pattern_id` changes with it, and a solver then repeats its analysis.
+!> `values_id` changes whenever values may have changed: while it is the same number, not 0, a solver may reuse its
+!> factors of the matrix. When few rows change, `base_id` is the number of the matrix before and `changed` marks these
+!> rows: K_ij differs from its value in that matrix only if rows i and j both are marked.
 module rockdda_linear_matrix
    use rockdda_base_kinds, only : wp
    implicit none
@@ -21,7 +20,7 @@ module rockdda_linear_matrix
    type :: block_matrix_type
       integer :: n = 0                          !! block rows
       integer :: pattern_id = 0                 !! differs whenever the pattern differs
-      integer :: values_id = 0                  !! differs whenever values differ; 0: nobody keeps count
+      integer :: values_id = 0                  !! differs whenever values differ; 0: not tracked
       integer :: base_id = 0                    !! values_id from which only rows in `changed` differ; 0: unknown
       logical, allocatable :: changed(:)        !! (n) valid where base_id is not 0
       integer, allocatable :: row_start(:)      !! (n + 1)

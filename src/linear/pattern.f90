@@ -1,8 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> From the contact graph to the pattern of the block matrix.
+!> Pattern of the block matrix from the pairs of blocks in contact.
 !>
-!> Linear in the number of blocks and pairs: two counting sorts, first by the larger, then by the smaller
-!> block number, leave every row ascending and the duplicates of a pair side by side.
+!> Two counting sorts, first by the larger, then by the smaller block number, make every row ascend and put the
+!> duplicates of a pair side by side. The cost is linear in the number of blocks and pairs.
+!>
+!>     pair       1      2      3      4                row        1           2        3
+!>     blocks     3 1    2 3    1 2    1 3              column     1  2  3     2  3     3
+!>     slots      3      5      2      3                place k    1  2  3     4  5     6
 module rockdda_linear_pattern
    use rockdda_base_kinds, only : wp
    use rockdda_base_room, only : reserve
@@ -11,24 +15,24 @@ module rockdda_linear_pattern
    private
    public :: build_pattern, pattern_work_type
 
-   !> Arrays of `build_pattern`; a caller that keeps them saves their allocation.
+   !> Arrays of `build_pattern`, kept to save their allocation.
    type :: pattern_work_type
       integer, allocatable :: start(:), by_large(:), by_small(:), row_start(:), column(:)
    end type pattern_work_type
 
 contains
 
-   !> Set row_start and column of a matrix from the pairs of blocks that touch, and make room for its values.
+   !> Set row_start and column of a matrix from the pairs of blocks in contact, and allocate its values.
    !>
    !> The diagonal block of row i is always stored, at row_start(i). `column` and `values` are kept when they
-   !> are large enough, so they may be longer than row_start(n + 1) - 1. When the pattern is what the matrix
-   !> held before, nothing changes, neither values nor pattern_id; otherwise values are undefined.
+   !> are large enough, so they may be longer than row_start(n + 1) - 1. When the pattern is that of
+   !> the matrix already, values and pattern_id stay as they are; otherwise values are undefined.
    subroutine build_pattern(n, pairs, matrix, slots, work)
       integer, intent(in) :: n                         !! number of blocks
       integer, intent(in), contiguous :: pairs(:, :)   !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
       integer, intent(out), contiguous :: slots(:)     !! (m) place k in values of block (min, max) of each pair
-      type(pattern_work_type), intent(inout), optional :: work !! kept by callers that come often
+      type(pattern_work_type), intent(inout), optional :: work !! to keep from call to call
       type(pattern_work_type) :: own
       if (present(work)) then
          call build_with(n, pairs, matrix, slots, work)
@@ -44,9 +48,14 @@ contains
       type(block_matrix_type), intent(inout) :: matrix
       integer, intent(out), contiguous :: slots(:)
       type(pattern_work_type), intent(inout) :: work
-      integer :: n_stored
-      call make_room(work, n, size(pairs, 2))
-      call sort_pairs(n, size(pairs, 2), pairs, slots, work%start, work%by_large, work%by_small, work%row_start, &
+      integer :: n_stored, m
+      m = size(pairs, 2)
+      call reserve(work%start, n + 1)
+      call reserve(work%row_start, n + 1)
+      call reserve(work%by_large, m)
+      call reserve(work%by_small, m)
+      call reserve(work%column, n + m)
+      call sort_pairs(n, m, pairs, slots, work%start, work%by_large, work%by_small, work%row_start, &
                       work%column)
       if (is_same_pattern(matrix, n, work%row_start(1:n + 1), work%column)) return
       if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
@@ -58,17 +67,6 @@ contains
       call reserve_blocks(matrix, n_stored)
       matrix%column(1:n_stored) = work%column(1:n_stored)
    end subroutine build_with
-
-   !> Room for n rows and m pairs.
-   pure subroutine make_room(work, n, m)
-      type(pattern_work_type), intent(inout) :: work
-      integer, intent(in) :: n, m
-      call reserve(work%start, n + 1)
-      call reserve(work%row_start, n + 1)
-      call reserve(work%by_large, m)
-      call reserve(work%by_small, m)
-      call reserve(work%column, n + m)
-   end subroutine make_room
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.
    pure subroutine sort_pairs(n, m, pairs, slots, start, by_large, by_small, row_start, column)
@@ -125,9 +123,9 @@ contains
       row_start(n + 1) = k + 1
    end subroutine sort_pairs
 
-   !> Turn counts, shifted by one, into the places where the groups begin.
+   !> Turn counts, shifted by one, into the places where the rows begin.
    pure subroutine counts_to_starts(start)
-      integer, intent(inout) :: start(:) !! start(i + 1) = members of group i on entry
+      integer, intent(inout) :: start(:) !! start(i + 1) = entries of row i on entry
       integer :: i
       start(1) = 1
       do i = 2, size(start)
@@ -147,7 +145,7 @@ contains
       is_same_pattern = all(matrix%column(1:n_stored) == column(1:n_stored))
    end function is_same_pattern
 
-   !> Make room for the stored blocks; what is there is kept only when it is large enough.
+   !> Allocate at least n_stored blocks; arrays that are large enough stay.
    subroutine reserve_blocks(matrix, n_stored)
       type(block_matrix_type), intent(inout) :: matrix
       integer, intent(in) :: n_stored  !! number of stored blocks

@@ -19,6 +19,7 @@
 !> result does not depend on the number of threads.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : resize
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
@@ -93,7 +94,15 @@ contains
       if (relative > self%tolerance) then
          if (self%stale) then
             call self%preconditioner%set_pattern(self%residual%graph)
-            call make_room(self)
+            associate (n => self%preconditioner%n)
+               call resize(self%p, 6, n)
+               call resize(self%q, 6, n)
+               call resize(self%r, 6, n)
+               call resize(self%t, 6, n)
+               call resize(self%d, 6, n)
+               call resize(self%back_sum, 12, n)
+               call resize(self%sums, 4, self%preconditioner%order%n_chunks)
+            end associate
             self%stale = .false.
             self%values_id = 0
          end if
@@ -363,20 +372,6 @@ contains
       b(3:4) = sums(1:2, 2) + sums(3:4, 2)
       b(5:6) = sums(1:2, 3) + sums(3:4, 3)
    end function row_sum
-
-   !> Allocate the vectors for the preconditioner.
-   subroutine make_room(self)
-      type(pcg_solver_type), intent(inout) :: self
-      if (allocated(self%sums)) deallocate (self%sums)
-      allocate (self%sums(4, self%preconditioner%order%n_chunks))
-      if (allocated(self%p)) then
-         if (size(self%p, 2) == self%preconditioner%n) return
-         deallocate (self%p, self%q, self%r, self%t, self%d, self%back_sum)
-      end if
-      associate (n => self%preconditioner%n)
-         allocate (self%p(6, n), self%q(6, n), self%r(6, n), self%t(6, n), self%d(6, n), self%back_sum(12, n))
-      end associate
-   end subroutine make_room
 
    !> Name as in the options.
    pure function name_pcg(self) result(name)

@@ -18,8 +18,8 @@
 !> For threads the blocks are ordered in chunks, see rockdda_linear_chunk_order.
 !>
 !> Couplings are stored once, row by row (`lower`). The forward sweep gathers with them: row i sums over its columns.
-!> The backward sweep scatters with their transposes: once row i is final, it adds its product to the earlier rows of its
-!> chunk. Couplings with rows of other chunks are stored a second time, transposed (`upper`), and the backward sweep
+!> The backward sweep scatters with their transposes: once row i is final, it adds its product to the earlier rows of
+!> its chunk. Couplings with rows of other chunks are stored a second time, transposed (`upper`), and the backward sweep
 !> gathers with them: no two chunks write to the same place.
 !>
 !> Single precision is enough because the solver corrects with residuals in working precision.

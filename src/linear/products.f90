@@ -57,7 +57,7 @@ contains
       end do
    end subroutine multiply
 
-   !> w = |K| |x| + |f|, entry by entry: epsilon times w is what rounding alone does to f - K x.
+   !> w = |K| |x| + |f|, entry by entry: epsilon times w bounds the rounding error of f - K x.
    pure subroutine rounding_level(matrix, x, f, w)
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: x(:, :), f(:, :)   !! (6, n)
@@ -87,7 +87,7 @@ contains
       end do
    end subroutine add_product
 
-   !> y := y + A^T x. Two sums of three for each column: what a register of two numbers adds up.
+   !> y := y + A^T x. Two sums of three for each column, as registers of two numbers add them.
    pure subroutine add_transposed_product(a, x, y)
       real(wp), intent(in) :: a(6, 6), x(6)
       real(wp), intent(inout) :: y(6)

@@ -22,7 +22,7 @@ contains
       ok = is_finite(a)
       if (.not. ok) return
       ! columns in pairs of one length, which the compiler keeps in registers; what is computed above the diagonal of
-      ! the second of a pair is thrown away
+      ! the second of a pair is discarded
       c1 = a(:, 1)
       ok = c1(1) > least*a(1, 1)
       if (.not. ok) return
@@ -69,7 +69,7 @@ contains
       l(5:6, 6) = [0.0_wp, c6(6)]
    end subroutine factorize_block
 
-   !> Are all entries finite? What is not shows in sums of magnitudes, which cannot overflow.
+   !> Are all entries finite? Sums of magnitudes, which cannot overflow, are not finite otherwise.
    pure logical function is_finite(a)
       real(wp), intent(in) :: a(6, 6)
       real(wp) :: lane(6)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What every solver of K x = f offers.
+!> Interface of the solvers of K x = f.
 !>
-!> Non-convergence is a result, not an error: the time loop answers it by cutting the step. An error is a
-!> solver that is not built in, or a matrix that is not positive definite (with its block number).
+!> Non-convergence is a result, not an error: the time loop then shortens the step. Errors are a solver that is not
+!> built in, and a matrix that is not positive definite (with the number of its block).
 module rockdda_linear_solver
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -12,7 +12,7 @@ module rockdda_linear_solver
    private
    public :: linear_solver_type, solve_report_type
 
-   !> What a solve did.
+   !> Outcome of a solve.
    type :: solve_report_type
       logical :: converged = .false.
       logical :: interrupted = .false.      !! a stop was requested: not converged, x is of no use
@@ -23,10 +23,10 @@ module rockdda_linear_solver
 
    type, abstract :: linear_solver_type
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
-      !> equilibrium the loads in f cancel; the sum of their magnitudes says what a small residual is.
+      !> equilibrium the loads in f cancel; the sum of their magnitudes is the scale for a small residual.
       real(wp), allocatable :: reference_load(:, :)
       class(interruption_type), allocatable :: interruption   !! requests to stop; absent: none
-      character(len=:), allocatable :: choice  !! of a solver that chooses: which one solved last, and why
+      character(len=:), allocatable :: choice  !! of the automatic solver: which solver solved last, and why
    contains
       procedure(solve_interface), deferred :: solve
       procedure(name_interface), deferred :: name
@@ -64,17 +64,17 @@ contains
       if (allocated(self%interruption)) is_interrupted = self%interruption%is_requested()
    end function is_interrupted
 
-   !> What the solver has learnt from earlier solves and later ones depend on: a checkpoint has to hold it.
-   !> Most solvers learn nothing: what they keep (orderings, factors) is a function of the matrix.
+   !> State that later solves depend on beside the matrix and the loads: a checkpoint has to hold it.
+   !> Most solvers have none: the orderings and factors that they keep are functions of the matrix.
    pure subroutine pack_nothing(self, memory)
       class(linear_solver_type), intent(in) :: self
-      real(wp), allocatable, intent(out) :: memory(:)   !! size 0: nothing; the meaning is the solver's own
+      real(wp), allocatable, intent(out) :: memory(:)   !! size 0: no state; its meaning is private to the solver
       associate (unused => self%reference_load)
       end associate
       allocate (memory(0))
    end subroutine pack_nothing
 
-   !> Take back what `pack` gave. A memory of another size, another solver's, is ignored.
+   !> Restore the state from `pack`. One of another size, from another solver, is ignored.
    pure subroutine unpack_nothing(self, memory)
       class(linear_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)

@@ -5,10 +5,10 @@
 !>
 !>     x_i := x_i + omega (K_ii^-1 (f_i - sum_{j /= i} K_ij x_j) - x_i)
 !>
-!> The order is by colours: blocks of one colour do not touch, so that threads can share them and the result
-!> does not depend on how.
-!> It converges for 0 < omega < 2, but slowly where contact springs are much stiffer than inertia. Sweeps
-!> exhausted means not converged, and is reported.
+!> The order is by colours: blocks of one colour are not coupled, so that threads can share them and the result
+!> does not depend on the distribution.
+!> It converges for 0 < omega < 2, but slowly where contact springs are much stiffer than inertia. A solve
+!> that reaches the largest number of sweeps is reported as not converged.
 module rockdda_linear_sor
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -29,9 +29,9 @@ module rockdda_linear_sor
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       real(wp) :: omega = 1.4_wp           !! relaxation factor, 0 < omega < 2
       integer :: max_sweeps = 2000
-      integer :: check_every = 8           !! sweeps between two looks at the residual
+      integer :: check_every = 8           !! sweeps between two evaluations of the residual
       type(residual_type) :: residual
-      logical, private :: stale = .true.   !! the colours are not those of the graph
+      logical, private :: stale = .true.   !! the colours do not belong to the graph
       integer, allocatable :: first(:)     !! (colours + 1) order(first(c) : first(c+1)-1) has colour c
       integer, allocatable :: order(:)     !! (n) blocks by colour
    contains
@@ -99,7 +99,7 @@ contains
       !$omp end parallel
    end subroutine sweep
 
-   !> Bring one block closer to equilibrium with its neighbours.
+   !> Relax one block: replace x_i by the formula of the module.
    pure subroutine relax(self, matrix, f, i, x)
       type(sor_solver_type), intent(in) :: self
       type(block_matrix_type), intent(in) :: matrix

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Room for the work space of BLAS. OpenBLAS takes 128 MB at the first call, and asks for it again and again, for
-!> ever, where the system refuses.
+!> Check of the memory for BLAS. OpenBLAS allocates 128 MB at the first call and repeats the request for ever when the
+!> system refuses.
 module rockdda_linear_workspace
    use, intrinsic :: iso_c_binding, only : c_int, c_size_t
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -8,7 +8,7 @@ module rockdda_linear_workspace
    private
    public :: check_workspace
 
-   !> Address space that must be there [bytes]: that of OpenBLAS and some for the factor.
+   !> Required address space [bytes]: that of OpenBLAS and some for the factor.
    integer(c_size_t), parameter :: least_room = 160000000_c_size_t
 
    interface
@@ -20,13 +20,13 @@ module rockdda_linear_workspace
 
 contains
 
-   !> To be called before the first call of BLAS. Error: there is no room.
+   !> To be called before the first call of BLAS. Error: too little memory.
    subroutine check_workspace(name, error)
       character(len=*), intent(in) :: name   !! of the solver
       type(error_type), allocatable, intent(out) :: error
       if (c_is_there(least_room) == 0) call make_error(error, error_code%computation, &
          'out of memory: the solver '//name//' needs 160 MB of address space to begin; choose pcg', &
-         is_lasting=.true.)
+         is_fatal=.true.)
    end subroutine check_workspace
 
 end module rockdda_linear_workspace

@@ -426,7 +426,7 @@ contains
       call self%solver%solve(self%equations%matrix, self%equations%f, self%equations%x, report, error)
       call self%times%lap(phase%solve)
       if (allocated(error)) then
-         if (error%code /= error_code%computation .or. error%is_lasting) return
+         if (error%code /= error_code%computation .or. error%is_fatal) return
          detail = error%message
          deallocate (error)
          return

@@ -58,7 +58,7 @@ contains
       message = ''
       outcome = int(c_begin(real(seconds, c_double), message, int(longest, c_int)))
       if (outcome == guard%refused) call make_error(error, error_code%input, trim(message))
-      if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_lasting=.true.)
+      if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_fatal=.true.)
    end subroutine try_first
 
    !> End the child; an error goes to the parent. Does not return.
