@@ -2,8 +2,8 @@
 !> Broad phase of the contact search: pairs of blocks whose boxes come close.
 !>
 !> The pairs are found for a wider margin than the search radius, and kept until a box has moved too far from its place
-!> at that time. They are candidates: the caller tests each with `is_close`, which uses the present boxes. The pairs that
-!> pass, and their order, therefore do not depend on when the candidates were found.
+!> at that time. They are candidates: the caller tests each with `is_close`, which uses the present boxes. The pairs
+!> that pass, and their order, therefore do not depend on when the candidates were found.
 module rockdda_contact_broad_phase
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks

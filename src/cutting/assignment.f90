@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> What the input puts on blocks: materials, fixed, loading and measured points, bolts; and which blocks are holes.
+!> Assign materials, fixed, loading and measured points and bolts of the input to blocks; find the holes.
 !>
-!>   * A material line gives its material to every block that it goes through (farther than e0 from the outline);
-!>     the last line wins. Of length below e0 it is a point and counts for the block that holds the point.
-!>   * A fixed line fixes every block that it goes through at both ends of each of its parts in that block: where it
-!>     enters, where it leaves, or where the line ends. A crossing of an edge that two blocks share gives a point on
+!>   * A material line gives its material to every block that it crosses (farther than e0 from the outline);
+!>     the last line prevails. Of length below e0 it is a point and applies to the block that contains the point.
+!>   * A fixed line fixes every block that it crosses at both ends of each of its parts in that block: at entry, at
+!>     exit, or at the end of the line. A crossing of an edge that two blocks share gives a point on
 !>     each of them. A part along an outline (closer than e0) fixes the block of the smallest number there, and so
 !>     does an end that only touches a block. Of length below e0 a fixed line is a point.
 !>     Points of one line on one block that are closer than e0 are one point.
@@ -32,7 +32,7 @@ module rockdda_cutting_assignment
 
 contains
 
-   !> Blocks that hold a hole point.
+   !> Blocks that contain a hole point.
    subroutine mark_holes(geometry, blocks, locator, is_hole, messages)
       type(geometry_input_type), intent(in) :: geometry
       type(block_system_type), intent(in) :: blocks
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine mark_holes
 
-   !> Block materials from material lines, 1 where none passes.
+   !> Block materials from material lines; 1 for blocks without one.
    subroutine assign_materials(geometry, blocks, locator, messages)
       type(geometry_input_type), intent(in) :: geometry
       type(block_system_type), intent(inout) :: blocks
@@ -165,7 +165,7 @@ contains
       end if
       reach = locator%e0/hypot(q(1) - p(1), q(2) - p(2))
       call locator%blocks_near_line(p, q, near)
-      ! first the parts through blocks, then what runs along outlines where nothing is fixed yet
+      ! first the parts through blocks, then the parts along outlines without a fixed point
       do pass = 1, 2
          do i = 1, size(near)
             call locator%parts_in_block(blocks, near(i), p, q, parts)
@@ -263,7 +263,7 @@ contains
       end associate
    end subroutine assign_bolts
 
-   !> Is a line so short that it stands for a point?
+   !> Is a line so short that it represents a point?
    pure logical function is_point(p, q, e0)
       real(wp), intent(in) :: p(2), q(2), e0
       is_point = hypot(q(1) - p(1), q(2) - p(2)) < e0
@@ -299,7 +299,7 @@ contains
       set%number(set%n) = number
    end subroutine add_point
 
-   !> Arrays no longer than their contents.
+   !> Shorten the arrays to their contents.
    pure subroutine trim_set(set)
       type(point_set_type), intent(inout) :: set
       call resize_set(set, set%n)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Repeats until the pieces form a plane net: no piece passes a node closer than e0, no two pieces cross.
 !>
-!> Merging nodes moves the ends of pieces by up to e0, which can push a piece onto a node or across another piece.
+!> Merging nodes moves the ends of pieces by up to e0, which can move a piece onto a node or across another piece.
 !>   1. A piece that passes a node closer than e0 is led through it.
 !>   2. Two pieces that cross get a common node: a node closer than e0 to the crossing, else a new one.
-!> A piece is only ever replaced by shorter ones (rule 1 is not applied otherwise: it could go round in circles between
-!> the corners of a triangle that is about e0 wide) and nodes stay apart, so the repetition ends.
+!> A piece is only ever replaced by shorter ones (otherwise rule 1 is not applied: it could cycle between the corners
+!> of a triangle that is about e0 wide) and nodes stay apart, so that the repetition ends.
 module rockdda_cutting_cleaning
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -19,14 +19,14 @@ module rockdda_cutting_cleaning
    private
    public :: clean_pieces
 
-   !> Far more rounds than sensible input needs (random line sets: up to about 10).
+   !> Largest number of rounds (random line sets need up to about 10).
    integer, parameter :: max_rounds = 60
 
-   !> What happens to a piece in one round.
+   !> Changes of a piece in one round.
    type :: piece_state_enum
-      integer :: whole = 0     !! nothing
-      integer :: split = 1     !! new nodes on it: more of them may come
-      integer :: bent = 2      !! led through nodes beside it: nothing more in this round
+      integer :: whole = 0     !! no change
+      integer :: split = 1     !! new nodes on it; further ones are possible
+      integer :: bent = 2      !! led through nodes beside it; no further change in this round
    end type piece_state_enum
    type(piece_state_enum), parameter :: piece_state = piece_state_enum()
 
@@ -46,7 +46,7 @@ contains
       real(wp), intent(in) :: e0                   !! merging distance [L]
       type(node_set_type), intent(inout) :: nodes
       type(pieces_type), intent(inout) :: pieces
-      integer, intent(out) :: rounds               !! rounds that changed something
+      integer, intent(out) :: rounds               !! rounds with changes
       type(error_type), allocatable, intent(out) :: error
       type(insertion_list_type) :: insertions
       integer, allocatable :: state(:)
@@ -73,7 +73,7 @@ contains
       type(node_set_type), intent(in) :: nodes
       type(pieces_type), intent(in) :: pieces
       type(insertion_list_type), intent(inout) :: insertions
-      integer, intent(inout) :: state(:)           !! (pieces) what happens to it in this round
+      integer, intent(inout) :: state(:)           !! (pieces) change in this round
       integer, allocatable :: near(:), order(:)
       real(wp), allocatable :: t(:)
       integer :: i, k, n_near, v, a, b, n
@@ -148,7 +148,7 @@ contains
 
    contains
 
-      !> Put a common node at the crossing of two pieces. What a bent piece crosses has to wait for the next round.
+      !> Put a common node at the crossing of two pieces. Crossings of bent pieces are left to the next round.
       subroutine join(i, j)
          integer, intent(in) :: i, j
          real(wp) :: s, t, x(2), v(2)

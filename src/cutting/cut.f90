@@ -4,22 +4,22 @@
 !>     call cut_blocks(geometry, blocks, report, messages, error)
 !>
 !> Steps, one module each: meetings of lines (intersections), merging into nodes (nodes), repeated cleaning until no two
-!> pieces cross (cleaning), distinct edges (graph), dead ends off and faces (faces), islands (nesting), polygons and
+!> pieces cross (cleaning), distinct edges (graph), dead ends and faces (faces), islands (nesting), polygons and
 !> their order (outlines), holes, materials, points and bolts (assignment).
 !>
 !> Boundary lines (the first n_boundary) are cut like all others.
 !>
 !> Tolerances
-!>   * e0, the edge-node distance of the input, is the one length below which the cutter does not look: nodes closer
+!>   * e0, the edge-node distance of the input, is the smallest length that the cutter resolves: nodes closer
 !>     than e0 are one node, a line end closer than e0 to a line ends on it, a line that passes a node closer than e0
-!>     goes through it, lines side by side closer than e0 are one line. Nothing moves by e0 or more in one step, and
-!>     places on long lines move last.
+!>     goes through it, lines side by side closer than e0 are one line. No point moves by e0 or more in one step, and
+!>     points on long lines move last.
 !>   * If e0 is 0 or below 1e-10 of the model's extent, that is taken in its place: coordinates computed from
 !>     double precision numbers do not carry more.
 !>   * A node that joins just two edges of one joint material is dropped when that moves the edge by less than
-!>     e0/1000 (input with 6 to 9 digits is straight no better). A corner that other blocks touch is dropped from
+!>     e0/1000 (the accuracy of lines in input of 6 to 9 digits). A corner that other blocks touch is dropped from
 !>     the straight side only when it is straight up to rounding (rockdda_cutting_outlines), so that areas add up.
-!>   * Before it returns, the cutter checks itself: Euler's relation, and the sum of all areas against the area within
+!>   * Before it returns, the result is checked: Euler's relation, and the sum of all areas against the area within
 !>     the outer contours, to 1e-9 and rounding. A contradiction is an error, not a result.
 module rockdda_cutting_cut
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
@@ -42,12 +42,12 @@ module rockdda_cutting_cut
    private
    public :: cut_blocks, cut_report_type
 
-   !> What cutting did, in numbers.
+   !> Numbers of the cut.
    type :: cut_report_type
       integer :: n_lines = 0            !! input lines
-      integer :: n_dropped_lines = 0    !! of which nothing is left
-      integer :: n_shortened_lines = 0  !! of which a free end was cut off
-      integer :: n_nodes = 0            !! nodes of the net after dead ends are cut off
+      integer :: n_dropped_lines = 0    !! that bound no block
+      integer :: n_shortened_lines = 0  !! that lost a free end
+      integer :: n_nodes = 0            !! nodes of the net without dead ends
       integer :: n_edges = 0            !! edges of it
       integer :: n_faces = 0            !! closed faces = blocks + holes
       integer :: n_groups = 0           !! connected groups of lines
@@ -55,8 +55,8 @@ module rockdda_cutting_cut
       integer :: n_islands = 0          !! groups inside a face
       integer :: n_touching = 0         !! corners that the outline of a block visits again
       integer :: n_holes = 0            !! faces deleted by hole points
-      integer :: n_rounds = 0           !! rounds of cleaning that changed something
-      real(wp) :: merging_distance = 0  !! e0, or what was taken in its place [L]
+      integer :: n_rounds = 0           !! rounds of cleaning with changes
+      real(wp) :: merging_distance = 0  !! e0, or the smallest length for the coordinates [L]
       real(wp) :: area_sum = 0          !! of the blocks [L^2]
       real(wp) :: hole_area = 0         !! of the deleted faces [L^2]
       real(wp) :: enclosed_area = 0     !! within the outer contours, computed on its own [L^2]
@@ -64,7 +64,7 @@ module rockdda_cutting_cut
 
 contains
 
-   !> Cut. Warnings are added to `messages`; what makes the input useless comes back in `error`, all of it at once.
+   !> Cut. Warnings are added to `messages`; all problems that prevent a result are returned in one `error`.
    subroutine cut_blocks(geometry, blocks, report, messages, error)
       type(geometry_input_type), intent(in) :: geometry        !! all arrays allocated
       type(block_system_type), intent(out) :: blocks
@@ -127,7 +127,7 @@ contains
 
    end subroutine cut_blocks
 
-   !> Numbers that nothing can be done with.
+   !> Check the numbers of the input.
    subroutine check_input(geometry, error)
       type(geometry_input_type), intent(in) :: geometry
       type(error_type), allocatable, intent(out) :: error
@@ -153,7 +153,7 @@ contains
       call found%to_error(error)
    end subroutine check_input
 
-   !> e0, or the smallest length that coordinates of this size can carry.
+   !> e0, or the smallest length that coordinates of this size resolve.
    pure real(wp) function merging_distance(geometry)
       type(geometry_input_type), intent(in) :: geometry
       real(wp) :: extent
@@ -165,7 +165,7 @@ contains
       if (.not. merging_distance > 0) merging_distance = tiny(1.0_wp)
    end function merging_distance
 
-   !> Name the lines of which nothing is left; count those that lost an end.
+   !> Report the lines that bound no block; count those that lost an end.
    subroutine report_lines(geometry, skip, meetings, pieces, graph, report, messages)
       type(geometry_input_type), intent(in) :: geometry
       logical, intent(in) :: skip(:)
@@ -373,7 +373,7 @@ contains
       end do
    end subroutine report_islands
 
-   !> The polygons that are no holes, as blocks.
+   !> Blocks from the polygons that are not holes.
    pure subroutine select_blocks(graph, outlines, is_hole, e0, blocks)
       type(graph_type), intent(in) :: graph
       type(outline_set_type), intent(in) :: outlines
@@ -405,7 +405,7 @@ contains
       end do
    end subroutine select_blocks
 
-   !> The last place of the input, for faults that belong to no line of it.
+   !> The last place of the input, for problems that belong to no line of it.
    function last_origin(geometry) result(origin)
       type(geometry_input_type), intent(in) :: geometry
       type(origin_type) :: origin

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Dead ends cut off and faces traced.
+!> Remove dead ends and trace faces.
 !>
 !> Every edge e has two half-edges, 2e-1 from its first to its second node and 2e back. A half-edge belongs to the
 !> face on its left. After a half-edge comes the next one clockwise around its end node, so that the cycles run
 !> counter-clockwise around faces (positive area: blocks) and clockwise around connected groups of lines
 !> (negative area: one outer contour for each group).
 !>
-!> Cut off are: edges with a free end, again and again; and edges with the same face on both sides (a line between
-!> two closed loops): neither separates anything.
+!> Removed are edges with a free end, repeatedly, and edges with the same face on both sides (a line between two
+!> closed loops): neither bounds a block.
 module rockdda_cutting_faces
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -25,7 +25,7 @@ module rockdda_cutting_faces
       real(wp), allocatable :: area(:)         !! (n_cycles) positive: face, negative: contour of a group
       integer :: n_groups = 0                  !! connected groups of lines
       integer, allocatable :: group(:)         !! (n_cycles) group of each cycle
-      integer, allocatable :: contour(:)       !! (n_groups) the cycle of negative area; 0: none (cannot be)
+      integer, allocatable :: contour(:)       !! (n_groups) the cycle of negative area; 0: none (impossible)
       integer :: n_used_nodes = 0, n_used_edges = 0  !! after cutting off
    end type face_set_type
 
@@ -103,7 +103,7 @@ contains
          q = graph%position(:, b)
          x = graph%position(:, v)
          if (.not. dot_product(x - p, q - x) > 0) cycle
-         ! the way of all nodes dropped from this edge so far, added up to be safe
+         ! sum of the displacements of all nodes dropped from this edge: a bound of the total displacement
          d = distance_to_segment(x, p, q) + max(moved(e), moved(f))
          if (.not. d < tolerance) cycle
          moved(e) = d
@@ -127,7 +127,7 @@ contains
          graph%alive(e) = .false.
          again = .true.
       end do
-      ! what is left after taking away all such edges has none of them again
+      ! the net without these edges has no such edges
       if (again) call trace_cycles(graph, faces)
       call find_groups(graph, faces)
    end subroutine trace_faces
@@ -179,7 +179,7 @@ contains
             angle(k) = atan2(d(2), d(1))
          end do
          order = start(v) + sorted_order(angle(1:n))
-         ! coming in on the twin of around(order(k)), leave on its neighbour clockwise
+         ! arriving on the twin of around(order(k)), leave on its neighbour clockwise
          do k = 1, n
             faces%next(twin(around(order(k)))) = around(order(1 + mod(k + n - 2, n)))
          end do

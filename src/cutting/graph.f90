@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> The net of nodes and edges that the input lines form, before and after dead ends are cut off.
+!> Net of nodes and edges of the input lines, before and after dead ends are removed.
 !>
-!>     pieces   straight parts of input lines between two nodes; several lines may share one stretch
-!>     edges    the distinct stretches; edge e joins nodes ends(1, e) and ends(2, e)
+!>     pieces   straight parts of input lines between two nodes; several lines may share one interval
+!>     edges    the distinct intervals; edge e joins nodes ends(1, e) and ends(2, e)
 !>
 !> An edge takes the joint material of the last of its lines in the file.
 module rockdda_cutting_graph
@@ -28,7 +28,7 @@ module rockdda_cutting_graph
       integer :: n_edges = 0
       integer, allocatable :: ends(:, :)       !! (2, n_edges)
       integer, allocatable :: line(:)          !! (n_edges) last input line on it
-      logical, allocatable :: alive(:)         !! (n_edges) not cut off
+      logical, allocatable :: alive(:)         !! (n_edges) not removed
       integer, allocatable :: piece_edge(:)    !! (n_pieces) edge of each piece
    end type graph_type
 

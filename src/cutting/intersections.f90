@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> All places where input lines meet: crossings, T junctions, corners, the ends of overlaps.
+!> All points where input lines meet: crossings, T junctions, corners, the ends of overlaps.
 !>
 !> Two lines meet where they cross, or would cross if each were no more than e0 longer at its ends. Lines that run
 !> side by side closer than e0 (duplicates, collinear overlaps) do not cross: they meet at their ends, projected
 !> on the other line. An end closer than e0 to a line meets it in any case.
 !>
-!> Each meeting is a candidate for a node, and so is each end of a line. When candidates are merged into one node, the
-!> place on most lines that go on beyond it on both sides wins, so that long straight lines stay straight and short
-!> ends give way; next the place on most lines; next a crossing or an end before a projected end.
+!> Each meeting is a candidate for a node, and so is each end of a line. When candidates are merged into one node,
+!> the point on most lines that continue on both sides is kept, so that long straight lines stay straight and short
+!> ends move; next the point on most lines; next a crossing or an end before a projected end.
 module rockdda_cutting_intersections
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -22,10 +22,10 @@ module rockdda_cutting_intersections
       integer :: n = 0
       real(wp), allocatable :: position(:, :)   !! (2, capacity)
       integer, allocatable :: lines(:, :)       !! (2, capacity) lines i < j that meet; (i, 0): a free end of i
-      real(wp), allocatable :: parameter(:, :)  !! (2, capacity) where along them: 0 at the start, 1 at the end
-      logical, allocatable :: through(:, :)     !! (2, capacity) does the line go on for more than e0 on both sides?
+      real(wp), allocatable :: parameter(:, :)  !! (2, capacity) position along them: 0 at the start, 1 at the end
+      logical, allocatable :: through(:, :)     !! (2, capacity) does the line continue for more than e0 on both sides?
       logical, allocatable :: foot(:)           !! (capacity) a projected end
-      integer, allocatable :: rank(:)           !! (n) the highest wins
+      integer, allocatable :: rank(:)           !! (n) the highest is kept
    contains
       procedure, private :: add
    end type meeting_list_type
@@ -35,7 +35,7 @@ contains
    !> Meetings of all lines, in the order of the pairs (1,2), (1,3), ..., (2,3), ...; then the free ends.
    subroutine find_meetings(lines, skip, e0, meetings)
       real(wp), intent(in) :: lines(:, :)   !! (4, n) x1, y1, x2, y2
-      logical, intent(in) :: skip(:)        !! (n) lines that take no part
+      logical, intent(in) :: skip(:)        !! (n) lines to ignore
       real(wp), intent(in) :: e0            !! merging distance [L], > 0
       type(meeting_list_type), intent(out) :: meetings
       type(grid_type) :: grid
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine meet
 
-   !> Position of a crossing: exactly an end of a line where it is one up to rounding, else on the line that goes on.
+   !> Position of a crossing: exactly an end of a line where it is one up to rounding, else on the line that continues.
    pure function meeting_point(p, q, length, t, e0) result(x)
       real(wp), intent(in) :: p(2, 2), q(2, 2)   !! starts and ends of both lines
       real(wp), intent(in) :: length(2), t(2), e0
@@ -134,7 +134,7 @@ contains
       if (through(2) .and. .not. through(1)) a = 2
       x = p(:, a) + t(a)*(q(:, a) - p(:, a))
       if (t(a) > 0.5_wp) x = q(:, a) - (1 - t(a))*(q(:, a) - p(:, a))
-      ! a coordinate that a line keeps along all its length is known exactly
+      ! a coordinate that is constant along a line is exact
       do a = 1, 2
          do k = 1, 2
             if (.not. abs(q(k, a) - p(k, a)) > 0) x(k) = p(k, a)
@@ -152,13 +152,13 @@ contains
       end do
    end function meeting_point
 
-   !> Does a line go on for more than e0 on both sides of the place t?
+   !> Does a line continue for more than e0 on both sides of parameter t?
    pure elemental logical function passes(t, length, e0)
       real(wp), intent(in) :: t, length, e0
       passes = t*length > e0 .and. (1 - t)*length > e0
    end function passes
 
-   !> Ranks from the lines that meet in the same place, up to a millionth of e0.
+   !> Ranks from the lines that meet in one point, up to a millionth of e0.
    pure subroutine rank_meetings(e0, meetings)
       real(wp), intent(in) :: e0
       type(meeting_list_type), intent(inout) :: meetings
@@ -181,7 +181,7 @@ contains
          line(2*m - 1:2*m) = meetings%lines(:, m)
          through(2*m - 1:2*m) = meetings%through(:, m)
       end do
-      ! the different lines of each place: equal ones become neighbours
+      ! the distinct lines of each point: equal ones become neighbours
       allocate (order(2*n), n_lines(places%n), n_through(places%n))
       order(:) = sorted_order(line)
       order(:) = order(sorted_order(place(order)))

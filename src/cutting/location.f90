@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Which block holds a point? Which parts of a line lie in a block?
+!> Find the block that contains a point, and the parts of a line in a block.
 !>
 !> A point closer than e0 to the outline of a block belongs to that block, and so does a point inside; of several
-!> blocks the one with the smallest number. Bridges to islands are no part of an outline.
+!> blocks the one with the smallest number. Bridges to islands do not belong to an outline.
 module rockdda_cutting_location
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -40,11 +40,11 @@ module rockdda_cutting_location
 
 contains
 
-   !> Prepare for questions about blocks.
+   !> Set up the search structure.
    subroutine init(self, blocks, e0)
       class(block_locator_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in) :: e0             !! reach of an outline [L]
+      real(wp), intent(in) :: e0             !! distance within which an outline contains a point [L]
       real(wp), allocatable :: boxes(:, :)
       integer :: i, first, last
       self%e0 = e0
@@ -93,8 +93,8 @@ contains
 
    !> Parts of the line p q inside a block or along its outline, from p to q. Parts that touch are joined.
    !>
-   !> A part is inside when it is longer than e0 and goes deeper than e0 (or a quarter of its length, in a thin
-   !> place) below the outline; a line all of which lies within the outline is inside however short it is.
+   !> A part is inside when it is longer than e0 and lies deeper than e0 (in thin blocks: than a quarter of
+   !> its length) below the outline; a line that lies entirely within the outline is inside however short it is.
    subroutine parts_in_block(self, blocks, block, p, q, parts)
       class(block_locator_type), intent(in) :: self
       type(block_system_type), intent(in) :: blocks
@@ -117,7 +117,7 @@ contains
       reach = self%e0/length
       if (any(max(p, q) < minval(v, 2) - self%e0) .or. any(min(p, q) > maxval(v, 2) + self%e0)) return
 
-      ! places where something may change
+      ! parameters at which the state may change
       allocate (t(2 + 2*n))
       t(1:2) = [0.0_wp, 1.0_wp]
       n_t = 2

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Which face holds a group of lines that touches nothing around it (an island)?
+!> Find the face around each island: a connected group of lines that touches no other lines.
 !>
 !> From the leftmost node of each group a ray goes left to the first edge of another group: the face on the near side
-!> of that edge holds the island, or that edge lies on the contour of a group that lies in the same face.
-!> The ray runs an infinitesimal bit above the node's level, which settles hits on nodes.
+!> of that edge contains the island, or that edge lies on the contour of a group that lies in the same face.
+!> The ray runs an infinitesimal bit above the node's level, so that it passes no node.
 module rockdda_cutting_nesting
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -16,7 +16,7 @@ module rockdda_cutting_nesting
    public :: nesting_type, find_nesting
 
    type :: nesting_type
-      integer, allocatable :: face(:)       !! (groups) cycle of the face that holds the group; 0: the open plane
+      integer, allocatable :: face(:)       !! (groups) cycle of the face that contains the group; 0: the open plane
       integer, allocatable :: leftmost(:)   !! (groups) leftmost node
       integer, allocatable :: hit(:)        !! (groups) half-edge that the ray meets; 0: none
       integer, allocatable :: order(:)      !! groups from left to right
@@ -67,7 +67,7 @@ contains
          if (faces%area(c) > 0) then
             nesting%face(g) = c
          else
-            ! that group begins further left, so its place is known
+            ! that group begins further left, so that its face is found already
             nesting%face(g) = nesting%face(faces%group(c))
          end if
       end do

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Meetings of lines merged into nodes that are at least e0 apart, and the lines as chains of pieces between nodes.
+!> Merge meetings of lines into nodes at least e0 apart; split the lines into pieces between nodes.
 !>
-!> Candidates come in the order of their rank. Each joins the nearest node closer than e0, or founds a node where it
-!> is. A candidate moves by less than e0, however long a chain of close candidates is.
+!> Candidates come in the order of their rank. Each joins the nearest node closer than e0, or becomes a node. A candidate
+!> moves by less than e0, however long a chain of close candidates is.
 module rockdda_cutting_nodes
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -24,7 +24,7 @@ module rockdda_cutting_nodes
 
 contains
 
-   !> Found a node.
+   !> Add a node.
    pure subroutine add_node(self, position, pair, number)
       class(node_set_type), intent(inout) :: self
       real(wp), intent(in) :: position(2)

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Faces to polygons: islands joined to the outline by bridges, straight corners dropped, blocks put in order.
+!> Polygons from faces: join islands by bridges, drop straight corners, order the blocks.
 !>
 !> A face with islands becomes one polygon: from a corner of the outline over a bridge to the leftmost corner of the
 !> island, clockwise around it, and back over the bridge. Bridge edges have joint material 0. The corner is the one
-!> that a ray from the island to the left leads to, or a nearer one in between, so that bridges cross nothing.
+!> that a ray from the island to the left leads to, or a nearer one in between, so that bridges cross no edge.
 !>
 !> A corner between two edges of one joint material is dropped when it lies on the line between its neighbours up to
-!> rounding (1e-10 of that line's length, and far below e0): T junctions leave no trace on the straight side, unless
-!> the polygon comes by that corner again.
+!> rounding (1e-10 of that line's length, and far below e0): T junctions add no corner to the straight side, unless
+!> the polygon visits that corner again.
 !>
 !> Order: nodes are numbered by the first pair of lines that meets there, (1,2), (1,3), ..., (2,3), ...; a polygon
 !> starts at its first node, and blocks are numbered by their first nodes (as the original programs do); blocks that
@@ -112,7 +112,7 @@ contains
             if (seen(outlines%node(g)) == k) outlines%n_touching(k) = outlines%n_touching(k) + 1
             seen(outlines%node(g)) = k
          end do
-         ! both ends of every bridge are visited twice, and touch nothing
+         ! both ends of every bridge are visited twice, without contact
          outlines%n_touching(k) = outlines%n_touching(k) - count(outlines%joint(from:to) == 0)
       end do
    end subroutine make_outlines
@@ -202,7 +202,7 @@ contains
       chain%previous(back_outline) = back_island
    end subroutine join_island
 
-   !> A corner of the chain that can be seen from a point, to whose left lies the half-edge `hit`.
+   !> A corner of the chain that is visible from a point, with the half-edge `hit` to its left.
    pure integer function visible_node(graph, hit, point, chain)
       type(graph_type), intent(in) :: graph
       integer, intent(in) :: hit
@@ -222,7 +222,7 @@ contains
       end if
       best_slope = abs(corner(2) - point(2))/(point(1) - corner(1))
       best_x = corner(1)
-      ! any corner inside that triangle is in the way: the one nearest to the ray is free
+      ! corners inside that triangle block the view: the one nearest to the ray is visible
       do k = 1, chain%n
          x = graph%position(:, chain%node(k))
          if (.not. (x(1) < point(1) .and. x(1) >= corner(1))) cycle

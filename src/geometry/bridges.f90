@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Bridge edges of a polygon: an edge from an island to the outline around it, walked once in each direction.
 !>
-!> Both copies of a bridge end are one node of the cut net, so that their coordinates agree bit for bit; no tolerance
-!> is needed, and none would be smaller than every block.
+!> Both copies of a bridge end are one node of the cut net, so that their coordinates agree bit for bit; a
+!> tolerance is not needed, and could exceed the size of a block.
 module rockdda_geometry_bridges
    use rockdda_base_kinds, only : wp
    implicit none

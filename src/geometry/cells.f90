@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> A raster of square cells over a rectangle, and which of its cells a box or a segment touches.
+!> Raster of square cells over a rectangle; the cells that a box or a segment touches.
 !>
 !>     columns 1 ... nx from x0 rightwards, rows 1 ... ny from y0 upwards; cell number = ix + (iy - 1) nx
 !>
-!> Everything outside belongs to the nearest border cell, so no question is out of range.
+!> Everything outside belongs to the nearest border cell, so that every point has a cell.
 module rockdda_geometry_cells
    use rockdda_base_kinds, only : wp
    implicit none
@@ -64,7 +64,7 @@ contains
       n_cells = self%nx*self%ny
    end function n_cells
 
-   !> Rows of column ix whose cells may come within `margin` of the segment p q. The columns to ask for are those
+   !> Rows of column ix whose cells may come within `margin` of the segment p q. The columns of the segment are those
    !> from column(min(px, qx) - margin) to column(max(px, qx) + margin). first > last: none.
    pure subroutine rows_of_segment(self, p, q, margin, ix, first, last)
       class(cell_raster_type), intent(in) :: self
@@ -74,7 +74,7 @@ contains
       real(wp) :: left, right, ya, yb, slope
       left = -huge(left)
       right = huge(right)
-      ! border columns reach to infinity; one per mille of a cell covers the rounding of column()
+      ! border columns extend to infinity; one per mille of a cell covers the rounding of column()
       if (ix > 1) left = self%x0 + (ix - 1.001_wp)*self%width - margin
       if (ix < self%nx) right = self%x0 + (ix + 0.001_wp)*self%width + margin
       left = max(left, min(p(1), q(1)))

@@ -7,8 +7,8 @@
 !>     start     | 0      | 3  | 3 |    ...   | 27     |  n_pairs      start(c) + 1 : start(c + 1) are the positions of
 !>     items     | 1 5 8  |    | 2 5  ...     | 7      |               the items of cell c; item 5 lies in cells 1 and 3
 !>
-!> The cost of building and of queries is linear in the number of (item, cell) pairs. The cell width adapts to the items,
-!> the number of cells stays below about eight per item. A query returns candidates, each once, none missing;
+!> The cost of building and of queries is linear in the number of (item, cell) pairs. The cell width adapts to the
+!> items, the number of cells stays below about eight per item. A query returns candidates, each once, none missing;
 !> the caller tests them. Queries from several threads need one grid_query_type each.
 module rockdda_geometry_grid
    use rockdda_base_kinds, only : wp

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> A growing set of points with near-constant time questions: the nearest one, those along a segment.
+!> Growing set of points with queries in nearly constant time: the nearest point, the points along a segment.
 !>
-!> Points are chained per cell (head and next arrays), so that points can be added between questions.
+!> Points are chained per cell (head and next arrays), so that points can be added between queries.
 module rockdda_geometry_point_bins
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_cells, only : cell_raster_type, new_raster
@@ -27,9 +27,9 @@ contains
    !> Empty set.
    pure subroutine init(self, box, expected, radius)
       class(point_bins_type), intent(inout) :: self
-      real(wp), intent(in) :: box(4)      !! xmin, ymin, xmax, ymax of most points (others are fine, only slower)
+      real(wp), intent(in) :: box(4)      !! xmin, ymin, xmax, ymax of most points (queries for others are slower)
       integer, intent(in) :: expected     !! number of points, a guess
-      real(wp), intent(in) :: radius      !! usual radius of questions [L]
+      real(wp), intent(in) :: radius      !! usual radius of queries [L]
       if (allocated(self%head)) deallocate (self%head, self%next, self%position)
       self%n = 0
       self%raster = new_raster(box, radius, 2*expected + 16)
@@ -37,7 +37,7 @@ contains
       self%head = 0
    end subroutine init
 
-   !> Add a point and give its number, the next in order.
+   !> Add a point; its number is the next in order.
    pure subroutine add(self, point, number)
       class(point_bins_type), intent(inout) :: self
       real(wp), intent(in) :: point(2)
@@ -60,7 +60,7 @@ contains
       self%head(c) = number
    end subroutine add
 
-   !> Number of the nearest point closer than `radius`, the smallest number if several; 0 if none.
+   !> Number of the nearest point closer than `radius`, the smallest number of equally near ones; 0 if none.
    pure integer function nearest_point(self, point, radius)
       class(point_bins_type), intent(in) :: self
       real(wp), intent(in) :: point(2), radius

@@ -9,7 +9,7 @@
 !>     S   = sum f/2,            f = x1 y2 - x2 y1
 !>     Sx  = sum f (x1 + x2)/6,  Sxx = sum f (x1 x1 + x1 x2 + x2 x2)/12,
 !>     Sxy = sum f (2 x1 y1 + x1 y2 + x2 y1 + 2 x2 y2)/24.
-!> They lose digits when the polygon is far from the origin, so every routine first moves the first vertex there,
+!> They lose digits when the polygon is far from the origin, so that every routine first moves the first vertex there,
 !> and second moments are summed about the centroid itself.
 !> Units: lengths in the user's unit L; area L^2, second moments L^4.
 module rockdda_geometry_polygons
@@ -86,7 +86,7 @@ contains
       moments = moments/12
    end subroutine polygon_properties
 
-   !> Does the polygon hold the point? A point on the outline may come out either way: test distance_to_outline first.
+   !> Does the polygon contain the point? On the outline either result is possible: test distance_to_outline first.
    pure logical function point_in_polygon(point, vertices)
       real(wp), intent(in) :: point(2)
       real(wp), intent(in) :: vertices(:, :)  !! (2, n) corners, either direction
@@ -99,11 +99,11 @@ contains
       do k = 1, n
          x2 = vertices(1, k) - point(1)
          y2 = vertices(2, k) - point(2)
-         ! half-open rule: an edge owns its lower end only, so a ray through a corner counts once
+         ! half-open rule: an edge contains its lower end only, so that a ray through a corner crosses once
          if ((y1 > 0) .neqv. (y2 > 0)) then
             f = x1*y2 - x2*y1
             if (y2 < y1) f = -f
-            ! the same answer for an edge and for its way back: a bridge has no effect, even on points on it
+            ! the same result for both directions of an edge: a bridge has no effect, even for points on it
             if (f > 0) point_in_polygon = .not. point_in_polygon
          end if
          x1 = x2
@@ -115,8 +115,8 @@ contains
    pure function distance_to_outline(point, vertices, skip) result(distance)
       real(wp), intent(in) :: point(2)
       real(wp), intent(in) :: vertices(:, :)       !! (2, n) corners
-      logical, intent(in), optional :: skip(:)     !! (n) true: the edge that starts at this corner does not count
-      real(wp) :: distance                         !! [L], huge when no edge counts
+      logical, intent(in), optional :: skip(:)     !! (n) true: ignore the edge that starts at this corner
+      real(wp) :: distance                         !! [L], huge when all edges are ignored
       integer :: k, n
       n = size(vertices, 2)
       distance = huge(distance)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Straight segments: which side, how far, where do two of them cross.
+!> Straight segments: side of a line, distance, crossing of two segments.
 !>
 !> All routines work with differences of coordinates, so a common offset of the model costs no digits beyond
-!> those that the coordinates themselves have lost. Nothing here merges points: tolerances are the caller's.
+!> those that the coordinates themselves have lost. Points are not merged here: the caller applies tolerances.
 module rockdda_geometry_segments
    use rockdda_base_kinds, only : wp
    implicit none
@@ -74,11 +74,11 @@ contains
       segments_cross = abs(a - b) > 0 .and. abs(c - d) > 0
    end function segments_cross
 
-   !> Where the lines through p1 q1 and p2 q2 meet, as parameters along both (0 at p, 1 at q).
+   !> Intersection of the lines through p1 q1 and p2 q2, as parameters along both (0 at p, 1 at q).
    pure subroutine line_intersection(p1, q1, p2, q2, s, t, parallel)
       real(wp), intent(in) :: p1(2), q1(2), p2(2), q2(2)
       real(wp), intent(out) :: s, t          !! along the first and the second line; 0 when parallel
-      logical, intent(out) :: parallel       !! sine of the angle below 1e-14: no meeting point worth its digits
+      logical, intent(out) :: parallel       !! sine of the angle below 1e-14: no accurate intersection
       real(wp) :: u(2), v(2), w(2), d
       u = q1 - p1
       v = q2 - p2

@@ -2,8 +2,8 @@
 !> Does the outline of a polygon cross itself?
 !>
 !> Touching is allowed: a corner may be visited twice, a bridge to an island is walked in both directions. Two edges
-!> cross when each has its ends on both sides of the other one, farther from it than a tolerance (files have few
-!> digits).
+!> cross when each has its ends on both sides of the other one, farther from it than a tolerance (coordinates in
+!> files have few digits).
 module rockdda_geometry_simplicity
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_grid, only : grid_type, grid_query_type
@@ -20,7 +20,7 @@ contains
    !> The first two edges that cross, named by the corners where they start; 0, 0 when the polygon is simple.
    pure subroutine find_crossing(vertices, tolerance, first, second)
       real(wp), intent(in) :: vertices(:, :)   !! (2, n) corners, either direction
-      real(wp), intent(in) :: tolerance        !! shallower crossings are taken for touching [L]
+      real(wp), intent(in) :: tolerance        !! shallower crossings count as contact without crossing [L]
       integer, intent(out) :: first, second
       type(grid_type) :: grid
       type(grid_query_type) :: query

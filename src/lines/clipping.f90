@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Cutting segments to the rock: inside the region's outline, outside every opening, not along an outline.
+!> Clip segments to the rock: inside the outline of the region, outside every opening, not along an outline.
 module rockdda_lines_clipping
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -27,8 +27,8 @@ contains
       real(wp), intent(in) :: ends(4)                       !! x1 y1 x2 y2
       real(wp), allocatable, intent(inout) :: pieces(:, :)  !! (4, at least n_pieces)
       integer, intent(out) :: n_pieces
-      integer, intent(inout) :: n_short                     !! grows by the pieces too short to keep
-      logical, intent(out) :: whole                         !! nothing was cut off
+      integer, intent(inout) :: n_short                     !! raised by the number of pieces too short to keep
+      logical, intent(out) :: whole                         !! the segment was not clipped
       real(wp), allocatable :: cuts(:)
       real(wp) :: p(2), d(2), length, a, b
       integer :: i, n
@@ -55,7 +55,7 @@ contains
          deallocate (pieces)
          allocate (pieces(4, 2*n))
       end if
-      ! intervals in the rock; neighbours are one piece (a cut at a corner that is only touched parts nothing)
+      ! intervals in the rock; neighbouring ones form one piece (a segment that touches a corner is not split there)
       a = -1
       do i = 1, n - 1
          b = cuts(i + 1)
@@ -71,7 +71,7 @@ contains
 
    contains
 
-      !> One more piece, unless it is too short.
+      !> Append a piece, unless it is too short.
       subroutine add_piece(from, to)
          real(wp), intent(in) :: from, to
          if ((to - from)*length <= rock%tolerance) then
@@ -86,7 +86,7 @@ contains
 
    end subroutine clip_segment
 
-   !> Where the outline meets the segment: crossings of its edges, and corners that lie on the segment.
+   !> Parameters where an outline meets the segment: crossings with its edges, and corners on the segment.
    subroutine add_cuts(vertices, p, d, length, tolerance, cuts, n)
       real(wp), intent(in) :: vertices(:, :), p(2), d(2), length, tolerance
       real(wp), intent(inout) :: cuts(:)
@@ -109,7 +109,7 @@ contains
 
    contains
 
-      !> One more cut inside the segment.
+      !> Append a parameter inside the segment.
       subroutine add(t)
          real(wp), intent(in) :: t
          if (.not. (t > 0 .and. t < 1)) return

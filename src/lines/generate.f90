@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> DL: from the statistics of joint sets to the lines of a geometry.
 !>
-!> Each set draws from a stream of its own, so that one set does not change when another one does. Coordinates are
-!> rounded to about 12 digits of the region's extent: what the last digits of sines and logarithms are on one
-!> machine or another never reaches the file.
+!> Each set draws from a random stream of its own, so that one set does not change when another one does. Coordinates
+!> are rounded to about 12 digits of the region's extent, so that the last digits of sines and logarithms, which differ
+!> between machines, do not reach the file.
 module rockdda_lines_generate
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -21,11 +21,11 @@ module rockdda_lines_generate
    private
    public :: generate_lines
 
-   !> More traces than this are a mistake: all sets together, in the region and (regions that lie across their sets)
-   !> in the extent in which they are drawn.
+   !> Largest number of traces of all sets together, in the region and in the extent in which they are drawn (larger for
+   !> regions oblique to their sets).
    real(wp), parameter :: most_traces = 1.0e6_wp, most_drawn = 5.0e6_wp
 
-   !> Lines in the making.
+   !> Growing list of lines.
    type :: line_list_type
       integer :: n = 0
       real(wp), allocatable :: ends(:, :)      !! (4, at least n)
@@ -36,8 +36,8 @@ module rockdda_lines_generate
 
 contains
 
-   !> Draw the lines. Problems of the statistics as a whole (openings that overlap, sets that cannot end at others,
-   !> more traces than anybody wants) go into `messages`; then the geometry is not to be used.
+   !> Draw the lines. Problems of the statistics as a whole (openings that overlap, sets that cannot end at others, too
+   !> many traces) are added to `messages`; the geometry is invalid then.
    subroutine generate_lines(statistics, geometry, report, messages)
       type(statistics_type), intent(in) :: statistics
       type(geometry_input_type), intent(out) :: geometry
@@ -261,7 +261,7 @@ contains
 
    end subroutine add_boundary
 
-   !> Lines given one by one, as far as they lie in the rock.
+   !> Individual lines, clipped to the rock.
    subroutine add_extra_lines(statistics, rock, lines, report, messages)
       type(statistics_type), intent(in) :: statistics
       type(rock_type), intent(in) :: rock
@@ -308,7 +308,7 @@ contains
 
    !> Shift a set so that few beams of rock reach from the roof of the first opening into its sides uncut
    !> (thesis, Fig. 7.2a): lines lie symmetrically about the opening and as near to its walls as their spacing
-   !> allows; traces begin level with its middle, so that the bridges above the roof are as far up as they can be.
+   !> allows; traces begin at the height of its middle, which puts the bridges above the roof as high as possible.
    subroutine keep_roof_whole(rock, set)
       type(rock_type), intent(in) :: rock
       type(joint_set_type), intent(inout) :: set
@@ -318,7 +318,7 @@ contains
       across = range_along(rock%openings(1)%vertices, [-t(2), t(1)])
       along = range_along(rock%openings(1)%vertices, t)
       set%start = 0.5_wp*sum(along)
-      ! traces of sets that point down run towards the roof when they end there
+      ! traces of a set with downward direction approach the roof at their ends
       if (t(2) < 0) set%start = set%start - set%trace
       half = 0.5_wp*(across(2) - across(1))
       on_axis = abs(half - set%spacing*anint(half/set%spacing))
@@ -327,7 +327,7 @@ contains
       if (beside < on_axis*(1 - 1.0e-9_wp)) set%offset = set%offset + 0.5_wp*set%spacing
    end subroutine keep_roof_whole
 
-   !> Lines and traces of a set of its own.
+   !> Lines and traces of a set that does not end at another one.
    subroutine add_set(rock, set, stream, lines, report, n_short)
       type(rock_type), intent(in) :: rock
       type(joint_set_type), intent(in) :: set
@@ -356,7 +356,7 @@ contains
             call add_trace(rock, [foot + traces(1, j)*t, foot + traces(2, j)*t], set%material, lines, report, &
                            n_short, whole)
             if (whole) report%n_whole = report%n_whole + 1
-            ! those that begin in the extent of the region are a fair sample; whole ones alone would be too short
+            ! unbiased sample: traces that begin in the extent of the region; whole traces alone are shorter on average
             if (is_endless(set) .or. traces(1, j) < along(1) .or. traces(1, j) > along(2)) cycle
             call trace%take(traces(2, j) - traces(1, j))
             if (j < size(traces, 2)) call bridge%take(traces(1, j + 1) - traces(2, j))
@@ -382,7 +382,7 @@ contains
       real(wp) :: t(2), normal(2), band_t(2), band_normal(2), across(2), range(2), s(2), foot(2), slope
       integer :: band, k, first_band, first
       logical :: whole
-      ! the bands are those that the other set has drawn
+      ! the bands lie between the lines of the other set
       other = statistics%sets(set%ends_at)
       if (other%avoid_cantilevers) call keep_roof_whole(rock, other)
       call new_stream(statistics%seed, set%ends_at, other_stream)
@@ -412,7 +412,7 @@ contains
       call fill_report(report, spacing, trace, bridge)
    end subroutine add_banded_set
 
-   !> One trace, cut to the rock.
+   !> Append one trace, clipped to the rock.
    subroutine add_trace(rock, ends, material, lines, report, n_short, whole)
       type(rock_type), intent(in) :: rock
       real(wp), intent(in) :: ends(4)
@@ -444,7 +444,7 @@ contains
       end if
    end function rounded
 
-   !> One more line.
+   !> Append a line.
    pure subroutine add_line(self, ends, material)
       class(line_list_type), intent(inout) :: self
       real(wp), intent(in) :: ends(4)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Traces of one joint set, before they are cut to the rock.
+!> Traces of one joint set, before they are clipped to the rock.
 !>
 !> Shi and Goodman's one-dimensional perturbation ("The key blocks of unrolled joint traces in developed maps of
 !> tunnel walls", Int. J. Numer. Anal. Methods Geomech. 13, 1989; thesis 7.1): every line of a lattice moves by
-!> (2u-1) D_r S along the normal, the first trace of a line begins (2u-1) D_r (L+B) further on, each length is
+!> (2u-1) D_r S along the normal, the first trace of a line is shifted by (2u-1) D_r (L+B), each length is
 !> L (1 + (2u-1) D_r) and each bridge B (1 + (2u-1) D_r), with u uniform in (0,1). D_r = 0 is the lattice itself;
-!> D_r = 1/2 lets a line be anywhere between the middles to its neighbours.
+!> D_r = 1/2 allows a line anywhere between the midpoints to its neighbours.
 module rockdda_lines_joint_sets
    use rockdda_base_kinds, only : wp
    use rockdda_base_random, only : random_stream_type
@@ -14,8 +14,8 @@ module rockdda_lines_joint_sets
    private
    public :: direction_of, line_positions, line_traces, is_endless
 
-   !> Lines of irregular spacing (and traces of irregular length) begin this many means outside, so that what is
-   !> seen does not know where they began.
+   !> Lines of irregular spacing (and traces of irregular length) begin this many means outside, so that the lines in
+   !> the region do not depend on the starting point.
    integer, parameter :: lead = 20
 
 contains
@@ -58,7 +58,7 @@ contains
          call stream%uniform(z)
          value = mean*(1 + (2*z - 1)*randomness)
       else if (kind == law%normal) then
-         ! lengths are positive: what lies outside (0, 2 mean) is drawn again, which keeps the mean
+         ! lengths are positive: values outside (0, 2 mean) are drawn again, which preserves the mean
          do
             call stream%normal(z)
             if (.not. abs(randomness*z) >= 1) exit
@@ -74,11 +74,11 @@ contains
       end if
    end subroutine varied
 
-   !> Where the lines of the set cross its normal, rising, a little beyond [low, high] at both ends.
+   !> Ascending positions of the lines on the normal of the set, slightly beyond [low, high] at both ends.
    subroutine line_positions(set, shift, low, high, stream, positions, first)
       type(joint_set_type), intent(in) :: set
       real(wp), intent(in) :: shift            !! of the lattice, beside set%offset [L]
-      real(wp), intent(in) :: low, high        !! the part of the normal that is wanted [L]
+      real(wp), intent(in) :: low, high        !! interval of the normal to cover [L]
       type(random_stream_type), intent(inout) :: stream
       real(wp), allocatable, intent(out) :: positions(:)
       integer, intent(out) :: first            !! number of the first line: line k = 0 of a lattice is at set%offset
@@ -117,11 +117,11 @@ contains
       positions = positions(k:n)
    end subroutine line_positions
 
-   !> Traces of one line as stretches along it, covering [low, high].
+   !> Traces of one line as intervals along it, covering [low, high].
    subroutine line_traces(set, number, low, high, stream, traces)
       type(joint_set_type), intent(in) :: set
       integer, intent(in) :: number                     !! of the line
-      real(wp), intent(in) :: low, high                 !! the part of the line that is wanted [L]
+      real(wp), intent(in) :: low, high                 !! interval of the line to cover [L]
       type(random_stream_type), intent(inout) :: stream
       real(wp), allocatable, intent(out) :: traces(:, :) !! (2, n) beginning and end of each
       real(wp), allocatable :: more(:, :)

@@ -65,7 +65,7 @@ contains
          vertices(:, i + 1) = opening%center(1:2)*[1, 0] + [radius*sin(angle), &
                                                             springline + opening%rise - radius*(1 - cos(angle))]
       end do
-      ! what trigonometry misses of the corners
+      ! exact corners, without rounding of the trigonometric functions
       vertices(:, 1) = [opening%center(1) + a, springline]
       vertices(:, n + 1) = [opening%center(1) - a, springline]
       if (modulo(n, 2) == 0) vertices(1, n/2 + 1) = opening%center(1)
@@ -75,7 +75,8 @@ contains
    end function horseshoe
 
    !> A window with a slope cut into it: the face rises from the toe at an angle to the window's top; in front of
-   !> it the ground lies level with the toe. Up to 90 degrees the face rises to the right, beyond to the left.
+   !> it the ground is horizontal at the height of the toe. Up to 90 degrees the face rises to the right, above to the
+   !> left.
    !> Empty when the face does not fit into the window.
    pure function slope_outline(window, toe, angle) result(vertices)
       real(wp), intent(in) :: window(4)         !! xmin, ymin, xmax, ymax
@@ -98,7 +99,7 @@ contains
       end if
    end function slope_outline
 
-   !> Turn a clockwise polygon round; its first vertex stays the first.
+   !> Reverse a clockwise polygon; its first vertex stays the first.
    pure subroutine counter_clockwise(vertices)
       real(wp), intent(inout) :: vertices(:, :)
       if (size(vertices, 2) < 3) return
@@ -121,7 +122,7 @@ contains
       end do
    end function crosses_itself
 
-   !> A point inside the polygon, away from its outline: the middle of the widest piece of a level line.
+   !> A point inside the polygon, away from its outline: the middle of the longest interval of a horizontal line.
    pure function inner_point(vertices) result(point)
       real(wp), intent(in) :: vertices(:, :)    !! (2, n)
       real(wp) :: point(2)
@@ -141,7 +142,7 @@ contains
             candidate = [0.5_wp*(x(i) + x(i + 1)), y]
             if (.not. point_in_polygon(candidate, vertices)) cycle
             depth = distance_to_outline(candidate, vertices)
-            ! the first of equals counts, whatever the last digit says
+            ! the first of intervals that are equal up to rounding
             if (depth > best*(1 + 1.0e-9_wp)) then
                best = depth
                point = candidate
@@ -151,7 +152,7 @@ contains
 
    contains
 
-      !> Where a level line meets the edges, in rising order.
+      !> Ascending abscissae where a horizontal line meets the edges.
       pure subroutine crossings(y, x, n)
          real(wp), intent(in) :: y
          real(wp), intent(out) :: x(:)

@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> What was drawn: numbers of lines and traces, means and deviations of their spacing and lengths.
+!> Statistics of the lines drawn: numbers of lines and traces, means and deviations of spacing and lengths.
 module rockdda_lines_report
    use rockdda_base_kinds, only : wp
    implicit none
    private
    public :: lines_report_type, set_report_type, sample_type, fill_report
 
-   !> What was drawn for one set.
+   !> Statistics of one set.
    type :: set_report_type
       integer :: n_lines = 0            !! lines that cross the region
       integer :: n_traces = 0           !! pieces of joints in the rock
-      integer :: n_whole = 0            !! of which nothing was cut off
+      integer :: n_whole = 0            !! traces that were not clipped
       integer :: n_drawn = 0            !! traces in the statistics below: those that begin in the region's extent
-      integer :: n_bridges = 0          !! behind these
-      real(wp) :: spacing = 0           !! mean distance of neighbouring lines [L]; 0 when there are none, and so below
+      integer :: n_bridges = 0          !! after these
+      real(wp) :: spacing = 0           !! mean distance of neighbouring lines [L]; 0 without lines; the same below
       real(wp) :: spacing_deviation = 0 !! standard deviation
-      real(wp) :: trace = 0, trace_deviation = 0, trace_least = 0, trace_most = 0 !! as drawn, before cutting
+      real(wp) :: trace = 0, trace_deviation = 0, trace_least = 0, trace_most = 0 !! as drawn, before clipping
       real(wp) :: bridge = 0, bridge_deviation = 0
       real(wp) :: length = 0            !! of all pieces together
    end type set_report_type
@@ -39,7 +39,7 @@ module rockdda_lines_report
 
 contains
 
-   !> Means and deviations of what was drawn.
+   !> Compute means and deviations.
    pure subroutine fill_report(report, spacing, trace, bridge)
       type(set_report_type), intent(inout) :: report
       type(sample_type), intent(in) :: spacing, trace, bridge
@@ -55,7 +55,7 @@ contains
       report%bridge_deviation = bridge%deviation()
    end subroutine fill_report
 
-   !> One more value of a sample.
+   !> Add a value to a sample.
    pure subroutine take(self, value)
       class(sample_type), intent(inout) :: self
       real(wp), intent(in) :: value
@@ -72,7 +72,7 @@ contains
       mean = self%total/max(1, self%n)
    end function mean
 
-   !> Standard deviation of a sample; what round-off makes of equal values is 0.
+   !> Standard deviation of a sample; 0 for values that are equal up to rounding.
    pure real(wp) function deviation(self)
       class(sample_type), intent(in) :: self
       real(wp) :: m, variance

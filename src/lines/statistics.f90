@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What the joint survey says: the region, its openings, and the statistics of the joint sets.
+!> Input of a joint network: the region, its openings, and the statistics of the joint sets.
 !>
-!> Lengths are in the user's unit L; angles in degrees. What a value means is told in docs/joint-networks.md.
+!> Lengths are in the user's unit L; angles in degrees. docs/joint-networks.md explains the values.
 module rockdda_lines_statistics
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
@@ -34,8 +34,8 @@ module rockdda_lines_statistics
       real(wp) :: bridge = 0            !! mean gap between the traces of a line [L]
       real(wp) :: randomness = 0        !! degree of randomness D_r of the perturbation, or coefficient of variation
       real(wp) :: offset = 0            !! distance of a line of the lattice from the origin, along the set's normal [L]
-      real(wp) :: start = 0             !! where a trace of line 0 begins, along the line from the origin's foot [L]
-      real(wp) :: stagger = 0           !! each line's traces begin this share of trace + bridge further on
+      real(wp) :: start = 0             !! start of a trace of line 0, along the line from the foot of the origin [L]
+      real(wp) :: stagger = 0           !! shift of the traces from line to line, as a share of trace + bridge
       integer :: spacing_law = 1        !! one of law%...
       integer :: trace_law = 1
       integer :: ends_at = 0            !! set between whose neighbouring lines these joints run; 0: none
