@@ -120,7 +120,7 @@ def test_the_models_of_the_tutorial_run(program, tmp_path):
         command = [program, *arguments]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
 
-    assert "spacing 0.81116 +- 0.211 (asked: 0.8)" in call("lines", "rock.dl")
+    assert "spacing 0.81116 +- 0.211 (wanted: 0.8)" in call("lines", "rock.dl")
     assert "364 blocks" in call("cut", "rock.dc")
     assert "0 errors" in call("check", "rock.dc", "rock.df")
     call("run", "rock.dc", "rock.df", "--save-every", "100", "--steps", "3", "--quiet")

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Memory that the system refuses ends the program with a message: Fortran would end it as for a bug. Linked with
- * --wrap=malloc,--wrap=calloc,--wrap=realloc, so that it sees what our own objects ask for; libraries (HDF5, CHOLMOD)
- * tell of refusals themselves. */
+/* End the program with a message when an allocation fails: Fortran would end it as for a bug. Linked with
+ * --wrap=malloc,--wrap=calloc,--wrap=realloc, so that it covers allocations of this program; libraries (HDF5, CHOLMOD)
+ * report failed allocations themselves. */
 #include <stddef.h>
 #include <stdint.h>
 

@@ -28,7 +28,7 @@ module rockdda_app_command_check
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_list, only : list_files
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : argument_type, say
+   use rockdda_app_process, only : argument_type, print_line
    use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
    implicit none
    private
@@ -36,7 +36,7 @@ module rockdda_app_command_check
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_check(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -69,7 +69,7 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
 
-   !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file?
+   !> Do these contain the files of one run: a geometry or block file, an analysis file, at most one options file?
    pure logical function is_model_run(kinds)
       integer, intent(in) :: kinds(:)
       is_model_run = count(kinds == file_kind%geometry .or. kinds == file_kind%blocks) == 1 .and. &
@@ -83,7 +83,7 @@ contains
                  kind == file_kind%options
    end function is_input
 
-   !> The files of one run, also against each other.
+   !> Check the files of one run, also for consistency.
    subroutine check_together(line, files, kinds, messages, error)
       type(command_line_type), intent(in) :: line
       type(argument_type), intent(in) :: files(:)
@@ -105,11 +105,11 @@ contains
          end if
       end do
       call read_model(line, input, messages, error)
-      ! what a run would refuse before its first step
+      ! errors that a run would report before its first step
       if (.not. allocated(error) .and. .not. messages%has_errors()) call sim%init(input%blocks, input%parameters, error)
    end subroutine check_together
 
-   !> One file on its own.
+   !> Check one file by itself.
    subroutine check_alone(line, path, kind, messages)
       type(command_line_type), intent(in) :: line
       character(len=*), intent(in) :: path
@@ -155,7 +155,7 @@ contains
       if (allocated(error)) call messages%add_error(error)
    end subroutine check_alone
 
-   !> A checkpoint: all that it holds, and whether its results are beside it.
+   !> Check a checkpoint completely, and that its results are in the same folder.
    subroutine check_checkpoint(path, messages, error)
       character(len=*), intent(in) :: path
       type(diagnostics_type), intent(inout) :: messages
@@ -175,7 +175,7 @@ contains
       end if
    end subroutine check_checkpoint
 
-   !> Print what was found.
+   !> Print the messages.
    subroutine summarise(line, files, kinds, messages, error, exit_code, ok)
       type(command_line_type), intent(in) :: line
       type(argument_type), intent(in) :: files(:)
@@ -202,7 +202,7 @@ contains
       n_errors = messages%n_errors + merge(1, 0, allocated(error))
       ok = .true.
       if (size(files) == 0 .and. allocated(error)) return
-      call say(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
+      call print_line(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
                counted(messages%n_warnings, 'warning'), ok)
    end subroutine summarise
 

@@ -14,7 +14,7 @@ module rockdda_app_command_cut
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : say
+   use rockdda_app_process, only : print_line
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none
    private
@@ -22,7 +22,7 @@ module rockdda_app_command_cut
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_cut(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -51,7 +51,7 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_cut
 
-   !> Print what was done.
+   !> Print the summary.
    subroutine summarise(line, blocks, report, output, messages, ok)
       type(command_line_type), intent(in) :: line
       type(block_system_type), intent(in) :: blocks
@@ -86,7 +86,7 @@ contains
          call end_json(json, messages, none, ok)
          return
       end if
-      call say(output//': '//to_string(blocks%n_blocks)//' blocks, '// &
+      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks, '// &
                to_string(blocks%n_vertices())//' vertices'//nl// &
                'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
                ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> rockdda info: what files hold.
+!> rockdda info: contents of files.
 module rockdda_app_command_info
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
@@ -27,7 +27,7 @@ module rockdda_app_command_info
    use rockdda_app_facts, only : facts_type
    use rockdda_app_file_list, only : list_files
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : argument_type, say
+   use rockdda_app_process, only : argument_type, print_line
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none
    private
@@ -35,7 +35,7 @@ module rockdda_app_command_info
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_info(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -71,7 +71,7 @@ contains
       else
          do i = 1, size(facts)
             if (facts(i)%n == 0) cycle
-            call say(facts(i)%to_text(), printed)
+            call print_line(facts(i)%to_text(), printed)
             ok = ok .and. printed
          end do
       end if
@@ -79,7 +79,7 @@ contains
    end subroutine run_info
 
    !> Fixed and loading points of the first model among the files, which the reader of an analysis file may need;
-   !> -1 when there is none.
+   !> -1 without a model.
    subroutine find_points(files, points)
       type(argument_type), intent(in) :: files(:)
       integer, intent(out) :: points(2)

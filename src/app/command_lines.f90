@@ -17,7 +17,7 @@ module rockdda_app_command_lines
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : say
+   use rockdda_app_process, only : print_line
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
    implicit none
    private
@@ -25,7 +25,7 @@ module rockdda_app_command_lines
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_lines(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -55,7 +55,7 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_lines
 
-   !> Print what was drawn.
+   !> Print the statistics of the lines drawn.
    subroutine summarise(line, statistics, geometry, report, output, messages, ok)
       type(command_line_type), intent(in) :: line
       type(statistics_type), intent(in) :: statistics
@@ -94,11 +94,11 @@ contains
       do i = 1, size(report%sets)
          text = text//nl//set_to_text(i)
       end do
-      call say(text, ok)
+      call print_line(text, ok)
 
    contains
 
-      !> A set in JSON; what was not to be seen is null.
+      !> A set in JSON; quantities without a sample are null.
       subroutine set_to_json(set)
          type(set_report_type), intent(in) :: set
          call json%open('{', '')
@@ -126,7 +126,7 @@ contains
          end if
       end subroutine put_mean
 
-      !> A set in words: what was drawn, and beside it what was asked for.
+      !> A set as text: the statistics drawn, and the wanted values in brackets.
       function set_to_text(number) result(words)
          integer, intent(in) :: number
          character(len=:), allocatable :: words
@@ -142,11 +142,11 @@ contains
          end associate
       end function set_to_text
 
-      !> "1.02 +- 0.3 (asked: 1)"
+      !> "1.02 +- 0.3 (wanted: 1)"
       pure function plus_minus(mean, deviation, asked) result(words)
          real(wp), intent(in) :: mean, deviation, asked
          character(len=:), allocatable :: words
-         words = to_string(mean)//' +- '//to_string(deviation, 3)//' (asked: '//to_string(asked)//')'
+         words = to_string(mean)//' +- '//to_string(deviation, 3)//' (wanted: '//to_string(asked)//')'
       end function plus_minus
 
    end subroutine summarise

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> rockdda resume: a run goes on from its checkpoint as if it had never stopped.
+!> rockdda resume: continue a run from its checkpoint, with the results of a run without a stop.
 module rockdda_app_command_resume
 !$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_kinds, only : wp
@@ -10,7 +10,7 @@ module rockdda_app_command_resume
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
-   use rockdda_app_process, only : complain, watch_signals
+   use rockdda_app_process, only : print_error, watch_signals
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : report_failure, show_messages
    use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end, summarise
@@ -20,7 +20,7 @@ module rockdda_app_command_resume
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_resume(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -31,7 +31,7 @@ contains
       logical :: is_complete, ok
 
       run%start = wall_seconds()
-      ! there is a checkpoint already: a signal that comes while it is read ends the run in order too
+      ! a checkpoint exists already: a signal during reading ends the run in order, too
       call prepare_sudden_end(line, run, messages)
       call watch_signals()
       if (size(line%files) /= 1) then
@@ -51,7 +51,7 @@ contains
       call run%look_at_results(is_complete)
       if (is_complete) then
          exit_code = 0
-         if (.not. line%quiet) call complain('rockdda: nothing left to do: the run has done all its '// &
+         if (.not. line%quiet) call print_error('rockdda: nothing left to do: the run has done all its '// &
                                              to_string(run%sim%state%step)//' steps; --steps N adds N more')
          call summarise(line, run, messages, error, exit_code, ok)
          if (.not. ok) exit_code = error_code%output
@@ -68,7 +68,7 @@ contains
       call end_run(line, run, messages, error, exit_code)
    end subroutine run_resume
 
-   !> The command line: how far to go, and how.
+   !> Apply the options of the command line: end of the run, threads, limits.
    subroutine apply_command_line(line, run, error)
       type(command_line_type), intent(in) :: line
       type(run_type), intent(inout) :: run

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> rockdda run: blocks move in time.
+!> rockdda run: compute the motion of blocks in time.
 module rockdda_app_command_run
 !$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -21,7 +21,7 @@ module rockdda_app_command_run
 
 contains
 
-   !> Do the command; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_run(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
@@ -40,8 +40,8 @@ contains
       end if
       if (is_set(input%options%max_wall)) run%deadline = run%start + input%options%max_wall
       run%strict = input%options%strict
-      ! nothing has been written so far, and nothing is when the input is bad; from here on a signal ends the run in
-      ! order, and a second one when there is a checkpoint
+      ! no output exists so far, and none is written for invalid input; from here on a signal ends the run in order, and
+      ! a second one once there is a checkpoint
       call watch_signals()
       call set_writing(.true.)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call run%open(line, input, messages, error)
@@ -49,7 +49,7 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
-      ! the log has all of them
+      ! the log contains all of them
       messages = messages%summarised()
       call prepare_sudden_end(line, run, messages)
       call set_writing(.false.)

@@ -7,7 +7,7 @@ module rockdda_app_command_version
    use rockdda_io_hdf5_adapter, only : hdf5_version
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : say
+   use rockdda_app_process, only : print_line
    use rockdda_app_report, only : begin_json, end_json
    implicit none
    private
@@ -23,7 +23,7 @@ contains
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: none
       if (.not. line%json) then
-         call say(build_description(), ok)
+         call print_line(build_description(), ok)
          return
       end if
       call begin_json(json, line, 'done', 0)

@@ -51,7 +51,7 @@ contains
              'complete -o filenames -F _rockdda rockdda'
    end function completion_script
 
-   !> The commands with something between them.
+   !> The commands with a separator between them.
    pure function all_commands(between) result(text)
       character(len=1), intent(in) :: between
       character(len=:), allocatable :: text

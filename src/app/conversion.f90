@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What commands that turn one file into another have in common: their arguments.
+!> Arguments of the commands that convert one file to another.
 module rockdda_app_conversion
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
@@ -16,11 +16,11 @@ module rockdda_app_conversion
 
 contains
 
-   !> Look at the arguments: one file of the wanted kind, and an output that may be written.
+   !> Check the arguments: one file of the right kind, and an output that may be written.
    subroutine prepare_conversion(line, wanted, ending, output, messages, error)
       type(command_line_type), intent(in) :: line
       integer, intent(in) :: wanted                            !! one of file_kind%...
-      character(len=*), intent(in) :: ending                   !! of the output, when the user names none
+      character(len=*), intent(in) :: ending                   !! of the default output
       character(len=:), allocatable, intent(out) :: output
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error

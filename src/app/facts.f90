@@ -32,7 +32,7 @@ module rockdda_app_facts
 
 contains
 
-   !> Make room for one more and name it.
+   !> Append a fact of a name.
    subroutine next(self, name, type)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -123,7 +123,7 @@ contains
       call json%close('}')
    end subroutine facts_to_json
 
-   !> Names as people read them.
+   !> Names with blanks for underscores.
    pure function blanks_for_underscores(name) result(text)
       character(len=*), intent(in) :: name
       character(len=len(name)) :: text

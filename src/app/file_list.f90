@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The files of a command that takes any number of them.
+!> The files of a command with any number of files.
 module rockdda_app_file_list
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -13,7 +13,7 @@ module rockdda_app_file_list
 
 contains
 
-   !> The files that are named, folders replaced by the model files in them.
+   !> List the named files, folders replaced by the model files in them.
    subroutine list_files(line, files, messages, error)
       type(command_line_type), intent(in) :: line
       type(argument_type), allocatable, intent(out) :: files(:)
@@ -45,7 +45,7 @@ contains
 
    contains
 
-      !> One more file.
+      !> Append a file.
       subroutine add(path)
          character(len=*), intent(in) :: path
          type(argument_type), allocatable :: more(:)

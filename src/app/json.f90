@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A JSON text, built piece by piece. Text that is not UTF-8 and numbers that JSON lacks are replaced, so that
+!> JSON text built from its members. Text that is not UTF-8 and numbers that JSON does not have are replaced, so that
 !> the result is always valid.
 module rockdda_app_json
    use rockdda_base_kinds, only : wp, i8
@@ -98,7 +98,7 @@ contains
       self%text = self%text//trim(merge('true ', 'false', value))
    end subroutine put_logical
 
-   !> Nothing.
+   !> null.
    subroutine put_null(self, name)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -106,52 +106,52 @@ contains
       self%text = self%text//'null'
    end subroutine put_null
 
-   !> Text between quotes with everything escaped that needs it.
+   !> Text between quotes, with escape sequences where JSON needs them.
    pure function quoted(text) result(json)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: json
       character(len=6*len(text) + 2) :: buffer
-      character(len=6) :: piece
+      character(len=6) :: unit
       integer :: i, n, length, used
       buffer(1:1) = '"'
       used = 1
       i = 1
       do while (i <= len(text))
          n = 1
-         piece = text(i:i)
+         unit = text(i:i)
          length = 1
          select case (iachar(text(i:i)))
          case (34, 92)
-            piece = achar(92)//text(i:i)
+            unit = achar(92)//text(i:i)
             length = 2
          case (10)
-            piece = achar(92)//'n'
+            unit = achar(92)//'n'
             length = 2
          case (9)
-            piece = achar(92)//'t'
+            unit = achar(92)//'t'
             length = 2
          case (13)
-            piece = achar(92)//'r'
+            unit = achar(92)//'r'
             length = 2
          case (0:8, 11:12, 14:31, 127)
-            write (piece, '(2a,z4.4)') achar(92), 'u', iachar(text(i:i))
+            write (unit, '(2a,z4.4)') achar(92), 'u', iachar(text(i:i))
             length = 6
          case (128:)
             n = utf8_length(text(i:))
             if (n == 2 .and. iachar(text(i:i)) == 194 .and. iachar(text(i + n - 1:i + n - 1)) < 160) then
                ! control characters beyond ASCII
-               write (piece, '(2a,z4.4)') achar(92), 'u', iachar(text(i + 1:i + 1))
+               write (unit, '(2a,z4.4)') achar(92), 'u', iachar(text(i + 1:i + 1))
                length = 6
             else if (n > 0) then
-               piece = text(i:i + n - 1)
+               unit = text(i:i + n - 1)
                length = n
             else
-               piece = achar(92)//'ufffd'
+               unit = achar(92)//'ufffd'
                length = 6
                n = 1
             end if
          end select
-         buffer(used + 1:used + length) = piece(1:length)
+         buffer(used + 1:used + length) = unit(1:length)
          used = used + length
          i = i + n
       end do

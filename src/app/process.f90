@@ -8,10 +8,10 @@ module rockdda_app_process
    implicit none
    private
    public :: argument_type, get_arguments, start_process, end_process
-   public :: say, complain, show_status, is_terminal
+   public :: print_line, print_error, show_status, is_terminal
    public :: watch_signals, seen_signal, set_writing, set_last_words, promise_json
 
-   !> Control characters that our own texts have; all others come from input and are shown, not sent.
+   !> Control characters of the program's own texts; all others come from input and are printed as \xHH.
    character(len=*), parameter :: own_controls = achar(9)//new_line('a')
 
    !> One word of the command line.
@@ -65,7 +65,7 @@ contains
       end do
    end subroutine get_arguments
 
-   !> Install the trap for bugs. To be called first.
+   !> Install the handler for crashes. To be called first.
    subroutine start_process()
       call c_start()
    end subroutine start_process
@@ -77,18 +77,18 @@ contains
    end subroutine end_process
 
    !> Print to standard output, control characters shown as \xHH; ok is false when that fails.
-   subroutine say(text, ok)
+   subroutine print_line(text, ok)
       character(len=*), intent(in) :: text
       logical, intent(out) :: ok
       call write_stream(1, printable(text, own_controls)//new_line('a'), ok)
-   end subroutine say
+   end subroutine print_line
 
    !> Print to standard error, control characters shown as \xHH.
-   subroutine complain(text)
+   subroutine print_error(text)
       character(len=*), intent(in) :: text
       logical :: ok
       call write_stream(2, printable(text, own_controls)//new_line('a'), ok)
-   end subroutine complain
+   end subroutine print_error
 
    !> Print to standard error as it is, without a line end: for the program's own texts only.
    subroutine show_status(text)
@@ -115,7 +115,7 @@ contains
       is_terminal = c_is_terminal(2_c_int) /= 0
    end function is_terminal
 
-   !> From now on stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) are remembered
+   !> From now on stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) are recorded
    !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.
    subroutine watch_signals()
       call c_watch_signals()
@@ -135,7 +135,7 @@ contains
       end select
    end function seen_signal
 
-   !> What a second SIGINT leaves on standard output.
+   !> Set the text that a second SIGINT prints to standard output.
    subroutine set_last_words(text)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: shown
@@ -143,14 +143,14 @@ contains
       call c_set_last_words(shown, len(shown, c_int))
    end subroutine set_last_words
 
-   !> A summary in JSON is expected of this command. When memory is refused or the program crashes, a short one is
-   !> printed; all other ends print their own.
+   !> Set the command that prints a summary in JSON. When memory is exhausted or the program crashes, a short summary is
+   !> printed; in all other cases the command prints its own.
    subroutine promise_json(command)
       character(len=*), intent(in) :: command
       call c_promise_json(command, len(command, c_int))
    end subroutine promise_json
 
-   !> Output is being written, or no more.
+   !> Mark the begin and end of writing output.
    subroutine set_writing(yes)
       logical, intent(in) :: yes
       call c_set_writing(merge(1_c_int, 0_c_int, yes))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: streams, signals, terminal, and an end of the process that tells a bug from an error. */
+/* Thin POSIX shim: streams, signals, terminal, and the end of the process, by a bug or by an error. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
@@ -17,19 +17,19 @@ int rockdda_memory_is_there(size_t bytes);
 void rockdda_process_out_of_memory(size_t bytes);
 
 static volatile sig_atomic_t signal_seen = 0; /* first stop signal */
-static volatile sig_atomic_t writing = 0;     /* output is being written: do not leave now */
-static volatile sig_atomic_t leaving = 0;     /* leave when it is written */
-static volatile sig_atomic_t orderly = 0;     /* the program chose to end */
-static volatile sig_atomic_t watching = 0;    /* a run is under way */
+static volatile sig_atomic_t writing = 0;     /* output is being written: do not exit now */
+static volatile sig_atomic_t leaving = 0;     /* exit when it is written */
+static volatile sig_atomic_t orderly = 0;     /* the program ended by itself */
+static volatile sig_atomic_t watching = 0;    /* a run is active */
 
-/* The command that is to leave a JSON summary however it ends, '' for none. */
+/* The command that prints a JSON summary in all cases, '' for none. */
 static char json_command[32] = "";
 
-/* What stands on standard output when the process leaves at once, NULL when nothing is to. */
+/* Text for standard output when the process exits at once, NULL: none. */
 static char *volatile last_words = NULL;
 
-/* Stop signals in the order of their numbers for Fortran, from 1. Schedulers say with SIGUSR2 (LSF, Grid Engine) and
- * SIGXCPU (limits of processor time) what Slurm says with SIGUSR1; SIGHUP comes when a terminal is closed. */
+/* Stop signals in the order of their numbers for Fortran, from 1. Slurm sends SIGUSR1, LSF and Grid Engine SIGUSR2,
+ * limits of processor time SIGXCPU; SIGHUP comes when a terminal is closed. */
 static const int stop_signals[] = {SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP};
 enum { N_STOP_SIGNALS = sizeof stop_signals / sizeof stop_signals[0] };
 
@@ -44,12 +44,12 @@ static const char memory_message[] =
    "; give the program more (ulimit -v, --mem of a batch system), or a smaller model\n";
 static const char kept_message[] = "rockdda: the results so far are kept\n";
 
-/* The stack that the program wants, and the smallest with which it works: OpenBLAS and HDF5 keep large arrays there
+/* The preferred and the smallest sufficient stack: OpenBLAS and HDF5 keep large arrays there
  * [bytes]. */
 #define WANTED_STACK ((rlim_t)8 << 20)
 #define SMALLEST_STACK ((rlim_t)512 << 10)
 
-/* Set when the program was started anew with a larger stack. */
+/* Set when the program was restarted with a larger stack. */
 static const char stack_mark[] = "ROCKDDA_STACK_RAISED";
 
 /* Where libraries may wait for more memory [bytes]. */
@@ -71,7 +71,7 @@ static void say(const char *text)
    tell(STDERR_FILENO, text);
 }
 
-/* The summary of a command that cannot make one any more. */
+/* The summary of a command that ends by a failure. */
 static void summarise(const char *code, const char *reason)
 {
    if (json_command[0] == '\0') return;
@@ -86,7 +86,7 @@ static void summarise(const char *code, const char *reason)
    tell(STDOUT_FILENO, "\"}]}\n");
 }
 
-/* The system refused memory, 0: nobody knows how much. Ends the process, without asking for more. */
+/* An allocation failed (its size in bytes, 0: unknown). Ends the process without allocating. */
 void rockdda_process_out_of_memory(size_t bytes)
 {
    char digits[24];
@@ -107,7 +107,7 @@ void rockdda_process_out_of_memory(size_t bytes)
    rockdda_leave(3);
 }
 
-/* The program did not choose to end: a library, or the run-time library of Fortran, gave up. */
+/* The end was not requested by the program: a library or the run-time library of Fortran called exit. */
 static void give_up(void)
 {
    if (rockdda_memory_is_gone()) rockdda_process_out_of_memory(0);
@@ -143,7 +143,7 @@ static void on_stop(int number)
    if (signal_seen == 0) signal_seen = number;
 }
 
-/* Where a crash is handled: the stack itself may be what is used up. */
+/* Stack for the handler of crashes: the ordinary one may be exhausted. */
 static void prepare_stack(void)
 {
    static char room[1 << 16];
@@ -164,8 +164,8 @@ static void handle(int number, void (*handler)(int), int flags)
    sigaction(number, &action, NULL);
 }
 
-/* The number of a stream that is closed would go to the next file that is opened, and messages into the results:
- * put something there that refuses them. */
+/* The descriptor of a closed stream would be used for the next file, and messages would go into the results:
+ * occupy it with a file that rejects them. */
 static void occupy_streams(void)
 {
    int stream;
@@ -175,7 +175,7 @@ static void occupy_streams(void)
    }
 }
 
-/* Start this program anew with the same arguments. Comes back when that is not possible. */
+/* Restart this program with the same arguments. Returns when that is not possible. */
 static void start_anew(void)
 {
    char *text = NULL, *larger, **arguments;
@@ -198,7 +198,7 @@ static void start_anew(void)
 }
 
 /* A small stack (ulimit -s) would end as a crash. Threads take their stacks from the limit of the moment when the
- * libraries were loaded, so that a raised limit needs a new start of the program; its number stays the same. */
+ * libraries were loaded, so that a raised limit needs a restart of the program; the process number stays the same. */
 static void raise_stack(void)
 {
    struct rlimit stack;
@@ -237,7 +237,7 @@ void rockdda_process_start(void)
    handle(SIGABRT, on_crash, SA_RESETHAND);
 #endif
    handle(SIGXFSZ, SIG_IGN, 0); /* a file size limit is then an ordinary write error */
-   handle(SIGPIPE, SIG_IGN, 0); /* and so is a reader of the messages that has gone: no reason to end a run */
+   handle(SIGPIPE, SIG_IGN, 0); /* and so is a closed pipe of messages: no reason to end a run */
    handle(SIGQUIT, SIG_DFL, 0); /* without a trace by the run-time library */
 }
 
@@ -247,7 +247,7 @@ void rockdda_process_exit(int code)
    last_words = NULL;
    free(words);
    orderly = 1;
-   /* threads of OpenBLAS ask for memory until there is some, and its end waits for its threads */
+   /* threads of OpenBLAS repeat failed allocations for ever, and its exit waits for its threads */
    if (!rockdda_memory_is_there(SCARCE)) rockdda_leave(code);
    exit(code);
 }
@@ -273,7 +273,7 @@ int rockdda_process_signal(void)
    return 0;
 }
 
-/* Keep what is to stand on standard output when a second SIGINT ends the process. */
+/* Set the text for standard output when a second SIGINT ends the process. */
 void rockdda_process_set_last_words(const char *text, int n)
 {
    sigset_t interrupt, before;
@@ -289,7 +289,7 @@ void rockdda_process_set_last_words(const char *text, int n)
    sigprocmask(SIG_SETMASK, &before, NULL);
 }
 
-/* A summary in JSON is expected of this command, also when it comes to a sudden end. */
+/* Set the command that prints a JSON summary, also at a sudden end. */
 void rockdda_process_promise_json(const char *command, int n)
 {
    if ((size_t)n >= sizeof json_command) return;

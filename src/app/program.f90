@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the program does with its command line.
+!> Runs the command of the command line.
 module rockdda_app_program
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -12,7 +12,7 @@ module rockdda_app_program
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
    use rockdda_app_completion, only : completion_script
-   use rockdda_app_process, only : argument_type, say, complain, promise_json
+   use rockdda_app_process, only : argument_type, print_line, print_error, promise_json
    use rockdda_app_report, only : report_failure
    use rockdda_app_usage, only : usage_text
    implicit none
@@ -21,7 +21,7 @@ module rockdda_app_program
 
 contains
 
-   !> Do what the command line asks for; returns the exit code.
+   !> Run the command; returns the exit code.
    subroutine run_program(arguments, exit_code)
       type(argument_type), intent(in) :: arguments(:)   !! without the program's name
       integer, intent(out) :: exit_code
@@ -35,11 +35,11 @@ contains
       exit_code = 0
       ok = .true.
       if (line%help) then
-         call say(usage_text(line%command), ok)
+         call print_line(usage_text(line%command), ok)
       else if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
       else if (len(line%completion) > 0) then
-         call say(completion_script(line%completion), ok)
+         call print_line(completion_script(line%completion), ok)
       else if (line%version) then
          call run_version(line, ok)
       else
@@ -51,7 +51,7 @@ contains
          case ('check'); call run_check(line, exit_code)
          case ('info'); call run_info(line, exit_code)
          case default
-            if (.not. line%json) call complain(usage_text(''))
+            if (.not. line%json) call print_error(usage_text(''))
             call make_error(error, error_code%input, 'no command given')
             call report_failure(line, messages, error, exit_code)
          end select

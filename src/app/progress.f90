@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Progress of a run on standard error: a bar with the time left on a terminal, a line now and then otherwise.
+!> Progress of a run on standard error: a bar with the remaining time on a terminal, otherwise one line at intervals.
 module rockdda_app_progress
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_app_process, only : complain, show_status, is_terminal
+   use rockdda_app_process, only : print_error, show_status, is_terminal
    implicit none
    private
    public :: progress_type
@@ -35,7 +35,7 @@ contains
       self%last = self%start
    end subroutine begin
 
-   !> Show where the run is, unless it was shown a moment ago.
+   !> Show the progress of the run, unless it has been shown within the interval.
    subroutine update(self, fraction, text)
       class(progress_type), intent(inout) :: self
       real(wp), intent(in) :: fraction          !! of the run, 0 … 1
@@ -58,11 +58,11 @@ contains
                           percent(fraction)//'  '//tail//achar(27)//'[K')
          self%drawn = .true.
       else
-         call complain(percent(fraction)//'  '//tail)
+         call print_error(percent(fraction)//'  '//tail)
       end if
    end subroutine update
 
-   !> Leave the terminal on a fresh line.
+   !> End the line of the bar on a terminal.
    subroutine finish(self)
       class(progress_type), intent(inout) :: self
       if (self%drawn) call show_status(achar(13)//achar(27)//'[K')
@@ -77,7 +77,7 @@ contains
       write (text, '(i3, a)') int(100*min(1.0_wp, max(0.0_wp, fraction))), ' %'
    end function percent
 
-   !> Seconds as people say them: 12 s, 3 min 20 s, 5 h 10 min.
+   !> Duration as text: 12 s, 3 min 20 s, 5 h 10 min.
    pure function duration(seconds) result(text)
       real(wp), intent(in) :: seconds
       character(len=:), allocatable :: text

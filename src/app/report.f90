@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Messages and failures for people (standard error) and for programs (JSON on standard output).
+!> Messages and failures as text on standard error and as JSON on standard output.
 module rockdda_app_report
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type, severity, max_shown
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : say, complain
+   use rockdda_app_process, only : print_line, print_error
    implicit none
    private
    public :: show_messages, show_error, begin_json, finish_json, end_json, report_failure
@@ -18,7 +18,7 @@ contains
       integer, intent(in) :: at_least          !! one of severity%...
       character(len=:), allocatable :: text
       text = messages%format(at_least)
-      if (len(text) > 0) call complain(text)
+      if (len(text) > 0) call print_error(text)
    end subroutine show_messages
 
    !> Print an error. One that already reads as a compiler's message is printed as it is.
@@ -27,22 +27,22 @@ contains
       character(len=:), allocatable :: rest
       integer :: cut
       if (is_formatted(error%message)) then
-         call complain(error%message)
+         call print_error(error%message)
          return
       end if
-      ! a list of problems of the command line is one message a line
+      ! problems of the command line are listed one per line
       rest = error%message
       cut = index(rest, new_line('a'))
       do while (cut > 0)
          if (rest(cut + 1:cut + 1) == ' ' .or. .not. starts_option(rest)) exit
-         call complain('rockdda: error: '//rest(1:cut - 1))
+         call print_error('rockdda: error: '//rest(1:cut - 1))
          rest = rest(cut + 1:)
          cut = index(rest, new_line('a'))
       end do
-      call complain('rockdda: error: '//rest)
+      call print_error('rockdda: error: '//rest)
    end subroutine show_error
 
-   !> Does a message already say where and how grave?
+   !> Does a message already contain its place and severity?
    pure logical function is_formatted(text)
       character(len=*), intent(in) :: text
       is_formatted = index(text, ': error: ') > 0 .or. index(text, 'error: ') == 1
@@ -73,7 +73,7 @@ contains
       type(error_type), allocatable, intent(in) :: error
       logical, intent(out) :: ok
       call finish_json(json, messages, error)
-      call say(json%text, ok)
+      call print_line(json%text, ok)
    end subroutine end_json
 
    !> Add the messages and end the JSON summary.
@@ -106,7 +106,7 @@ contains
       call json%close('}')
    end subroutine finish_json
 
-   !> The end of a command that could not do its work: messages and error where they belong.
+   !> End a command that failed: print messages and error.
    subroutine report_failure(line, messages, error, exit_code)
       type(command_line_type), intent(in) :: line
       type(diagnostics_type), intent(in) :: messages

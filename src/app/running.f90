@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The loop over steps and the end of a run: what `run` and `resume` share.
+!> Loop over steps and end of a run, used by `run` and `resume`.
 module rockdda_app_running
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -12,7 +12,7 @@ module rockdda_app_running
    use rockdda_run_model_run, only : run_type, first_line
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : complain, say, set_writing, set_last_words
+   use rockdda_app_process, only : print_error, print_line, set_writing, set_last_words
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : show_error, begin_json, finish_json, end_json
    use rockdda_app_stop_request, only : stop_request_type
@@ -41,7 +41,7 @@ contains
             run%reason = 'failed: '//first_line(error%message)
             return
          end if
-         ! the step at hand was dropped; the loop finds the reason
+         ! the current step was dropped; the loop finds the reason
          if (run%sim%interrupted) cycle
          call set_writing(.true.)
          call run%keep(error)
@@ -51,14 +51,13 @@ contains
                          first_line(error%message)
             return
          end if
-         if (allocated(run%warning)) call complain('rockdda: warning: '//run%warning)
+         if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
          call progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
                               to_string(run%sim%state%time))
       end do
    end subroutine step_until_done
 
-   !> Get ready for a second SIGINT: what the summary on standard output is then. It names the files as soon as they
-   !> are known.
+   !> Set the summary that a second SIGINT prints to standard output. It names the files when they exist.
    subroutine prepare_sudden_end(line, run, messages)
       type(command_line_type), intent(in) :: line
       type(run_type), intent(in) :: run
@@ -80,7 +79,7 @@ contains
       end if
    end subroutine prepare_sudden_end
 
-   !> Write the last frame, close the files, and say how it ended.
+   !> Write the last frame, close the files, and report the outcome.
    subroutine end_run(line, run, messages, error, exit_code)
       type(command_line_type), intent(in) :: line
       type(run_type), intent(inout) :: run
@@ -88,10 +87,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error   !! of the loop
       integer, intent(out) :: exit_code
       logical :: ok
-      ! from here on a second SIGINT finds nothing to interrupt
+      ! from here on a second SIGINT has no computation to interrupt
       call set_writing(.true.)
       call run%close(error)
-      if (allocated(run%warning)) call complain('rockdda: warning: '//run%warning)
+      if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
       exit_code = 0
       if (allocated(error)) then
          exit_code = error%code
@@ -99,17 +98,18 @@ contains
          exit_code = error_code%stopped
       end if
       if (allocated(error)) call show_error(error)
-      if (exit_code == error_code%stopped) call complain('rockdda: stopped ('//run%reason//') after step '// &
+      if (exit_code == error_code%stopped) call print_error('rockdda: stopped ('//run%reason//') after step '// &
          to_string(run%sim%state%step)//"; 'rockdda resume "//run%checkpoint_file//"' continues")
-      if (exit_code == error_code%internal) call complain('rockdda: internal error: this is a bug in RockDDA. '// &
+      if (exit_code == error_code%internal) call print_error('rockdda: internal error: this is a bug in RockDDA. '// &
          'Please report it with the command line, the input files and the lines above')
       if (exit_code == error_code%computation .or. exit_code == error_code%internal) &
-         call complain('rockdda: the results up to step '//to_string(run%sim%state%step)//' are kept in '//run%output)
+         call print_error('rockdda: the results up to step '//to_string(run%sim%state%step)//' are kept in '// &
+                          run%output)
       if (exit_code == error_code%output) then
          if (run%has_results()) then
-            call complain('rockdda: the results up to the last flush are kept in '//run%output)
+            call print_error('rockdda: the results up to the last flush are kept in '//run%output)
             if (get_path_kind(run%checkpoint_file) == path_kind%file) &
-               call complain("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
+               call print_error("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
          end if
       end if
       call summarise(line, run, messages, error, exit_code, ok)
@@ -132,7 +132,7 @@ contains
       if (exit_code == error_code%stopped) status = 'stopped'
       if (allocated(error)) status = 'error'
       if (.not. line%json) then
-         call say(status//': '//to_string(run%sim%state%step)//' steps to time '// &
+         call print_line(status//': '//to_string(run%sim%state%step)//' steps to time '// &
                   to_string(run%sim%state%time, 10)//', '//to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> When the program has to stop a run before its end: after a stop signal or at the time set by --max-wall.
+!> Requests of the program to stop a run before its end: a stop signal, or the time limit --max-wall.
 module rockdda_app_stop_request
    use rockdda_run_stop_request, only : deadline_type
    use rockdda_app_process, only : seen_signal
@@ -15,13 +15,13 @@ module rockdda_app_stop_request
 
 contains
 
-   !> Did a stop signal come, or is it time to stop?
+   !> Has a stop signal arrived, or is the time limit reached?
    logical function is_requested(self)
       class(stop_request_type), intent(in) :: self
       is_requested = len(self%reason()) > 0
    end function is_requested
 
-   !> Why to stop, as `exit_reason` of the results; '' when there is no reason.
+   !> Reason of the request, the `exit_reason` of the results; '' without a request.
    function reason(self) result(text)
       class(stop_request_type), intent(in) :: self
       character(len=:), allocatable :: text

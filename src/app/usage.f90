@@ -36,9 +36,9 @@ contains
              '  lines   draw joint lines from the statistics of joint sets'//nl// &
              '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
              '  run     move the blocks in time and write the results'//nl// &
-             '  resume  go on with a run that was stopped, or add steps to one that is done'//nl// &
+             '  resume  continue a run that was stopped, or add steps to one that is done'//nl// &
              '  check   read input files and list every problem; computes nothing'//nl// &
-             '  info    say what a model, block, result or checkpoint file holds'//nl// &
+             '  info    describe a model, block, result or checkpoint file'//nl// &
              nl// &
              "'rockdda COMMAND --help' explains a command and gives examples."//nl// &
              nl// &
@@ -57,13 +57,13 @@ contains
       text = 'usage: rockdda lines MODEL.dl [-o MODEL.dc] [OPTION…]'//nl// &
              nl// &
              'Draws the lines of joint sets from their statistics (spacing, trace length, bridge, randomness),'//nl// &
-             'cuts them to the boundary and the openings, and writes a geometry file. Prints what was drawn'//nl// &
-             'beside what was asked for. The same seed gives the same lines on every machine.'//nl// &
+             'cuts them to the boundary and the openings, and writes a geometry file. Prints the'//nl// &
+             'statistics drawn beside those wanted. The same seed gives the same lines on every machine.'//nl// &
              nl// &
              'options:'//nl// &
              '  -o, --output FILE the geometry file; default: the stem of the statistics file + .dc in the'//nl// &
              '                    current folder'//nl// &
-             '  --seed N          wins over the seed of the file; 0 to 2147483646'//nl// &
+             '  --seed N          replaces the seed of the file; 0 to 2147483646'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
@@ -99,12 +99,12 @@ contains
              '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
              nl// &
              'Moves the blocks in time and writes the results (HDF5), and beside OUT.h5 a log (OUT.log) and a'//nl// &
-             "checkpoint (OUT.ckpt.h5) from which 'rockdda resume' goes on. A"//nl// &
+             "checkpoint (OUT.ckpt.h5) from which 'rockdda resume' continues. A"//nl// &
              'geometry file is cut into blocks first. A folder holds one geometry or block file, one'//nl// &
-             'analysis file and at most one namelist file (.nml). Kinds of files are recognised by what is'//nl// &
-             'in them.'//nl// &
+             'analysis file and at most one namelist file (.nml). Kinds of files are recognised by their'//nl// &
+             'content.'//nl// &
              nl// &
-             'options (each but --config has a name in the namelist file; the command line wins):'//nl// &
+             'options (each but --config has a name in the namelist file; the command line prevails):'//nl// &
              '  -o, --output FILE '// &
              'the results; default: the stem of the analysis file + .h5 in the current folder'//nl// &
              '  --config FILE     namelist file with run options'//nl// &
@@ -116,7 +116,7 @@ contains
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
-             '  --strict          end the run when energy comes from nowhere (exit 3) instead of warning'//nl// &
+             '  --strict          end the run when the energy balance fails (exit 3) instead of warning'//nl// &
              common_text()// &
              nl// &
              'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run'//nl// &
@@ -135,9 +135,9 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda resume OUT.ckpt.h5 [--steps N] [OPTION…]'//nl// &
              nl// &
-             'Goes on with the run of a checkpoint into the same OUT.h5, which lies beside it and is first cut'//nl// &
-             'back to the checkpoint. The results are bit by bit those of a run that never stopped. Without'//nl// &
-             'options it goes on to where the run was to end; a run that is done already is left alone.'//nl// &
+             'Continues the run of a checkpoint in the same OUT.h5, which lies beside it and is first cut back'//nl// &
+             'to the checkpoint. The results are bit by bit those of a run that never stopped. Without options'//nl// &
+             'it continues to the planned end of the run; a run that is done already is not changed.'//nl// &
              nl// &
              'options:'//nl// &
              '  --steps N         N more steps from the checkpoint'//nl// &
@@ -147,7 +147,7 @@ contains
              '                    does not count here'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: as in the run'//nl// &
-             '  --strict          end the run when energy comes from nowhere (exit 3) instead of warning; one'//nl// &
+             '  --strict          end the run when the energy balance fails (exit 3) instead of warning; one'//nl// &
              '                    given to the run itself does not count here'//nl// &
              common_text()// &
              nl// &
@@ -179,8 +179,8 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda info FILE… [OPTION…]'//nl// &
              nl// &
-             'Says what geometry, analysis, namelist, block, result and checkpoint files hold (or those of the'//nl// &
-             'model in a folder).'//nl// &
+             'Describes geometry, analysis, namelist, block, result and checkpoint files (or those of the model'//nl// &
+             'in a folder).'//nl// &
              nl// &
              common_text()// &
              nl// &

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> The flat layer under the Python extension `_rockdda` (f2py): what a session does. What it holds is fetched with
-!> rockdda_python_values.
+!> The flat layer under the Python extension `_rockdda` (f2py): operations of a session. rockdda_python_values returns
+!> its data.
 !>
 !> A handle stands for a session (session.f90); Python owns it and passes nothing else. `status` is 0 or an error
 !> code of rockdda_base_error; the messages are then fetched as text (`text_size`, `get_text`). -1 stands for a whole
-!> number that was not given, a negative number for a real one. The lines `!f2py threadsafe` mark what works without the
-!> lock of the interpreter. This file is plain ASCII, which f2py needs.
+!> number that was not given, a negative number for a real one. The lines `!f2py threadsafe` mark procedures that run
+!> without the lock of the interpreter. This file is plain ASCII, which f2py needs.
 module rockdda_python_api
-   ! f2py does not understand `use, intrinsic`
+   ! f2py does not parse `use, intrinsic`
    ! allow(C122)
    use iso_c_binding, only : c_int, c_int64_t, c_double
    use rockdda_base_kinds, only : wp
@@ -33,20 +33,20 @@ module rockdda_python_api
 
 contains
 
-   !> A new session.
+   !> Create a session.
    subroutine create(handle)
       integer(c_int64_t), intent(out) :: handle
       call new_session(handle)
    end subroutine create
 
-   !> The end of a session; its handle is worth nothing afterwards.
+   !> Delete a session; its handle is invalid afterwards.
    subroutine destroy(handle)
       integer(c_int64_t), intent(in) :: handle
       !f2py threadsafe
       call drop_session(handle)
    end subroutine destroy
 
-   !> What is asked for beside the files. Texts may be empty.
+   !> Set the options of the run beside the files. Texts may be empty.
    subroutine request(handle, output, solver, dialect, threads, steps, save_every, t_end, max_wall, checkpoint_every, &
                       strict, force)
       integer(c_int64_t), intent(in) :: handle
@@ -70,7 +70,7 @@ contains
       session%request%force = force /= 0
    end subroutine request
 
-   !> Read the files of a run, and cut if need be.
+   !> Read the files of a run, and cut a geometry.
    subroutine read_files(handle, model, analysis, config, status)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: model, analysis, config   !! analysis empty: model is a folder
@@ -216,7 +216,7 @@ contains
       status = session%status()
    end subroutine write_network
 
-   !> Put the simulation into its state at time 0; with results, begin to write them.
+   !> Set the simulation to its state at time 0; with results, open them.
    subroutine start(handle, write_results, status)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: write_results               !! 0 or 1
@@ -228,7 +228,7 @@ contains
       status = session%status()
    end subroutine start
 
-   !> Do steps: at most n_steps, and no new one after so many seconds. Results end by themselves only on failure.
+   !> Compute at most n_steps steps, and start none after a number of seconds. Results are closed on failure only.
    subroutine advance(handle, n_steps, seconds, n_done, finished, status)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: n_steps
@@ -244,7 +244,7 @@ contains
       status = session%status()
    end subroutine advance
 
-   !> Close the results. A run that has not come to its end is said to have ended for this reason.
+   !> Close the results; `reason` is stored for a run that has not reached its end.
    subroutine finish(handle, reason, status)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: reason
@@ -256,10 +256,10 @@ contains
       status = session%status()
    end subroutine finish
 
-   !> Prepare a text to be fetched, and tell its length in bytes. Which: 1 all messages (see messages_text), 2 the
+   !> Prepare a text for `get_text`; returns its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
-   !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file, 13 what
-   !> the options file says, 14 messages with one for many of a kind.
+   !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file,
+   !> 13 content of the options file, 14 messages with one for many of a kind.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which

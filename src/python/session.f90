@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What a Python object holds on the Fortran side: a model and, once it is started, a run.
+!> Fortran side of a Python object: a model and, once it is started, a run.
 !>
-!> The flat layer (api.f90, values.f90) hands addresses of sessions to Python as opaque integers. Each session belongs
+!> The flat layer (api.f90, values.f90) passes addresses of sessions to Python as opaque integers. Each session belongs
 !> to one Python object, which uses it from one thread at a time; different sessions do not share anything.
 module rockdda_python_session
 !$ use omp_lib, only : omp_get_max_threads, omp_set_num_threads
@@ -29,7 +29,7 @@ module rockdda_python_session
       type(run_type) :: run
       logical :: is_started = .false.             !! the simulation has a state
       real(wp), allocatable :: force(:, :)        !! (2, contacts) on the first block
-      character(len=:), allocatable :: text       !! to be fetched by Python
+      character(len=:), allocatable :: text       !! for `get_text`
    contains
       procedure :: status
       procedure :: start
@@ -60,7 +60,7 @@ contains
       call c_f_pointer(address, session)
    end subroutine get_session
 
-   !> Forget a session. Results that are still being written are closed.
+   !> Delete a session. Open results are closed.
    subroutine drop_session(handle)
       integer(c_int64_t), intent(in) :: handle
       type(session_type), pointer :: session
@@ -69,7 +69,7 @@ contains
       deallocate (session)
    end subroutine drop_session
 
-   !> 0, or the error code of what went wrong last.
+   !> Error code of the last failure, 0: none.
    pure integer function status(self)
       class(session_type), intent(in) :: self
       status = 0
@@ -77,7 +77,7 @@ contains
       if (allocated(self%error)) status = self%error%code
    end function status
 
-   !> The state at time 0, and the results if they are to be written.
+   !> Set the state at time 0, and open the results if they are wanted.
    subroutine start(self, write_results)
       class(session_type), intent(inout) :: self
       logical, intent(in) :: write_results
@@ -103,8 +103,8 @@ contains
       if (self%is_started) call self%run%sim%contact_forces(self%force)
    end subroutine start
 
-   !> Steps, until so many are done, so much time has passed on the wall clock (then at least one step is done), or
-   !> the run is finished. On failure the results are closed; they keep the last accepted step.
+   !> Compute steps until their number or the wall-clock time is reached (at least one step), or the run is
+   !> finished. On failure the results are closed; they keep the last accepted step.
    subroutine advance(self, n_steps, seconds, n_done)
       class(session_type), intent(inout) :: self
       integer, intent(in) :: n_steps
@@ -143,7 +143,7 @@ contains
       if (allocated(self%error) .and. self%run%is_open) call self%run%close(self%error)
    end subroutine advance
 
-   !> Close the results; `reason` counts unless the run has come to its end.
+   !> Close the results; `reason` is stored unless the run has reached its end.
    subroutine finish(self, reason)
       class(session_type), intent(inout) :: self
       character(len=*), intent(in) :: reason
@@ -153,7 +153,7 @@ contains
       if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
    end subroutine finish
 
-   !> Take the number of threads of the session for this thread of Python.
+   !> Set the number of threads of the session for this thread of Python.
    subroutine use_threads(self, before)
       type(session_type), intent(in) :: self
       integer, intent(out) :: before
@@ -162,13 +162,13 @@ contains
 !$    if (is_set(self%input%options%threads)) call omp_set_num_threads(self%input%options%threads)
    end subroutine use_threads
 
-   !> Give it back.
+   !> Restore the number of threads.
    subroutine restore_threads(before)
       integer, intent(in) :: before
 !$    if (before > 0) call omp_set_num_threads(before)
    end subroutine restore_threads
 
-   !> All messages for Python to take apart: records that end with character 30 of fields that end with character 31:
+   !> All messages in a form for Python: records that end with character 30 of fields that end with character 31:
    !> severity, file, line, column, message, the message as a compiler prints it.
    function messages_text(messages) result(text)
       type(diagnostics_type), intent(in) :: messages

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> The flat layer under the Python extension `_rockdda` (f2py): what a session holds, as numbers and arrays of explicit
+!> The flat layer under the Python extension `_rockdda` (f2py): the data of a session, as numbers and arrays of explicit
 !> size.
 !>
-!> The caller asks for the sizes first (`sizes`, `geometry_sizes`, `analysis_sizes`). Numbers count from 0 as in results
+!> The caller gets the sizes first (`sizes`, `geometry_sizes`, `analysis_sizes`). Numbers count from 0 as in results
 !> files, except materials. This file is plain ASCII, which f2py needs.
 module rockdda_python_values
-   ! f2py does not understand `use, intrinsic`
+   ! f2py does not parse `use, intrinsic`
    ! allow(C122)
    use iso_c_binding, only : c_int, c_int64_t, c_double
    use rockdda_model_analysis_input, only : time_table_type
@@ -36,7 +36,7 @@ contains
       end associate
    end subroutine geometry_sizes
 
-   !> The geometry before cutting; sizes as `geometry_sizes` says.
+   !> The geometry before cutting; sizes from `geometry_sizes`.
    subroutine geometry(handle, n_lines, n_materials, n_bolts, n_fixed, n_loading, n_measured, n_holes, e0, lines, &
                        line_joint, material_lines, line_material, bolt_ends, bolt_values, fixed, loading, measured, &
                        holes)
@@ -90,7 +90,7 @@ contains
       end associate
    end subroutine analysis_sizes
 
-   !> The analysis; sizes as `analysis_sizes` says. Tables of fixed points come before those of loading points.
+   !> The analysis; sizes from `analysis_sizes`. Tables of fixed points come before those of loading points.
    subroutine analysis(handle, n_blocks, n_joints, n_tables, n_rows, numbers, block_materials, joint_materials, &
                        table_size, rows)
       integer(c_int64_t), intent(in) :: handle
@@ -143,7 +143,7 @@ contains
    !> traces.
    subroutine network_facts(handle, n_sets, values, sets)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: n_sets                      !! as `geometry_sizes` says
+      integer(c_int), intent(in) :: n_sets                      !! from `geometry_sizes`
       real(c_double), intent(out) :: values(2)
       real(c_double), intent(out) :: sets(12, n_sets)
       type(session_type), pointer :: session
@@ -196,7 +196,7 @@ contains
    !> The blocks at the start.
    subroutine blocks(handle, nb, nv, vertex_offset, vertices, edge_joint, block_material)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: nb, nv                      !! as `sizes` says
+      integer(c_int), intent(in) :: nb, nv                      !! from `sizes`
       integer(c_int), intent(out) :: vertex_offset(nb + 1)
       real(c_double), intent(out) :: vertices(2, nv)
       integer(c_int), intent(out) :: edge_joint(nv), block_material(nb)
@@ -216,7 +216,7 @@ contains
    subroutine points(handle, kind, n, position, block, line, number)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: kind                        !! 1 fixed, 2 loading, 3 measured
-      integer(c_int), intent(in) :: n                           !! as `sizes` says
+      integer(c_int), intent(in) :: n                           !! from `sizes`
       real(c_double), intent(out) :: position(2, n)
       integer(c_int), intent(out) :: block(n), line(n), number(n)
       type(session_type), pointer :: session
@@ -249,7 +249,7 @@ contains
    !> Bolts at the start.
    subroutine bolts(handle, n, ends, block, values)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: n                           !! as `sizes` says
+      integer(c_int), intent(in) :: n                           !! from `sizes`
       real(c_double), intent(out) :: ends(4, n)
       integer(c_int), intent(out) :: block(2, n)                !! -1: the fixed outside
       real(c_double), intent(out) :: values(3, n)               !! stiffness, pretension, strength
@@ -268,7 +268,7 @@ contains
    !> The moving blocks after the last step.
    subroutine state(handle, nb, nv, vertices, centroid, rotation, stress, velocity, area)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: nb, nv                      !! as `sizes` says
+      integer(c_int), intent(in) :: nb, nv                      !! from `sizes`
       real(c_double), intent(out) :: vertices(2, nv), centroid(2, nb), rotation(nb), stress(3, nb), velocity(6, nb)
       real(c_double), intent(out) :: area(nb)
       type(session_type), pointer :: session
@@ -283,10 +283,10 @@ contains
       end associate
    end subroutine state
 
-   !> The contacts of the last step, as a frame of the results holds them.
+   !> The contacts of the last step, as in a frame of the results.
    subroutine contacts(handle, n, point, force, contact_state, block)
       integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: n                           !! as `sizes` says
+      integer(c_int), intent(in) :: n                           !! from `sizes`
       real(c_double), intent(out) :: point(2, n), force(2, n)
       integer(c_int), intent(out) :: contact_state(n), block(2, n)
       type(session_type), pointer :: session

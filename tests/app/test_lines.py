@@ -24,9 +24,9 @@ class Lines(ProgramTest):
         outcome = self.run_program("lines", "tunnel.dl")
         self.assertEqual((outcome.code, outcome.err), (0, ""))
         self.assertTrue(outcome.out.startswith("tunnel.dc: "), outcome.out)
-        self.assertIn("spacing 1.5 +- 0 (asked: 1.5)", outcome.out)
-        self.assertIn("trace 25 +- 0 (asked: 25)", outcome.out)
-        self.assertIn("bridge 1 +- 0 (asked: 1)", outcome.out)
+        self.assertIn("spacing 1.5 +- 0 (wanted: 1.5)", outcome.out)
+        self.assertIn("trace 25 +- 0 (wanted: 25)", outcome.out)
+        self.assertIn("bridge 1 +- 0 (wanted: 1)", outcome.out)
         drawn = self.run_program("lines", "tunnel.dl", "--json", "--force").json
         cut = self.run_program("cut", "tunnel.dc", "--json", "--quiet").json
         # about 1100 blocks; rock and frame fill the window, and the opening is one hole

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The records of an analysis file, once the dialect is known, and the rules for their values.
+!> Records of an analysis file of a given dialect, and the rules for their values.
 module rockdda_io_analysis_body
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
@@ -21,7 +21,7 @@ module rockdda_io_analysis_body
 
 contains
 
-   !> k01, number of steps, numbers of materials, g2, g1. ok is false when the numbers of materials are not known.
+   !> k01, number of steps, numbers of materials, g2, g1. ok is false when the numbers of materials are unknown.
    subroutine read_analysis_header(tokens, reader, analysis, counts, messages, ok)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -70,11 +70,11 @@ contains
 
    end subroutine read_analysis_header
 
-   !> Everything behind g1. `exact` says whether the numbers of the file last exactly; when it is false, the
-   !> content is not to be used.
+   !> Read all records after g1. `exact` is true when the file has exactly the numbers that were read; otherwise the
+   !> content is invalid.
    subroutine read_analysis_body(tokens, reader, way, n_fixed, n_loading, counts, analysis, messages, exact)
       type(token_list_type), intent(in) :: tokens
-      type(record_reader_type), intent(inout) :: reader  !! behind the header
+      type(record_reader_type), intent(inout) :: reader  !! after the header
       integer, intent(in) :: way                         !! dialect%peer or dialect%g0
       integer, intent(in) :: n_fixed, n_loading          !! points, used in dialect g0
       integer, intent(in) :: counts(2)                   !! block materials, joint materials

@@ -16,16 +16,16 @@ module rockdda_io_analysis_file
    private
    public :: read_analysis_file, read_analysis_source
 
-   !> With mistyped numbers in a file and no geometry, numbers of points up to this are tried.
+   !> Largest number of points tried for a file with mistyped numbers and without a geometry.
    integer, parameter :: most_tried_points = 50
 
 contains
 
-   !> Read and check an analysis file; every problem is added to `messages`, and a note that says which dialect
-   !> was taken. The result is valid only when no error was added.
+   !> Read and check an analysis file; every problem is added to `messages`, and a note with the dialect that
+   !> was used. The result is valid only when no error was added.
    subroutine read_analysis_file(path, n_fixed, n_loading, forced_dialect, analysis, messages)
       character(len=*), intent(in) :: path
-      integer, intent(in) :: n_fixed, n_loading   !! points of the model after cutting; < 0: not known
+      integer, intent(in) :: n_fixed, n_loading   !! points of the model after cutting; < 0: unknown
       integer, intent(in) :: forced_dialect       !! one of dialect%...; auto: decide by counting
       type(analysis_input_type), intent(out) :: analysis
       type(diagnostics_type), intent(inout) :: messages
@@ -77,7 +77,7 @@ contains
       rest = tokens%n_numbers - needed
       values = plain_numbers(tokens)
 
-      ! what the count alone says
+      ! dialects that fit the count
       taken = dialect%auto
       p = n_points
       n_found = 0
@@ -133,13 +133,13 @@ contains
 
    contains
 
-      !> Read the file in one way.
+      !> Read the file in one dialect.
       subroutine try(way, points, strict, result, notes, exact)
          integer, intent(in) :: way, points             !! dialect, number of fixed and loading points
          logical, intent(in) :: strict
          type(analysis_input_type), intent(out) :: result
          type(diagnostics_type), intent(out) :: notes
-         logical, intent(out) :: exact                  !! the numbers of the file last exactly
+         logical, intent(out) :: exact                  !! the file has exactly the numbers that were read
          type(record_reader_type) :: cursor
          integer :: nf, nl, numbers(2)
          nf = n_fixed
@@ -153,8 +153,8 @@ contains
          if (exact) call read_analysis_body(tokens, cursor, way, nf, nl, numbers, result, notes, exact)
       end subroutine try
 
-      !> Both dialects fit: it is peer if all values keep its rules (read as peer, a file of dialect g0 has Young's
-      !> modulus in the place of Poisson's ratio), else g0 if they keep those of g0.
+      !> Both dialects fit: choose peer if all values satisfy its rules (read as peer, a file of dialect g0 has Young's
+      !> modulus in place of Poisson's ratio), else g0 if they satisfy those of g0.
       subroutine choose_by_values()
          type(analysis_input_type) :: other
          type(diagnostics_type) :: other_found
@@ -168,9 +168,9 @@ contains
          found = other_found
       end subroutine choose_by_values
 
-      !> The file has text in it, perhaps in the place of numbers: take the way of reading with the fewest errors.
+      !> The file contains text, perhaps in place of numbers: choose the reading with the fewest errors.
       subroutine find_best_reading(known_ok, known_errors)
-         logical, intent(in) :: known_ok                !! a reading is at hand in analysis and found
+         logical, intent(in) :: known_ok                !! `analysis` and `found` hold a reading
          integer, intent(in) :: known_errors            !! its errors
          type(analysis_input_type) :: other
          type(diagnostics_type) :: other_found
@@ -198,11 +198,11 @@ contains
          end do
       end subroutine find_best_reading
 
-      !> Say which dialect was taken.
+      !> Add the note with the dialect.
       subroutine report_dialect()
          character(len=:), allocatable :: text
          text = "read in dialect '"//trim(merge('peer', 'g0  ', taken == dialect%peer))//"'"
-         if (forced_dialect /= dialect%auto) text = text//' as asked'
+         if (forced_dialect /= dialect%auto) text = text//' as requested'
          text = text//': '//counted(tokens%n_numbers, 'number')
          if (taken == dialect%g0) text = text//', '//counted(p, 'fixed and loading point')
          if (both_fit .and. taken == dialect%peer) text = text// &
@@ -213,7 +213,7 @@ contains
          call messages%add(severity%note, text, source%file_origin())
       end subroutine report_dialect
 
-      !> No dialect fits: print what each would need.
+      !> No dialect fits: report the numbers that each needs.
       subroutine report_count()
          character(len=:), allocatable :: text
          integer(i8) :: rows

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Are blocks and points of a block file sound? Used by all readers of block files.
+!> Check blocks and points of a block file. Used by all readers of block files.
 module rockdda_io_block_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -15,7 +15,7 @@ module rockdda_io_block_check
    private
    public :: check_blocks
 
-   !> Edges that cross by less than this part of a block's size are taken for touching: files may carry six digits.
+   !> Edges that cross by less than this share of the block size count as contact: files may have six digits.
    real(wp), parameter :: few_digits = 1.0e-5_wp
 
 contains
@@ -25,8 +25,8 @@ contains
    subroutine check_blocks(blocks, tokens, block_token, edge_token, messages)
       type(block_system_type), intent(in) :: blocks
       type(token_list_type), intent(in) :: tokens
-      integer, intent(in) :: block_token(:)     !! (n_blocks) where each block begins in the file
-      integer, intent(in) :: edge_token(:)      !! (n_vertices) where the row of each edge begins
+      integer, intent(in) :: block_token(:)     !! (n_blocks) token where each block begins
+      integer, intent(in) :: edge_token(:)      !! (n_vertices) token where the row of each edge begins
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, first, last, one, other, n_errors
       real(wp) :: area, tolerance

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Reader of block files (.blk): our own format and, told apart by content, the peer's.
+!> Reader of block files (.blk): the format of RockDDA and that of DDA for Windows, recognised by content.
 module rockdda_io_block_file
    use rockdda_base_kinds, only : i8
    use rockdda_base_strings, only : to_string
@@ -14,10 +14,10 @@ module rockdda_io_block_file
    private
    public :: read_block_file, read_block_source, block_file_magic
 
-   !> First word of our block files.
+   !> First word of RockDDA's block files.
    character(len=*), parameter :: block_file_magic = 'rockdda-blocks'
    integer, parameter :: format_version = 1
-   !> Nobody reads more messages than this.
+   !> Reading stops after this number of messages.
    integer, parameter :: most_errors = 1000
    character(len=*), parameter :: one_name(1) = ['value']
 
@@ -61,12 +61,12 @@ contains
       blocks%file_line = tokens%line(block_token)
    end subroutine read_block_source
 
-   !> Our own format.
+   !> The format of RockDDA.
    subroutine read_own_blocks(tokens, blocks, block_token, edge_token, messages)
       type(token_list_type), intent(in) :: tokens
       type(block_system_type), intent(inout) :: blocks
-      integer, allocatable, intent(out) :: block_token(:)  !! (n_blocks) where each begins
-      integer, allocatable, intent(out) :: edge_token(:)   !! (n_vertices) where the row of each vertex begins
+      integer, allocatable, intent(out) :: block_token(:)  !! (n_blocks) token where each begins
+      integer, allocatable, intent(out) :: edge_token(:)   !! (n_vertices) token where the row of each vertex begins
       type(diagnostics_type), intent(inout) :: messages
       type(row_reader_type) :: reader
       integer :: n_blocks, n_vertices, n_points(3), n_bolts, version, n_errors
@@ -89,7 +89,7 @@ contains
       if (.not. count_row('loading', 0, n_points(2))) return
       if (.not. count_row('measured', 0, n_points(3))) return
       if (.not. count_row('bolts', 0, n_bolts)) return
-      ! counts beyond what the file holds are refused before any memory is taken
+      ! counts that exceed the file are refused before memory is allocated
       if (4_i8*n_blocks + 3_i8*n_vertices + 3*sum(int(n_points, i8)) + 9_i8*n_bolts > tokens%n) then
          call messages%add(severity%error, 'the counts at the beginning ask for '//to_string(4_i8*n_blocks + &
             3_i8*n_vertices + 3*sum(int(n_points, i8)) + 9_i8*n_bolts)//' words and numbers, the file has '// &
@@ -109,7 +109,7 @@ contains
 
    contains
 
-      !> The count that asks for most.
+      !> The count that needs the most numbers.
       function largest_count() result(text)
          character(len=:), allocatable :: text
          character(len=*), parameter :: names(6) = [character(len=8) :: 'blocks', 'vertices', 'fixed', 'loading', &

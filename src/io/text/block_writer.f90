@@ -11,7 +11,7 @@ module rockdda_io_block_writer
 
 contains
 
-   !> Write a block system; it reads back bit for bit. The file appears whole or not at all.
+   !> Write a block system; it reads back bit for bit. The file appears complete or not at all.
    subroutine write_block_file(path, blocks, error)
       character(len=*), intent(in) :: path
       type(block_system_type), intent(in) :: blocks

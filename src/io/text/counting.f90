@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The two equalities that tell a geometry file from an analysis file, and one dialect from the other.
+!> Equalities of counts that distinguish geometry files from analysis files, and the two dialects.
 !>
 !> Geometry: N = 9 + 5 lines + 5 material lines + k bolts + 4 fixed lines + 2 (loading + measured + hole points),
 !> k = 4 or 7. Analysis: R = N - 6 - 13 block materials - 3 joint materials is 0 or 1 (dialect peer) or, with
@@ -23,13 +23,13 @@ contains
       geometry_needs = 9 + 5*n(1) + 5*n(3) + per_bolt*n(4) + 4*n(5) + 2*(n(6) + n(7) + n(8))
    end function geometry_needs
 
-   !> Numbers that an analysis file of the dialect peer must have, without SOR factor.
+   !> Numbers that an analysis file of dialect peer must have, without SOR factor.
    pure integer(i8) function analysis_needs(n_block_materials, n_joint_materials)
       integer, intent(in) :: n_block_materials, n_joint_materials
       analysis_needs = 6 + 13*int(n_block_materials, i8) + 3*int(n_joint_materials, i8)
    end function analysis_needs
 
-   !> The numbers of a file, those in comments left out: on each line those before its first text.
+   !> The numbers of a file without comments: on each line those before its first text.
    pure function plain_numbers(tokens) result(values)
       type(token_list_type), intent(in) :: tokens
       real(wp), allocatable :: values(:)

@@ -11,16 +11,15 @@ module rockdda_io_csv_table
    private
    public :: read_csv_table
 
-   !> Nobody reads more messages than this.
+   !> Reading stops after this number of messages.
    integer, parameter :: most_errors = 1000
-   !> Larger values cannot be meant.
+   !> Largest value accepted.
    real(wp), parameter :: largest_value = 1.0e60_wp
 
 contains
 
-   !> Read a table; the first column must not decrease (unless in_any_order). A header, if there is
-   !> one, must name all columns, in
-   !> any order; without one they are in the order of `columns`.
+   !> Read a table; the first column must not decrease (unless in_any_order). A header is
+   !> optional; it must name all columns, in any order. Without a header they are in the order of `columns`.
    subroutine read_csv_table(path, columns, table, messages, in_any_order)
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: columns(:)       !! lower case, at most 16
@@ -69,7 +68,7 @@ contains
 
    contains
 
-      !> Where each column stands.
+      !> Position of each column.
       subroutine read_header(header_ok)
          logical, intent(out) :: header_ok
          character(len=:), allocatable :: name

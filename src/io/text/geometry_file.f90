@@ -21,7 +21,7 @@ module rockdda_io_geometry_file
                                                    'stiffness', 'pretension', 'strength']
    character(len=*), parameter :: end_names(4) = [character(len=2) :: 'x1', 'y1', 'x2', 'y2']
    character(len=*), parameter :: point_names(2) = [character(len=1) :: 'x', 'y']
-   !> Smallest e0 over the largest coordinate: 50 times the spacing of double precision numbers.
+   !> Smallest ratio of e0 to the largest coordinate: 50 times the spacing of double precision numbers.
    real(wp), parameter :: smallest_distance = 1.0e-14_wp
    character(len=*), parameter :: distance_name = 'minimum edge-node distance e0'
 
@@ -69,7 +69,7 @@ contains
          call try(7, .false., ok)
       end if
       if (.not. ok .and. tokens%n_text > 0) then
-         ! the count is out, perhaps because of mistyped numbers: find the reading that holds with them
+         ! the count does not fit, perhaps because of mistyped numbers: find the reading that fits with them
          call try(4, .false., ok)
          if (.not. ok) call try(7, .false., ok)
          if (.not. ok) call try(4, .true., ok)
@@ -79,7 +79,7 @@ contains
          found = header_found
          strict_ok = .true.
          if (tokens%n_text > 0) then
-            ! a word in the place of a count, on a line of its own?
+            ! a word in place of a count, on a line of its own?
             strict_start = record_reader_type(strict=.true.)
             call read_header(tokens, strict_start, distance, counts, strict_found, strict_ok)
          end if
@@ -95,17 +95,17 @@ contains
 
    contains
 
-      !> Read the file with so many numbers per bolt.
+      !> Read the file with a given number of values per bolt.
       subroutine try(per_bolt, strict, exact)
          integer, intent(in) :: per_bolt
          logical, intent(in) :: strict
-         logical, intent(out) :: exact          !! the numbers of the file last exactly
+         logical, intent(out) :: exact          !! the file has exactly the numbers that were read
          type(record_reader_type) :: reader, cursor
          integer :: numbers(8)
          found = no_messages
          cursor%strict = strict
          call read_header(tokens, cursor, distance, numbers, found, exact)
-         ! counts beyond what the file holds are refused before any memory is taken
+         ! counts that exceed the file are refused before memory is allocated
          if (exact) exact = geometry_needs(numbers, per_bolt) <= tokens%n
          if (.not. exact) return
          call read_body(tokens, cursor, numbers, per_bolt, .true., reader, geometry, found)
@@ -168,13 +168,13 @@ contains
       end if
    end subroutine read_header
 
-   !> Everything behind the counts.
+   !> Read all records after the counts.
    subroutine read_body(tokens, start, counts, per_bolt, keep, reader, geometry, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(in) :: start
       integer, intent(in) :: counts(8)
       integer, intent(in) :: per_bolt          !! numbers per bolt, 4 or 7
-      logical, intent(in) :: keep              !! store and check; otherwise only find out where numbers are missing
+      logical, intent(in) :: keep              !! store and check; otherwise only find missing numbers
       type(record_reader_type), intent(out) :: reader
       type(geometry_input_type), intent(inout) :: geometry
       type(diagnostics_type), intent(inout) :: messages
@@ -244,7 +244,7 @@ contains
 
    contains
 
-      !> Nothing more to read, or too many errors to go on?
+      !> End of the file, or too many errors?
       logical function done()
          done = reader%n_missing > 0 .or. reader%too_many_errors(messages)
       end function done
@@ -283,14 +283,14 @@ contains
                                               'its ends must not agree', messages)
       end subroutine take_bolt
 
-      !> Do both ends of the record read last agree?
+      !> Are both ends of the last record equal?
       pure logical function no_length()
          no_length = .not. (abs(v(1) - v(3)) > 0 .or. abs(v(2) - v(4)) > 0)
       end function no_length
 
    end subroutine read_body
 
-   !> The file has too many or too few numbers: say which count was expected and where it ends.
+   !> Report too many or too few numbers: the expected count and the place where the file ends.
    subroutine report_count(tokens, start, counts, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(in) :: start

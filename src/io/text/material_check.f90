@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Checks across files: do the materials that the model uses exist in the analysis file?
+!> Check across files that the materials of the model exist in the analysis file.
 module rockdda_io_material_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -12,7 +12,7 @@ module rockdda_io_material_check
    private
    public :: check_geometry_materials, check_block_materials
 
-   !> Nobody reads more messages than this.
+   !> Checking stops after this number of messages.
    integer, parameter :: most_errors = 1000
 
 contains
@@ -43,7 +43,7 @@ contains
    subroutine check_block_materials(blocks, analysis, file, messages)
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis
-      character(len=*), intent(in) :: file         !! that the blocks come from, for messages
+      character(len=*), intent(in) :: file         !! file of the blocks, for messages
       type(diagnostics_type), intent(inout) :: messages
       type(origin_type) :: origin
       integer :: i, k, n_joint, n_block

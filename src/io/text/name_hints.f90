@@ -22,7 +22,7 @@ contains
    !> The nearest group, as "; did you mean '&time'?".
    pure function group_hint(group, groups) result(text)
       character(len=*), intent(in) :: group
-      character(len=*), intent(in) :: groups(:)     !! all that the file may have
+      character(len=*), intent(in) :: groups(:)     !! valid groups of the file
       character(len=:), allocatable :: text
       character(len=name_length + 1) :: known(size(groups))
       integer :: i
@@ -35,8 +35,8 @@ contains
    !> Another group that has exactly this name, or else the nearest name of this group.
    pure function name_hint(name, group, groups, names_of) result(text)
       character(len=*), intent(in) :: name, group
-      character(len=*), intent(in) :: groups(:)     !! all that the file may have
-      procedure(names_function) :: names_of         !! their names
+      character(len=*), intent(in) :: groups(:)     !! valid groups of the file
+      procedure(names_function) :: names_of         !! names of a group
       character(len=:), allocatable :: text
       integer :: i
       do i = 1, size(groups)

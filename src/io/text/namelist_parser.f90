@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Syntax of namelist files, with the place of every group, name and value.
 !>
-!> Fortran's own namelist read says neither where nor why it failed. Groups `&name … /`; entries
+!> The namelist read of Fortran reports neither place nor reason of a failure. Groups `&name … /`; entries
 !> `name = value, value`; values are numbers, logicals, text in '…' or "…", repeated as 3*1.0; comments start
-!> with `!` or `#`. What the names mean is not decided here.
+!> with `!` or `#`. The meaning of the names is defined by the caller.
 module rockdda_io_namelist_parser
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
@@ -18,7 +18,7 @@ module rockdda_io_namelist_parser
       integer :: number = 1
       integer :: logical = 2
       integer :: text = 3     !! in quotes
-      integer :: word = 4     !! anything else
+      integer :: word = 4     !! unquoted text
    end type value_kind_enum
    type(value_kind_enum), parameter :: value_kind = value_kind_enum()
 
@@ -55,16 +55,16 @@ module rockdda_io_namelist_parser
    character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
    character(len=*), parameter :: name_characters = letters//'0123456789_%'
    character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(11)//achar(12)//achar(13)
-   !> A repeat count beyond this is a mistake.
+   !> Largest repeat count accepted.
    integer, parameter :: largest_repeat = 1000000
-   !> No name takes more values than this.
+   !> Largest number of values of a name.
    integer, parameter :: most_values = 100000
-   !> Names are not longer than this.
+   !> Longest name.
    integer, parameter :: longest_name = 60
 
 contains
 
-   !> Parse a source; problems are added to `messages`, what could be understood is kept.
+   !> Parse a source; problems are added to `messages`, valid entries are kept.
    subroutine parse_namelist(source, namelist, messages)
       type(source_type), intent(in) :: source
       type(namelist_type), intent(out) :: namelist
@@ -263,7 +263,7 @@ contains
       call messages%add(severity%error, name//': the text has no closing quote', namelist%origin(start))
    end subroutine parse_text
 
-   !> Number, logical or something else.
+   !> Kind of an unquoted value: number, logical or word.
    pure subroutine read_word(word, value)
       character(len=*), intent(in) :: word
       type(value_type), intent(out) :: value
@@ -330,7 +330,7 @@ contains
       namelist%groups(namelist%n) = group
    end subroutine add_group
 
-   !> Move over blanks, line ends and comments.
+   !> Skip blanks, line ends and comments.
    pure subroutine skip_blanks(text, at)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: at
@@ -370,7 +370,7 @@ contains
       end do
    end function value_end
 
-   !> A name as it is kept: lower case; one that is too long to be known loses its end, for the sake of messages.
+   !> Stored form of a name: lower case; too long names are shortened for messages.
    pure function name_of(text) result(name)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: name
@@ -386,7 +386,7 @@ contains
       word = text(at:min(len(text), max(at, min(value_end(text, at), at + 39))))
    end function word_at
 
-   !> Does this character stand at this place?
+   !> Is this character at this position?
    pure logical function is_at(text, at, character)
       character(len=*), intent(in) :: text
       integer, intent(in) :: at

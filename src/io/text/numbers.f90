@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Numbers as people and programs write them: 12, -3., .5, 1e3, 1.0d3, 1.0D+03.
+!> Numbers in decimal notation: 12, -3., .5, 1e3, 1.0d3, 1.0D+03.
 module rockdda_io_numbers
    use rockdda_base_kinds, only : wp, i8
    implicit none
@@ -9,7 +9,7 @@ module rockdda_io_numbers
    type :: number_status_enum
       integer :: ok = 0
       integer :: text = 1          !! not a number (NaN and Inf are text)
-      integer :: out_of_range = 2  !! written as a number, but too large or too small for the machine
+      integer :: out_of_range = 2  !! a number outside the range of double precision
    end type number_status_enum
    type(number_status_enum), parameter :: number_status = number_status_enum()
 
@@ -100,7 +100,7 @@ contains
       end if
    end subroutine parse_number
 
-   !> Is 0.d1d2d3… * 10**exponent beyond the largest real? (Asked before converting, which would raise overflow.)
+   !> Is 0.d1d2d3… * 10**exponent beyond the largest real? (Tested before the conversion, which would raise overflow.)
    pure logical function is_too_large(digits, n_significant, exponent)
       integer(i8), intent(in) :: digits        !! the first 17 significant digits, or all when there are fewer
       integer, intent(in) :: n_significant     !! number of significant digits

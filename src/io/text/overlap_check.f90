@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Blocks of a block file that overlap or are there twice.
+!> Find blocks of a block file that overlap or occur twice.
 !>
 !> Two blocks overlap when an inner point of one, or a point of its outline, lies inside the other one and farther from
 !> its outline than a tolerance: touching, and overlaps of round-off size, are allowed. The tolerance is e0, but at
@@ -18,18 +18,18 @@ module rockdda_io_overlap_check
    private
    public :: check_overlaps
 
-   !> Overlaps by less than this part of a block's size are taken for touching: files may carry six digits.
+   !> Overlaps by less than this share of the block size count as contact: files may have six digits.
    real(wp), parameter :: few_digits = 1.0e-5_wp
-   !> More pairs than this are not reported.
+   !> Largest number of pairs reported.
    integer, parameter :: most_errors = 1000
 
 contains
 
    !> An error for each pair of blocks that overlap, at the line of the later one.
    subroutine check_overlaps(blocks, tokens, block_token, messages)
-      type(block_system_type), intent(in) :: blocks       !! each of them sound on its own
+      type(block_system_type), intent(in) :: blocks       !! each of them valid by itself
       type(token_list_type), intent(in) :: tokens
-      integer, intent(in) :: block_token(:)               !! (n_blocks) where each block begins in the file
+      integer, intent(in) :: block_token(:)               !! (n_blocks) token where each block begins
       type(diagnostics_type), intent(inout) :: messages
       type(grid_type) :: grid
       type(grid_query_type) :: query
@@ -116,7 +116,7 @@ contains
             enters = .true.
             return
          end if
-         ! between two crossings the edge is inside or outside all along
+         ! between two crossings the edge is entirely inside or outside
          cuts(1:2) = [0.0_wp, 1.0_wp]
          m = 2
          do k = 1, n
@@ -174,7 +174,7 @@ contains
       t = (w(1)*v(2) - w(2)*v(1))/det
    end function crossing
 
-   !> A point inside a polygon: the middle of the widest stretch on one of three levels between corners.
+   !> A point inside a polygon: the middle of the longest interval on one of three horizontal lines between corners.
    pure function inner_point(polygon) result(point)
       real(wp), intent(in) :: polygon(:, :)
       real(wp) :: point(2)
@@ -188,7 +188,7 @@ contains
       point = polygon(:, 1)
       widest = -1
       do level = 1, 3
-         ! between two corners that lie on different heights
+         ! between two corners at different heights
          k = max(1, min(n - 1, level*n/4))
          do while (k < n - 1 .and. .not. levels(k + 1) > levels(k))
             k = k + 1

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Reader of block files of DDA for Windows. Six decimals only: cut the geometry again where it is at hand.
+!> Reader of block files of DDA for Windows. They have six decimals only: prefer to
+!> cut the geometry again.
 !>
 !>     nBlocks nBolts nRows
 !>     nFixed nLoading nMeasured
 !>     material first last                     for each block; rows first … last are its vertices
-!>     jointMaterial x y                       for each row; the four rows after `last` hold other things
+!>     jointMaterial x y                       for each row; the four rows after `last` are not vertices
 !>     x1 y1 x2 y2 block1 block2 stiffness t0 f0    for each bolt, on three lines
 !>     type x y block                          for each point; type 0 fixed, 2 loading, 1 measured
 module rockdda_io_peer_block_file
@@ -40,12 +41,12 @@ contains
       fits_peer_blocks = 6 + 3*n(1) + 3*n(3) + 9*n(2) + 4*(n(4) + n(5) + n(6)) == tokens%n_numbers
    end function fits_peer_blocks
 
-   !> Read such a file.
+   !> Read a block file of DDA for Windows.
    subroutine read_peer_blocks(tokens, blocks, block_token, edge_token, messages)
       type(token_list_type), intent(in) :: tokens       !! fits_peer_blocks holds
       type(block_system_type), intent(inout) :: blocks
-      integer, allocatable, intent(out) :: block_token(:) !! (n_blocks) where each begins
-      integer, allocatable, intent(out) :: edge_token(:)  !! (n_vertices) where the row of each edge begins
+      integer, allocatable, intent(out) :: block_token(:) !! (n_blocks) token where each begins
+      integer, allocatable, intent(out) :: edge_token(:)  !! (n_vertices) token where the row of each edge begins
       type(diagnostics_type), intent(inout) :: messages
       type(record_reader_type) :: reader
       integer, allocatable :: range(:, :), row_joint(:), row_token(:)
@@ -106,7 +107,7 @@ contains
                edge_token(first + k) = row_token(from)
             end do
             if (polygon_area(blocks%vertices(:, first + 1:first + m)) >= 0) cycle
-            ! clockwise: turn round; edge k of the turned polygon is edge m - k of the old one
+            ! clockwise: reverse; edge k of the reversed polygon is edge m - k of the old one
             do k = 1, m
                blocks%vertices(:, first + k) = rows(:, last - k + 1)
                from = merge(last, last - k, k == m)
@@ -144,7 +145,7 @@ contains
          end associate
       end subroutine read_bolts
 
-      !> Points of all three kinds, told apart by their type.
+      !> Points of all three kinds, distinguished by their type.
       subroutine read_points(counts)
          integer, intent(in) :: counts(3)    !! fixed, loading, measured
          integer :: k, kind
@@ -173,7 +174,7 @@ contains
          call trim_points(blocks%measured)
       end subroutine read_points
 
-      !> Room for all points of the file; n counts those taken.
+      !> Allocate all points of the file; n counts those read.
       subroutine allocate_points(points, expected)
          type(point_set_type), intent(inout) :: points
          integer, intent(in) :: expected
@@ -181,7 +182,7 @@ contains
          allocate (points%position(2, expected), points%block(expected), points%origin(expected))
       end subroutine allocate_points
 
-      !> Take the point of the record read last.
+      !> Store the point of the last record.
       subroutine add_point(points)
          type(point_set_type), intent(inout) :: points
          points%n = points%n + 1
@@ -191,7 +192,7 @@ contains
          points%origin(points%n) = reader%record_origin(tokens)
       end subroutine add_point
 
-      !> Never more points than announced (reported above).
+      !> Limit the points to the announced number (reported above).
       subroutine trim_points(points)
          type(point_set_type), intent(inout) :: points
          points%n = min(points%n, size(points%block))

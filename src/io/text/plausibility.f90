@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Values that are allowed but hardly meant: units that do not fit together, no load, nothing that holds the blocks.
+!> Warnings of values that are allowed but implausible: inconsistent units, no load, no support.
 !>
 !> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and
-!> edges use are judged. The limits leave room for other units (feet, millimetres), centrifuges and soft rock; they are
+!> edges use are checked. The limits allow other units (feet, millimetres), centrifuges and soft rock; they are listed
 !> in docs/file-formats.md.
 module rockdda_io_plausibility
    use rockdda_base_kinds, only : wp, pi
@@ -16,20 +16,20 @@ module rockdda_io_plausibility
    private
    public :: check_plausibility
 
-   !> Friction angles above 0 and up to this are taken for radians [deg].
+   !> Friction angles above 0 and up to this are probably radians [deg].
    real(wp), parameter :: largest_radian = 1.6_wp
    !> Weight over density is an acceleration; 9.81 m/s2 is 9810 mm/s2.
    real(wp), parameter :: smallest_acceleration = 0.1_wp, largest_acceleration = 2.0e4_wp
-   !> Strain that the weight of the whole height may give at the bottom.
+   !> Largest plausible strain at the bottom under the weight of the whole height.
    real(wp), parameter :: largest_strain = 0.01_wp
-   !> Penetration, over the size of blocks, that the weight of the whole height may give at the bottom.
+   !> Largest plausible penetration at the bottom under the weight of the whole height, over the block size.
    real(wp), parameter :: largest_penetration = 0.01_wp
-   !> Contact springs may be softer than the rock by this factor.
+   !> Contact springs may be softer than the rock by this factor without a warning.
    real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
 
 contains
 
-   !> Warn of what is hardly meant.
+   !> Warn of implausible values.
    subroutine check_plausibility(blocks, parameters, options, analysis_file, options_file, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -71,7 +71,7 @@ contains
          call messages%add(severity%warning, text, origin)
       end subroutine warn
 
-      !> Degrees, not radians.
+      !> Friction angles in degrees, not radians.
       subroutine check_friction()
          integer :: k
          do k = 1, size(joint_used)
@@ -85,7 +85,7 @@ contains
          end do
       end subroutine check_friction
 
-      !> Weight and density in units that fit together.
+      !> Weight and density in consistent units.
       subroutine check_weight()
          real(wp) :: acceleration
          integer :: k
@@ -105,7 +105,7 @@ contains
          end do
       end subroutine check_weight
 
-      !> Blocks that do not give way under their own weight.
+      !> Blocks stiff enough for their own weight.
       subroutine check_modulus()
          real(wp) :: strain
          integer :: k
@@ -123,7 +123,7 @@ contains
          end do
       end subroutine check_modulus
 
-      !> Contact springs that carry the model.
+      !> Contact springs stiff enough for the model.
       subroutine check_stiffness()
          real(wp) :: penetration, e_max
          logical :: from_options
@@ -132,7 +132,7 @@ contains
          e_max = maxval(parameters%block_materials%youngs_modulus, mask=block_used)
          if (penetration > largest_penetration .and. parameters%normal_stiffness >= e_max .and. &
              2*penetration*parameters%normal_stiffness > largest_strain*e_max) then
-            ! E is too low already, and a stiffness that follows from it is no fault of its own
+            ! E is too low already; the contact stiffness follows from it and is not reported again
             return
          else if (penetration > largest_penetration) then
             call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)// &
@@ -147,7 +147,7 @@ contains
          end if
       end subroutine check_stiffness
 
-      !> Something that moves the blocks.
+      !> A load or motion.
       subroutine check_loads()
          integer :: k
          if (unit_weight > 0 .or. size(parameters%line_loads) > 0) return
@@ -177,7 +177,7 @@ contains
          end do
       end function acts
 
-      !> Something that holds the blocks: one block may fly, and blocks that are thrown.
+      !> A support; not needed for a single block or for blocks with an initial velocity.
       subroutine check_supports()
          integer :: k
          if (.not. unit_weight > 0 .or. blocks%fixed%n > 0 .or. blocks%n_blocks == 1) return

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Reads records of numbers from a list of tokens, naming what it expects.
+!> Reads records of numbers from a list of tokens, with the names of the expected quantities.
 !>
 !> A record is one count, the five numbers of a line, the thirteen of a material … and may spread over lines.
-!> A token that is no number is an error inside a record; after a complete record it and the rest of its line
+!> A token that is not a number is an error inside a record; after a complete record it and the rest of its line
 !> are comment. Text at the start of a record on a line of its own is comment, too; in `strict` mode (used
-!> when the numbers of the file do not add up otherwise) it stands for a mistyped number.
+!> when the numbers of the file do not agree with its counts otherwise) it counts as a mistyped number.
 module rockdda_io_record_reader
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
@@ -16,33 +16,33 @@ module rockdda_io_record_reader
    public :: record_reader_type, largest_coordinate, smallest_length, largest_value
    public :: append_in_order, note_comment, report_decimal_comma, report_large_count
 
-   !> Larger coordinates cannot be meant (and their fourth powers must stay finite).
+   !> Largest coordinate accepted (fourth powers must stay finite).
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
-   !> Nor can shorter lengths: products of areas would vanish.
+   !> Smallest length accepted: products of areas must not underflow.
    real(wp), parameter :: smallest_length = 1.0e-30_wp
-   !> Larger material values and loads cannot be meant.
+   !> Largest material value and load accepted.
    real(wp), parameter :: largest_value = 1.0e60_wp
-   !> Nobody reads more messages than this: reading stops.
+   !> Reading stops after this number of messages.
    integer, parameter :: most_errors = 1000
    integer, parameter :: longest_record = 16
 
-   !> The record read last.
+   !> The last record.
    type :: record_type
       integer :: n = 0                          !! numbers
-      real(wp) :: value(longest_record) = 0     !! 0 where no number could be read
-      integer :: token(longest_record) = 0      !! where each came from; 0: not read or not a number
-      integer :: first_token = 0                !! 0: nothing read
+      real(wp) :: value(longest_record) = 0     !! 0 without a valid number
+      integer :: token(longest_record) = 0      !! token of each; 0: not read or not a number
+      integer :: first_token = 0                !! 0: no token read
    end type record_type
 
    type :: record_reader_type
       integer :: at = 1               !! next token
       integer :: n_taken = 0          !! numbers read, mistyped ones counted
-      integer :: n_bad = 0            !! tokens found in the place of numbers
-      integer :: n_missing = 0        !! numbers wanted after the end of the file
+      integer :: n_bad = 0            !! tokens that are not numbers in place of numbers
+      integer :: n_missing = 0        !! numbers missing at the end of the file
       integer :: broken_at = 0        !! first token of the first record that does not fit the lines of the file
       integer :: end_line = 0         !! line on which the last complete record ended, 0: none yet
       logical :: strict = .false.
-      logical :: check = .true.       !! judge values, not only syntax
+      logical :: check = .true.       !! check values, not only syntax
       character(len=:), allocatable :: missing_name !! the first number that is missing
       type(record_type) :: record
    contains
@@ -60,7 +60,7 @@ module rockdda_io_record_reader
 
 contains
 
-   !> Pass over comment at the start of a record.
+   !> Skip comment at the start of a record.
    pure subroutine skip_comment(self, tokens)
       class(record_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -85,7 +85,7 @@ contains
       class(record_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: names(:)     !! of the numbers, at most 16
-      character(len=*), intent(in) :: object       !! what they belong to; empty: the names say all
+      character(len=*), intent(in) :: object       !! object that the numbers belong to; empty: none
       integer, intent(in) :: number                !! of the object; 0: it has none
       type(diagnostics_type), intent(inout) :: messages
       integer :: k, n, left, at
@@ -100,7 +100,7 @@ contains
       if (self%at <= tokens%n) self%record%first_token = self%at
       do k = 1, n
          if (self%at <= tokens%n .and. k > 1) then
-            ! a stray word between numbers that are all there: an error, but not in the place of a number
+            ! a stray word although no number is missing: an error, but not in place of a number
             if (tokens%kind(self%at) == token_kind%text) then
                left = tokens%numbers_left_on_line(self%at + 1)
                if (self%at < tokens%n) then
@@ -144,7 +144,7 @@ contains
 
    contains
 
-      !> Report a token that stands where a number must.
+      !> Report a token in place of a number.
       subroutine bad_token(k)
          integer, intent(in) :: k
          character(len=:), allocatable :: name
@@ -187,7 +187,7 @@ contains
       end if
    end subroutine read_count
 
-   !> Numbers that stand between here and the end of the file, comment aside.
+   !> Numbers from here to the end of the file, without comments.
    pure integer function numbers_left(self, tokens)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens
@@ -204,7 +204,7 @@ contains
       end do
    end function numbers_left
 
-   !> Did the numbers of the file last exactly?
+   !> Does the file have exactly the numbers that were read?
    pure logical function is_exact(self, tokens)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens

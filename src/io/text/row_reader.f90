@@ -16,10 +16,10 @@ module rockdda_io_row_reader
       integer :: n_rows = 0
       integer, allocatable :: first(:)      !! (n_rows + 1) first token of each line that has tokens
       integer :: at = 1                     !! next row
-      integer :: row = 0                    !! row read last
+      integer :: row = 0                    !! number of the last row
       real(wp) :: value(longest_row) = 0    !! its numbers
-      integer :: token(longest_row) = 0     !! where each came from; 0: no number
-      logical :: row_ok = .false.           !! all numbers were there
+      integer :: token(longest_row) = 0     !! token of each; 0: not a number
+      logical :: row_ok = .false.           !! all numbers are valid
    contains
       procedure :: start
       procedure :: keyword
@@ -61,15 +61,15 @@ contains
    end function keyword
 
    !> Read a row: the keyword, if one is given, then exactly the numbers named. A row that begins with
-   !> another word is left for later; row_ok tells.
+   !> another word is not read; row_ok is false then.
    subroutine read_row(self, tokens, word, names, object, messages, optional_names)
       class(row_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word           !! empty: numbers alone
       character(len=*), intent(in) :: names(:)       !! of the numbers
-      character(len=*), intent(in) :: object         !! what the row is, for messages
+      character(len=*), intent(in) :: object         !! description of the row, for messages
       type(diagnostics_type), intent(inout) :: messages
-      character(len=*), intent(in), optional :: optional_names(:)   !! of numbers that may follow
+      character(len=*), intent(in), optional :: optional_names(:)   !! of optional numbers at the end
       character(len=:), allocatable :: hint
       integer :: k, i, first, last, most
       self%row_ok = .false.
@@ -98,7 +98,7 @@ contains
       last = self%first(self%row + 1) - 1
       hint = decimal_comma(first, last)
       most = size(names)
-      ! a decimal comma makes one number more, too
+      ! a decimal comma adds a number, too
       if (present(optional_names) .and. len(hint) == 0) most = most + size(optional_names)
       self%row_ok = last - first + 1 >= size(names) .and. last - first + 1 <= most
       do k = 1, min(most, last - first + 1)
@@ -149,7 +149,7 @@ contains
 
    end subroutine read_row
 
-   !> Pass over rows of numbers.
+   !> Skip rows of numbers.
    pure subroutine skip_to_keyword(self, tokens)
       class(row_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -159,7 +159,7 @@ contains
       end do
    end subroutine skip_to_keyword
 
-   !> Where number k of the row read last stands (the row itself for k = 0).
+   !> Place of number k of the last row (of the row itself for k = 0).
    pure function place(self, tokens, k) result(origin)
       class(row_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens

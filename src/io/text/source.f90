@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> A text file in memory, with the places of its lines.
+!> Text file in memory, with the positions of its lines.
 !>
-!> Whole files are read at once: legacy files are short beside the model they make. A byte-order mark is
+!> A file is read as a whole: input files are small compared with the model. A byte-order mark is
 !> skipped, CR before LF is not part of a line, the last line may lack its line end.
 module rockdda_io_source
    use rockdda_base_kinds, only : i8
@@ -12,13 +12,13 @@ module rockdda_io_source
    private
    public :: source_type, read_source, new_source, file_text_problem, begins_as_xml
 
-   !> Files beyond this many bytes are refused: no model text is that long.
+   !> Largest file accepted [bytes].
    integer(i8), parameter :: largest_file = 1000000000_i8
    !> Lines longer than this are not repeated in messages.
    integer, parameter :: longest_quoted_line = 400
 
    type :: source_type
-      character(len=:), allocatable :: file   !! name as the user gave it
+      character(len=:), allocatable :: file   !! name as given by the user
       character(len=:), allocatable :: text   !! all bytes after a byte-order mark
       integer :: n_lines = 0
       integer, allocatable :: line_start(:)   !! (n_lines) position of the first byte of each line in text
@@ -85,7 +85,7 @@ contains
    !> Why a path cannot be read as a file; empty when it can.
    function file_text_problem(path, any_size) result(problem)
       character(len=*), intent(in) :: path
-      logical, intent(in), optional :: any_size  !! true: do not judge the size
+      logical, intent(in), optional :: any_size  !! true: accept any size
       character(len=:), allocatable :: problem
       integer :: kind
       problem = ''
@@ -109,7 +109,7 @@ contains
       end if
    end function file_text_problem
 
-   !> Make a source of text that is in memory.
+   !> Create a source from text in memory.
    pure subroutine new_source(file, text, source)
       character(len=*), intent(in) :: file      !! name for messages
       character(len=*), intent(in) :: text
@@ -134,12 +134,12 @@ contains
             source%line_start(n) = i + 1
          end if
       end do
-      ! what follows the last line end is a line only when it is not empty
+      ! text after the last line end is a line only when it is not empty
       if (n > 1 .and. source%line_start(n) > len(source%text)) n = n - 1
       source%n_lines = n
    end subroutine new_source
 
-   !> Where a line begins and ends in the text, without its line end; last < first for an empty one.
+   !> First and last position of a line in the text, without its line end; last < first for an empty line.
    pure subroutine line_range(source, line, first, last)
       class(source_type), intent(in) :: source
       integer, intent(in) :: line                !! 1-based

@@ -33,7 +33,7 @@ contains
    end function edit_distance
 
    !> Index of the known name nearest to `name` (case and trailing blanks aside), 0 when none is near enough:
-   !> at most a third of the letters may differ (but always one or two), or one begins with the other.
+   !> at most a third of the letters may differ (but at least one or two), or one begins with the other.
    pure integer function nearest_name(name, known)
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)
@@ -59,7 +59,7 @@ contains
       end do
    end function nearest_name
 
-   !> "; did you mean 'xxx'?" or nothing when no known name is near.
+   !> "; did you mean 'xxx'?" or empty when no known name is near.
    pure function did_you_mean(name, known) result(text)
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)

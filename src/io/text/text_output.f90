@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Writing text files: to a temporary name first, so that a failure leaves the old file whole.
+!> Writing text files: to a temporary name first, so that the old file survives a failure.
 module rockdda_io_text_output
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -12,7 +12,7 @@ module rockdda_io_text_output
 
    type :: text_writer_type
       character(len=:), allocatable, private :: path       !! the final name
-      character(len=:), allocatable, private :: temporary  !! where the lines go
+      character(len=:), allocatable, private :: temporary  !! name during writing
       type(file_sink_type), private :: sink
    contains
       procedure :: open => open_writer
@@ -22,7 +22,7 @@ module rockdda_io_text_output
 
 contains
 
-   !> Begin a file. An existing one is replaced only when `close` succeeds.
+   !> Open a file. An existing one is replaced only when `close` succeeds.
    subroutine open_writer(self, path, error)
       class(text_writer_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -49,7 +49,7 @@ contains
       call self%sink%put(text//new_line('a'), error)
    end subroutine line
 
-   !> Finish: everything is on disk under its final name, or there is an error and the old file is untouched.
+   !> Close the file: it is on disk under its final name, or there is an error and the old file is unchanged.
    subroutine close_writer(self, error)
       class(text_writer_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error

@@ -11,9 +11,9 @@ module rockdda_io_tokens
    public :: token_list_type, tokenise, token_kind
 
    type :: token_kind_enum
-      integer :: number = 0        !! value holds it
+      integer :: number = 0        !! its value is in `value`
       integer :: text = 1
-      integer :: out_of_range = 2  !! a number that the machine cannot hold
+      integer :: out_of_range = 2  !! a number outside the range of double precision
    end type token_kind_enum
    type(token_kind_enum), parameter :: token_kind = token_kind_enum()
 
@@ -25,7 +25,7 @@ module rockdda_io_tokens
       integer, allocatable :: line(:)            !! 1-based
       integer, allocatable :: kind(:)            !! one of token_kind%...
       real(wp), allocatable :: value(:)
-      integer :: n_text = 0                      !! tokens that are no numbers
+      integer :: n_text = 0                      !! tokens that are not numbers
       integer :: n_numbers = 0                   !! numbers outside comments: on each line those before its first text
    contains
       procedure :: text => token_text
@@ -39,7 +39,7 @@ module rockdda_io_tokens
 
 contains
 
-   !> Cut a source into tokens.
+   !> Split a source into tokens.
    subroutine tokenise(source, tokens)
       type(source_type), intent(in) :: source
       type(token_list_type), intent(out) :: tokens
@@ -130,7 +130,7 @@ contains
       if (len(text) > 40) text = text(1:37)//'...'
    end function token_text
 
-   !> Where a token begins.
+   !> Place where a token begins.
    pure function token_origin(self, i) result(origin)
       class(token_list_type), intent(in) :: self
       integer, intent(in) :: i
@@ -138,7 +138,7 @@ contains
       origin = self%source%origin(self%line(i), self%first(i) - self%source%line_start(self%line(i)) + 1)
    end function token_origin
 
-   !> The place right behind the last token: where a missing one is missing.
+   !> Place directly after the last token, for messages about missing tokens.
    pure function end_origin(self) result(origin)
       class(token_list_type), intent(in) :: self
       type(origin_type) :: origin
@@ -150,7 +150,7 @@ contains
       end if
    end function end_origin
 
-   !> Is this text NaN or an infinity: surely meant as a number?
+   !> Is this text NaN or an infinity?
    pure logical function is_not_finite(self, i)
       class(token_list_type), intent(in) :: self
       integer, intent(in) :: i
@@ -173,8 +173,8 @@ contains
       end do
    end function numbers_left_on_line
 
-   !> Do tokens `i` and i + 1 look like one number with a decimal comma? Two runs of digits with nothing but a comma
-   !> between them, and no such comma before or behind them.
+   !> Do tokens `i` and i + 1 look like one number with a decimal comma? Two runs of digits with only a comma
+   !> between them, and no such comma before or after them.
    pure logical function has_decimal_comma(self, i)
       class(token_list_type), intent(in) :: self
       integer, intent(in) :: i
