@@ -196,7 +196,7 @@ def write_tutorial(folder: Path) -> None:
 def _loose(path: Path) -> float:
     """Height of loosened rock by `rockdda-post loosening` [m]."""
     from rockdda import open
-    from rockdda.loosening import loosening_of
+    from rockdda.analysis.loosening import loosening_of
 
     return loosening_of(open(path)).height
 

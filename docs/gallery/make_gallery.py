@@ -31,8 +31,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import rockdda  # noqa: E402
 from PIL import Image  # noqa: E402
 from rockdda import plot  # noqa: E402
+from rockdda.film import Viewer, serve  # noqa: E402
 from rockdda.results import Results  # noqa: E402
-from rockdda.view import Viewer, serve  # noqa: E402
 
 UNITS = "m,s,N"
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`python -m rockdda` is `rockdda-post`."""
 
-from .cli import run
+from .cli.command import run
 
 run()

@@ -5,16 +5,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
+from .deck import GeometryDeck, coordinates, line_rows
 from .errors import Problem
 from .native import Session
-
-if TYPE_CHECKING:
-    from .model import Model
 
 __all__ = ["Blocks", "Bolts", "CutReport", "Points", "cut"]
 
@@ -145,8 +143,18 @@ class Blocks:
         self._session.write_blocks(path)
 
 
+@runtime_checkable
+class HasGeometry(Protocol):
+    """A model in memory, such as `rockdda.Model`."""
+
+    name: str
+
+    def geometry_text(self) -> str:
+        """The geometry file (.dc)."""
+
+
 def cut(
-    geometry: str | os.PathLike[str] | Model | npt.ArrayLike,
+    geometry: str | os.PathLike[str] | HasGeometry | npt.ArrayLike,
     *,
     e0: float | None = None,
     joint: npt.ArrayLike = 1,
@@ -162,26 +170,20 @@ def cut(
 
     Raises InputError; warnings (dropped lines, …) become `InputWarning`.
     """
-    from .model import Model
-
     session = Session()
     was_cut = True
-    if isinstance(geometry, Model):
+    if isinstance(geometry, HasGeometry):
         session.cut_text(f"{geometry.name}.dc", geometry.geometry_text())
     elif isinstance(geometry, str | os.PathLike):
         session.cut_file(geometry)
         was_cut = session.sizes()["lines"] > 0
     else:
-        model = Model("lines")
-        model.add_lines(geometry, joint=joint)
-        lines = model.lines
+        rows = line_rows(geometry, joint)
         if e0 is None:
-            extent = np.ptp(lines.reshape(-1, 2), axis=0).max() if len(lines) else 1.0
-            e0 = 1e-6 * float(extent)
-        model.e0 = e0
-        for point in np.asarray(holes, dtype=float).reshape(-1, 2):
-            model.add_hole(point)
-        session.cut_text("lines.dc", model.geometry_text())
+            ends = np.array([line for line, _ in rows]).reshape(-1, 2)
+            e0 = 1e-6 * float(np.ptp(ends, axis=0).max() if len(ends) else 1.0)
+        points = [coordinates(point) for point in np.asarray(holes, dtype=float).reshape(-1, 2).tolist()]
+        session.cut_text("lines.dc", GeometryDeck(e0, joints=rows, holes=points).text())
     session.warn()
     blocks = Blocks(session, was_cut=was_cut)
     if output is not None:

@@ -6,10 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .results import Results
+from typing import Any
 
 __all__ = ["ConvergenceError", "InputError", "InputWarning", "OutputError", "Problem", "RockddaError"]
 
@@ -70,9 +67,9 @@ class InputWarning(UserWarning):
 class ConvergenceError(RockddaError, RuntimeError):
     """The computation could not go on. `results` holds what was computed up to there (None if nothing was saved)."""
 
-    def __init__(self, message: str, results: Results | None = None) -> None:
+    def __init__(self, message: str, results: Any = None) -> None:
         super().__init__(message)
-        self.results = results
+        self.results = results  # a `Results`, or None
 
 
 class OutputError(RockddaError, OSError):

@@ -5,18 +5,47 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from pathlib import Path
+from typing import Any, Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from .results import Results
-
-__all__ = ["BOLT_TABLES", "CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "Frames"]
+__all__ = ["BOLT_TABLES", "CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "FrameTables", "Frames"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+
+class FrameTables(Protocol):
+    """The tables that frames are rows of; `rockdda.Results` provides them."""
+
+    path: Path
+
+    @property
+    def n_frames(self) -> int: ...
+    @property
+    def n_blocks(self) -> int: ...
+    @property
+    def vertices(self) -> FloatArray: ...
+    @property
+    def vertex_offset(self) -> IntArray: ...
+    @property
+    def edge_joint(self) -> IntArray: ...
+    @property
+    def block_centroid(self) -> FloatArray: ...
+    @property
+    def block_area(self) -> FloatArray: ...
+    @property
+    def block_material(self) -> IntArray: ...
+    @property
+    def bolt_ends(self) -> FloatArray: ...
+    @property
+    def bolt_blocks(self) -> IntArray: ...
+    @property
+    def fixed_points(self) -> FloatArray: ...
+    def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
+
 
 BOLT_TABLES = ["bolt_ends", "bolt_force"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
@@ -48,7 +77,7 @@ class Contacts:
 class Frames(Sequence["Frame"]):
     """The frames of a results file."""
 
-    def __init__(self, results: Results) -> None:
+    def __init__(self, results: FrameTables) -> None:
         self._results = results
 
     def __len__(self) -> int:
@@ -75,7 +104,7 @@ class Frames(Sequence["Frame"]):
 class Frame:
     """The blocks at one moment. Arrays are read when they are asked for, each once."""
 
-    def __init__(self, results: Results, index: int) -> None:
+    def __init__(self, results: FrameTables, index: int) -> None:
         self.results = results
         self.index = index
         self._cache: dict[str, npt.NDArray[Any]] = {}

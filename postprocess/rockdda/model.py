@@ -3,26 +3,24 @@
 
 from __future__ import annotations
 
-import math
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .cutting import Blocks, cut
+from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
 from .errors import InputError
 from .namelist import format_groups, format_real, parse_groups
 from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, MODEL_FILE, Session
-
-if TYPE_CHECKING:
-    from .cutting import Blocks
-    from .results import Results
-    from .running import Simulation
+from .results import Results
+from .simulation import Simulation, run
 
 __all__ = ["BlockMaterial", "JointMaterial", "Model"]
 
@@ -30,28 +28,6 @@ FloatArray = npt.NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 Point = Sequence[float] | npt.NDArray[np.float64]
 Table = npt.ArrayLike  # (m, 3) rows t x y
-
-
-@dataclass
-class BlockMaterial:
-    """The 13 numbers of a block material. Weight acts in -y; stress is positive in tension."""
-
-    density: float  # mass per area
-    weight: float  # per area: density times g
-    youngs_modulus: float
-    poisson_ratio: float
-    stress: tuple[float, float, float] = (0.0, 0.0, 0.0)  # s11 s22 s12 at the start
-    stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)  # with y
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # vx vy vr at the start [rad per time]
-
-
-@dataclass
-class JointMaterial:
-    """The 3 numbers of a joint material."""
-
-    friction_angle: float  # degrees, in [0, 90)
-    cohesion: float = 0.0
-    tension: float = 0.0  # tensile strength
 
 
 @dataclass
@@ -210,16 +186,11 @@ class Model:
 
     def add_line(self, start: Point, end: Point, *, joint: int = 1, boundary: bool = False) -> None:
         """A line (joint, boundary) with its joint material."""
-        self._lines.append(_Line(_ends(start, end), _number("joint", joint), boundary))
+        self._lines.append(_Line(coordinates(start, end), whole_number("joint", joint), boundary))
 
     def add_lines(self, lines: npt.ArrayLike, *, joint: npt.ArrayLike = 1, boundary: bool = False) -> None:
         """Many lines: (n, 4) rows x1 y1 x2 y2; joint: one joint material, or n of them."""
-        rows = np.asarray(lines, dtype=float)
-        if rows.ndim != 2 or rows.shape[1] != 4:
-            raise InputError(f"lines: expected an array of shape (n, 4), found {rows.shape}")
-        joints = np.broadcast_to(np.asarray(joint), len(rows))
-        for row, number in zip(rows.tolist(), joints.tolist(), strict=True):
-            self._lines.append(_Line(_ends(row[:2], row[2:]), _number("joint", number), boundary))
+        self._lines += [_Line(ends, number, boundary) for ends, number in line_rows(lines, joint)]
 
     def add_polygon(self, points: npt.ArrayLike, *, joint: int = 1, boundary: bool = True) -> None:
         """The closed outline through points, (n, 2)."""
@@ -228,33 +199,33 @@ class Model:
 
     def add_material_line(self, start: Point, end: Point, *, material: int) -> None:
         """Gives its block material to every block that it crosses or lies in; the last line wins."""
-        self._material_lines.append(_Line(_ends(start, end), _number("material", material)))
+        self._material_lines.append(_Line(coordinates(start, end), whole_number("material", material)))
 
     def add_bolt(
         self, start: Point, end: Point, *, stiffness: float, pretension: float = 0.0, strength: float = 0.0
     ) -> None:
         """A bolt; strength 0 is unlimited."""
-        self._bolts.append(_Bolt(_ends(start, end), float(stiffness), float(pretension), float(strength)))
+        self._bolts.append(_Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
 
     def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:
         """A fixed point, or a fixed line: points where it crosses edges and at its ends.
 
         table: (m, 3) rows t x y of prescribed displacements, linear in between.
         """
-        self._fixed.append(_Place(_ends(start, start if end is None else end), _table(table)))
+        self._fixed.append(_Place(coordinates(start, start if end is None else end), _table(table)))
 
     def add_loading(self, point: Point, *, table: Table) -> None:
         """A loading point; table: (m, 3) rows t fx fy of forces, linear in between."""
-        self._loading.append(_Place(_ends(point), _table(table)))
+        self._loading.append(_Place(coordinates(point), _table(table)))
 
     def add_measured(self, point: Point) -> None:
         """A measured point: displacement, stress and rotation there are in the history."""
-        x, y = _ends(point)
+        x, y = coordinates(point)
         self._measured.append((x, y))
 
     def add_hole(self, point: Point) -> None:
         """The block around the point becomes an opening."""
-        x, y = _ends(point)
+        x, y = coordinates(point)
         self._holes.append((x, y))
 
     @property
@@ -296,53 +267,37 @@ class Model:
 
     # -- files ---------------------------------------------------------------------------------------------------
 
+    def _geometry_deck(self) -> GeometryDeck:
+        return GeometryDeck(
+            self.e0,
+            boundary=[(line.ends, line.number) for line in self._lines if line.boundary],
+            joints=[(line.ends, line.number) for line in self._lines if not line.boundary],
+            material_lines=[(line.ends, line.number) for line in self._material_lines],
+            bolts=[(*bolt.ends, bolt.stiffness, bolt.pretension, bolt.strength) for bolt in self._bolts],
+            fixed=[place.ends for place in self._fixed],
+            loading=[place.ends for place in self._loading],
+            measured=self._measured,
+            holes=self._holes,
+        )
+
     def geometry_text(self) -> str:
         """The geometry file (.dc)."""
-        lines = self._ordered_lines()
-        rows = [
-            f"{format_real(self.e0)}  # minimum edge-node distance e0",
-            f"{len(lines)} {sum(line.boundary for line in lines)}  # lines, of which boundary lines come first",
-            f"{len(self._material_lines)}  # material lines",
-            f"{len(self._bolts)}  # bolts",
-            f"{len(self._fixed)}  # fixed lines",
-            f"{len(self._loading)}  # loading points",
-            f"{len(self._measured)}  # measured points",
-            f"{len(self._holes)}  # hole points",
-        ]
-        rows += [f"{_row(line.ends)} {line.number}" for line in lines]
-        rows += [f"{_row(line.ends)} {line.number}" for line in self._material_lines]
-        rows += [_row((*bolt.ends, bolt.stiffness, bolt.pretension, bolt.strength)) for bolt in self._bolts]
-        rows += [_row(place.ends) for place in (*self._fixed, *self._loading)]
-        rows += [_row(point) for point in (*self._measured, *self._holes)]
-        return "\n".join(rows) + "\n"
+        return self._geometry_deck().text()
 
     def analysis_text(self) -> str:
         """The analysis file (.df), in dialect g0. Fixed lines are cut first: each of their points needs its row."""
-        tables = [*self._fixed_point_tables(), *(place.table for place in self._loading)]
-        rows = [
-            f"{format_real(self.k01)}  # k01: 0 static to 1 dynamic",
-            f"{_number('steps', self.steps)}  # time steps",
-            f"{len(self.block_materials)}  # block materials",
-            f"{len(self.joint_materials)}  # joint materials",
-            f"{format_real(self.displacement_ratio)}  # g2: allowed displacement ratio",
-            f"{format_real(self.dt_max)}  # g1: largest time step",
-            f"{format_real(self.stiffness)}  # g0: contact stiffness, 0 automatic",
-        ]
-        rows += [f"{len(table)}  # rows of this point" for table in tables]
-        rows += [_row(row) for table in tables for row in table.tolist()]
-        for material in self.block_materials:
-            numbers = (material.density, material.weight, material.youngs_modulus, material.poisson_ratio)
-            rows += [
-                f"{_row(numbers)}  # density, weight, E, nu",
-                f"{_row(material.stress)}  # initial stress s11 s22 s12",
-                f"{_row(material.stress_gradient)}  # its gradient with y",
-                f"{_row(material.velocity)}  # initial velocity vx vy vr",
-            ]
-        for joint in self.joint_materials:
-            values = (joint.friction_angle, joint.cohesion, joint.tension)
-            rows.append(f"{_row(values)}  # friction angle, cohesion, tension")
-        rows.append(f"{format_real(self.sor_factor)}  # SOR factor")
-        return "\n".join(rows) + "\n"
+        return AnalysisDeck(
+            self.k01,
+            self.steps,
+            self.displacement_ratio,
+            self.dt_max,
+            self.block_materials,
+            self.joint_materials,
+            stiffness=self.stiffness,
+            fixed_tables=[table.tolist() for table in self._fixed_point_tables()],
+            loading_tables=[place.table.tolist() for place in self._loading],
+            sor_factor=self.sor_factor,
+        ).text()
 
     def options_text(self) -> str:
         """The options file (.nml); empty when there are no options."""
@@ -361,8 +316,7 @@ class Model:
         """The table of each fixed point: points take that of their line."""
         if all(place.ends[:2] == place.ends[2:] for place in self._fixed):
             return [place.table for place in self._fixed]
-        # the points know the line of the file that they come from; fixed lines begin after these
-        first = 9 + len(self._lines) + len(self._material_lines) + len(self._bolts)
+        first = self._geometry_deck().first_fixed_line()
         return [self._fixed[line - first].table for line in self.cut().fixed_points.line]
 
     def write(self, folder: PathLike, *, force: bool = False) -> list[Path]:
@@ -384,8 +338,8 @@ class Model:
             (target / name).write_text(text, encoding="utf-8")
         return [target / name for name in texts]
 
-    def _texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:
-        """Names and texts for a run; `stack` keeps a file that has to be there meanwhile."""
+    def input_texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:
+        """Names and texts of the input files of a run; `stack` keeps the file of base motion until it has been read."""
         options = self.options_text()
         place = ""
         if self.base_acceleration is not None:
@@ -398,25 +352,15 @@ class Model:
 
     def cut(self) -> Blocks:
         """Cut the lines into blocks."""
-        from .cutting import cut
-
         return cut(self)
 
     def run(self, **options: Any) -> Results:
         """Run the model; takes the arguments of `rockdda.run`. Default output: name.h5."""
-        from .running import run
-
         return run(self, **options)
 
     def simulate(self, **options: Any) -> Simulation:
         """The model as a simulation to be advanced; takes the arguments of `rockdda.Simulation`."""
-        from .running import Simulation
-
         return Simulation(self, **options)
-
-
-def _row(values: Sequence[float]) -> str:
-    return " ".join(format_real(value) for value in values)
 
 
 def _last(groups: Any, name: str, default: Any) -> Any:
@@ -424,23 +368,6 @@ def _last(groups: Any, name: str, default: Any) -> Any:
     for group in [groups] if isinstance(groups, Mapping) else groups:
         default = group.get(name, default)
     return default
-
-
-def _ends(*points: Point) -> tuple[Any, ...]:
-    """Coordinates of points, in a row."""
-    for point in points:
-        if len(point) != 2:
-            raise InputError(f"expected a point (x, y), found {point!r}")
-    values = tuple(float(x) for point in points for x in point)
-    if not all(math.isfinite(x) for x in values):
-        raise InputError(f"expected finite coordinates, found {values}")
-    return values
-
-
-def _number(what: str, value: Any) -> int:
-    if int(value) != value:
-        raise InputError(f"{what}: expected a whole number, found {value!r}")
-    return int(value)
 
 
 def _table(rows: Table) -> FloatArray:

@@ -8,6 +8,7 @@ is the start; numbers that are labels (materials, columns of tables, messages) c
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -18,9 +19,9 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
-from .hdf5 import GrowingFile, NoSuchPath, check_format, check_signature, plain
-from .readable import readable
-from .results_check import attributes_problem, results_problem, rows_problem
+from .storage.check import attributes_problem, results_problem, rows_problem
+from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
+from .text import readable
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -50,6 +51,10 @@ HISTORY_TABLES = [
     "fixed_force",
 ]
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
+
+#: The functions behind `Results.plot`, `.animate` and `.to_vtk`. The package `rockdda` enters them when it is imported,
+#: so that this module imports nothing of the packages that draw and export.
+OUTPUTS: dict[str, Callable[..., Any]] = {}
 
 
 class Results:
@@ -488,24 +493,18 @@ class Results:
 
     def plot(self, field: str | None = None, frame: int = -1, **options: Any) -> matplotlib.axes.Axes:
         """Draw the blocks of a frame, coloured by a field; returns the matplotlib axes. See `rockdda.plot.plot`."""
-        from . import plot
-
-        return plot.plot(self, field=field, frame=frame, **options)
+        return OUTPUTS["plot"](self, field=field, frame=frame, **options)
 
     def animate(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Path:
         """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
 
-        Returns its path. See `rockdda.animate.animate`.
+        Returns its path. See `rockdda.film.animate`.
         """
-        from . import animate
-
-        return animate.animate(self, f"{self.path.stem}.mp4" if output is None else output, **options)
+        return OUTPUTS["animate"](self, f"{self.path.stem}.mp4" if output is None else output, **options)
 
     def to_vtk(self, path: str | os.PathLike[str], **options: Any) -> Path:
         """Write the frames for ParaView and PyVista; returns the path. See `rockdda.export.to_vtk`."""
-        from . import export
-
-        return export.to_vtk(self, path, **options)
+        return OUTPUTS["to_vtk"](self, path, **options)
 
 
 def open(path: str | os.PathLike[str]) -> Results:

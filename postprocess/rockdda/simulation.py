@@ -8,7 +8,7 @@ import time as clock
 from collections.abc import Callable
 from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,6 @@ from .errors import ConvergenceError, InputError
 from .native import ENERGIES, REASON, RESULTS, TITLE, Session
 from .results import Contacts, Results
 from .results import open as open_results
-
-if TYPE_CHECKING:
-    from .model import Model
 
 __all__ = ["Progress", "Simulation", "run"]
 
@@ -34,8 +31,16 @@ CHUNK = 0.1
 ALL = 2**31 - 1
 
 
+@runtime_checkable
+class HasInput(Protocol):
+    """A model in memory, such as `rockdda.Model`."""
+
+    def input_texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:
+        """Names and texts of the geometry, analysis and options file; `stack` keeps files that the run needs."""
+
+
 def run(
-    geometry: PathLike | Model,
+    geometry: PathLike | HasInput,
     analysis: PathLike | None = None,
     *,
     output: PathLike | None = None,
@@ -127,7 +132,7 @@ class Simulation:
 
     def __init__(
         self,
-        geometry: PathLike | Model,
+        geometry: PathLike | HasInput,
         analysis: PathLike | None = None,
         *,
         output: PathLike | None = None,
@@ -307,15 +312,17 @@ class Simulation:
 
 
 def _read(
-    session: Session, geometry: PathLike | Model, analysis: PathLike | None, config: PathLike | None, stack: ExitStack
+    session: Session,
+    geometry: PathLike | HasInput,
+    analysis: PathLike | None,
+    config: PathLike | None,
+    stack: ExitStack,
 ) -> None:
     """Read a model from files or from memory."""
-    from .model import Model
-
-    if isinstance(geometry, Model):
+    if isinstance(geometry, HasInput):
         if analysis is not None or config is not None:
             raise InputError("a Model brings its own analysis and options")
-        session.read_texts(*geometry._texts(stack))
+        session.read_texts(*geometry.input_texts(stack))
         return
     if analysis is None and not os.path.isdir(geometry):  # noqa: PTH112
         exists = os.path.exists(geometry)  # noqa: PTH110

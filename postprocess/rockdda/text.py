@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Texts of others in messages and scripts: control characters, lengths."""
+"""Texts from files and file names, made fit for messages, scripts, pictures and pages."""
 
 from __future__ import annotations
 
 import unicodedata
+
+__all__ = ["has_controls", "plain_text", "readable", "short", "shown"]
 
 LONGEST_SHOWN = 60
 
@@ -24,3 +26,18 @@ def shown(value: object, longest: int = LONGEST_SHOWN) -> str:
         return short(repr(value), longest)
     except ValueError:  # Python refuses to print thousands of digits
         return "a number of too many digits"
+
+
+def readable(text: str) -> str:
+    """Text whose undecoded bytes (lone surrogates, as Python keeps them in names and titles) are taken as Latin-1."""
+    return (
+        "".join(chr(ord(c) - 0xDC00) if "\udc80" <= c <= "\udcff" else c for c in text)
+        .encode("utf-8", "replace")
+        .decode("utf-8")
+    )
+
+
+def plain_text(text: str) -> str:
+    """A readable text for matplotlib: control characters become blanks, and $ is a dollar, not mathematics."""
+    clean = "".join(" " if unicodedata.category(c) == "Cc" else c for c in readable(text))
+    return clean.replace("$", r"\$")

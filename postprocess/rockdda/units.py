@@ -8,20 +8,22 @@ A results file holds numbers in any consistent units and does not say which. `--
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .plot_style import Units
 from .results import Results
 
-__all__ = ["ConvertedResults", "check_units", "in_units"]
+__all__ = ["ConvertedResults", "Units", "check_units", "in_units"]
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.65, "lbf": 4.4482216152605}
+
+PASCALS = {("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa", ("N", "mm"): "MPa"}
 
 # Powers of length, time and force of all datasets that have any; the columns of velocity and of the properties of bolts
 # are of two kinds.
@@ -53,6 +55,48 @@ POWERS: dict[str, tuple[int, int, int]] = {
 }
 # What any solid or soil is within: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
 DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of the units of length, time and force; what is not named is called by its quantity."""
+
+    length: str = ""
+    time: str = ""
+    force: str = ""
+
+    @classmethod
+    def parse(cls, text: str | Units | None) -> Units:
+        """From 'm,s,N'; 'SI' is the same."""
+        if isinstance(text, Units):
+            return text
+        if not text:
+            return cls()
+        parts = ["m", "s", "N"] if text.upper() == "SI" else [part.strip() for part in text.split(",")]
+        if len(parts) != 3 or not all(parts):
+            raise InputError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
+        return cls(*parts)
+
+    def of(self, dimension: str) -> str:
+        """The unit of a quantity, such as 'stress' or 'speed'; '' for pure numbers."""
+        known = bool(self.length)
+        length, time, force = (self.length, self.time, self.force) if known else ("length", "time", "force")
+        names = {
+            "length": length,
+            "time": time,
+            "force": force,
+            "speed": f"{length}/{time}",
+            "spin": f"rad/{time}",
+            "stress": PASCALS.get((force, length), f"{force}/{length}²"),
+            "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",
+            "rad": "rad",
+        }
+        return names.get(dimension, "")
+
+    def label(self, text: str, dimension: str) -> str:
+        """'text [unit]'."""
+        unit = self.of(dimension)
+        return f"{text} [{unit}]" if unit else text
 
 
 def _sizes(units: Units) -> tuple[float, float, float] | None:

@@ -14,9 +14,9 @@ import rockdda
 from matplotlib.collections import LineCollection
 from places import INPUTS
 from rockdda import export, plot
-from rockdda.animate_html import describe, film_page
-from rockdda.compare import compare
-from rockdda.plot_style import BOLT, Units
+from rockdda.analysis.compare import compare
+from rockdda.film.page import describe, film_page
+from rockdda.plot.style import BOLT, Units
 from synthetic import add_bolts, write_wall
 
 

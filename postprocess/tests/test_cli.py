@@ -166,7 +166,7 @@ def test_bugs_ask_for_a_report(folder, capsys, monkeypatch):
     def broken(*_):
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("rockdda.cli.open_results", broken)
+    monkeypatch.setattr("rockdda.cli.command.open_results", broken)
     code, _, err = run(capsys, "plot", "wall.h5")
     assert code == 1
     assert "internal error: ZeroDivisionError: oh. This is a bug, please report it" in err

@@ -31,7 +31,7 @@ def folder(tmp_path_factory):
 
 
 def start(folder, arguments, **options):
-    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
     command = [sys.executable, "-c", "from rockdda.cli import run; run()", *arguments]
     return subprocess.Popen(command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, **options)
 
@@ -60,7 +60,7 @@ def test_a_full_standard_output_is_said(folder, arguments):
 def test_closed_streams_do_no_harm(folder):
     """What is written to a closed standard output must not land in a file."""
     command = f"exec {sys.executable} -c 'from rockdda.cli import run; run()' plot wall.h5 --dpi 30 -o x.png"
-    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
     done = subprocess.run(["bash", "-c", f"{command} <&- >&- 2>&-"], cwd=folder, env=environment, timeout=60)
     assert done.returncode == 0
     assert (folder / "x.png").read_bytes().startswith(b"\x89PNG")
@@ -106,7 +106,7 @@ def test_no_window_without_a_display(folder, capsys, monkeypatch, name, value, m
 
 
 def test_shells_complete_commands_and_fields(folder):
-    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
     command = [sys.executable, "-c", "from rockdda.cli import run; run()"]
     shown = subprocess.run(
         [*command, "--show-completion", "bash"], env=environment, capture_output=True, text=True, timeout=60

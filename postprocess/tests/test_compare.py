@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 import rockdda
-from rockdda.compare import compare
+from rockdda.analysis.compare import compare
 from synthetic import write_wall
 
 INPUTS = Path(__file__).resolve().parents[2] / "inputs"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import rockdda
 from rockdda.convert import convert
-from rockdda.convert_dxf import kinds_of_layers, write_dxf
+from rockdda.convert.dxf import kinds_of_layers, write_dxf
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from rockdda.analysis.loosening import height_label, loosening
 from rockdda.errors import InputError
-from rockdda.loosening import height_label, loosening
 
 HEIGHTS = [0.0, 4.5, 8.5, 13.5]
 TIME = np.linspace(0.0004, 1.0, 2500)

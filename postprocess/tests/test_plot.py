@@ -17,7 +17,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
 from places import INPUTS
 from rockdda import plot as pictures
-from rockdda.plot_style import STATES, Units, limits_of, style
+from rockdda.plot.style import STATES, Units, limits_of, style
 from synthetic import write_wall
 
 
@@ -245,7 +245,7 @@ def test_a_hundred_thousand_blocks_are_drawn_in_time(tmp_path):
 
 def test_interactive_mesh(wall):
     pyvista = pytest.importorskip("pyvista")
-    from rockdda.plot_interactive import polygons_mesh
+    from rockdda.plot.window import polygons_mesh
 
     mesh = polygons_mesh(wall)
     assert isinstance(mesh, pyvista.PolyData)

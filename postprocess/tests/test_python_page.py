@@ -33,6 +33,6 @@ def test_the_examples_of_the_page(tmp_path, monkeypatch):
     assert shown >= 7
 
 
-@pytest.mark.parametrize("module", [rockdda, rockdda.model, rockdda.running], ids=lambda module: module.__name__)
+@pytest.mark.parametrize("module", [rockdda, rockdda.model, rockdda.simulation], ids=lambda module: module.__name__)
 def test_docstrings(module):
     assert doctest.testmod(module).failed == 0

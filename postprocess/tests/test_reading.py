@@ -221,7 +221,7 @@ def test_a_file_that_a_run_has_just_made_is_waited_for(flat_arch, tmp_path, monk
     path.touch()
     shutil.copyfile(flat_arch, tmp_path / "whole.h5")
     filled = threading.Timer(0.2, lambda: (tmp_path / "whole.h5").replace(path))
-    monkeypatch.setattr("rockdda.hdf5.PATIENCE", 60.0)  # a busy machine may start the thread late
+    monkeypatch.setattr("rockdda.storage.file.PATIENCE", 60.0)  # a busy machine may start the thread late
     filled.start()
     assert rockdda.open(path).n_steps == 60
     filled.join()
@@ -313,7 +313,7 @@ def test_tables_are_read_in_pieces_while_they_may_grow(flat_arch, tmp_path, monk
         file.attrs.update(complete=0, exit_reason="running")
         vertices, energy = file["frames/vertices"][()], file["history/energy"][()]
     results = rockdda.open(path)
-    monkeypatch.setattr("rockdda.hdf5.PIECE", 1)
+    monkeypatch.setattr("rockdda.storage.file.PIECE", 1)
     np.testing.assert_array_equal(results["frames/vertices"], vertices)
     np.testing.assert_array_equal(results["history/energy"], energy)
     np.testing.assert_array_equal(results.rows("history/energy", 3, 58), energy[3:58])
@@ -332,8 +332,8 @@ def test_a_file_that_never_rests_is_said(flat_arch, tmp_path, monkeypatch):
         file.attrs.update(complete=0, exit_reason="running")
     results = rockdda.open(path)
     numbers = iter(range(10**9))
-    monkeypatch.setattr("rockdda.hdf5._state_of", lambda path: (0, 0, next(numbers), 0))
-    monkeypatch.setattr("rockdda.hdf5.PATIENCE", 0.1)
+    monkeypatch.setattr("rockdda.storage.file._state_of", lambda path: (0, 0, next(numbers), 0))
+    monkeypatch.setattr("rockdda.storage.file.PATIENCE", 0.1)
     with pytest.raises(rockdda.InputError, match="faster than it can be read"):
         _ = results["history/energy"]
 

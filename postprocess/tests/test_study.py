@@ -14,7 +14,7 @@ import pytest
 from rockdda import cli
 from rockdda.errors import InputError
 from rockdda.study import evaluate, read_study
-from rockdda.study_run import collect, pending, prepare_case, run_study
+from rockdda.study.runner import collect, pending, prepare_case, run_study
 
 GEOMETRY = """\
 0.001   # e0
@@ -145,7 +145,7 @@ def test_interrupted_study_goes_on(folder):
     """SIGTERM in the middle; what was done stays, the rest follows with the same numbers."""
     text = STUDY.replace("steps = 300", "steps = 30000")
     (folder / "slide.toml").write_text(text)
-    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
     command = [sys.executable, "-m", "rockdda", "study", str(folder / "slide.toml"), "--workers", "2"]
     with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
@@ -169,7 +169,7 @@ def test_job_array(folder):
     assert "#SBATCH --array=1,2,3\n" in text
     assert "#SBATCH --time=0:10:00\n" in text
     # what the scheduler would do, one task after the other; the third one is left out
-    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
     for task in ("1", "2"):
         subprocess.run(["bash", script], env={**environment, "SLURM_ARRAY_TASK_ID": task}, check=True, timeout=120)
     assert [case.number for case in pending(read_study(study_file))] == [3]
@@ -281,7 +281,7 @@ def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypat
     assert outcome.status == "failed"
     assert "history/nothing" in outcome.message
     assert pending(read_study(folder / "slide.toml")) == []
-    monkeypatch.setattr("rockdda.study_run._model_files", lambda *_: pytest.fail("it runs again"))
+    monkeypatch.setattr("rockdda.study.runner._model_files", lambda *_: pytest.fail("it runs again"))
     (folder / "slide.toml").write_text(once)
     study = read_study(folder / "slide.toml")
     (outcome,) = run_study(study)

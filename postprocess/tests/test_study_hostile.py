@@ -11,8 +11,8 @@ import pytest
 from rockdda import cli
 from rockdda.errors import InputError
 from rockdda.study import read_study
-from rockdda.study_formula import evaluate, formatted
-from rockdda.study_run import write_job_array
+from rockdda.study.formula import evaluate, formatted
+from rockdda.study.runner import write_job_array
 
 STUDY = """\
 title = {title}

@@ -13,10 +13,10 @@ import pytest
 import rockdda
 from places import INPUTS, ROOT
 from rockdda import cli
+from rockdda.analysis.loosening import loosening_of
 from rockdda.errors import InputError
-from rockdda.loosening import loosening_of
 from rockdda.study import Study, read_study
-from rockdda.study_run import collect, run_study
+from rockdda.study.runner import collect, run_study
 from rockdda.validation.case import published
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"

@@ -9,7 +9,7 @@ import pytest
 import rockdda
 from rockdda import cli
 from rockdda.frames import FIELDS
-from rockdda.plot_style import DIMENSIONS
+from rockdda.plot.style import DIMENSIONS
 from rockdda.units import POWERS, check_units, in_units
 from synthetic import write_wall
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
-from rockdda.animate_html import colour_range, usual_range
-from rockdda.view import Viewer, block_history, serve, view
+from rockdda.film.page import colour_range, usual_range
+from rockdda.film.viewer import Viewer, block_history, serve, view
 from synthetic import write_wall
 
 

@@ -4,9 +4,9 @@
 import math
 
 import pytest
+from rockdda.analysis.rock_load import rose, sheorey, terzaghi
+from rockdda.analysis.voussoir import VoussoirBeam, solve_beam
 from rockdda.errors import InputError
-from rockdda.rock_load import rose, sheorey, terzaghi
-from rockdda.voussoir import VoussoirBeam, solve_beam
 
 # Gareb chalk: 1900 kg/m3, 7840 MPa, 27.6 MPa, 47 degrees
 CHALK = {"unit_weight": 1900 * 9.81, "modulus": 7.84e9, "strength": 27.6e6, "friction_angle": 47.0}

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from .results import Results
+    from ..results import Results
 
 __all__ = ["Comparison", "Difference", "compare"]
 

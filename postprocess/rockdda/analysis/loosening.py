@@ -32,8 +32,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
-from .results import Results
+from ..errors import InputError
+from ..results import Results
 
 __all__ = ["GRADIENT_LIMIT", "WINDOW", "Loosening", "height_label", "loosening", "loosening_of"]
 

@@ -28,7 +28,7 @@ from typing import Literal
 
 import numpy as np
 
-from .errors import InputError
+from ..errors import InputError
 
 Variant = Literal["beer-meek", "diederichs-kaiser"]
 

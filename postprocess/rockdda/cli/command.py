@@ -12,8 +12,9 @@ from typing import Annotated, Any
 
 import typer
 
-from . import cli_exchange, cli_study, cli_validate
-from .cli_common import (
+from ..errors import ConvergenceError, InputError, OutputError, RockddaError
+from . import exchange, studies, validate
+from .common import (
     BAD_INPUT,
     DONE,
     INTERNAL,
@@ -37,7 +38,6 @@ from .cli_common import (
     target,
     tell,
 )
-from .errors import ConvergenceError, InputError, OutputError, RockddaError
 
 __all__ = ["app", "main"]
 
@@ -129,7 +129,7 @@ def plot_command(
 
     if not interactive:
         mpl.use("Agg")
-    from . import plot
+    from .. import plot
 
     if any(plot.is_input(path) for path in files):
         given_options = (("scale", scale), ("limits", limits), ("line", line), ("column", columns), ("label", labels))
@@ -215,7 +215,7 @@ def animate_command(
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from .animate import animate
+    from ..film.recording import animate
 
     results, units = in_shown_units(open_results(file, field=field), units, show)
     path = target(output, file, ".mp4")
@@ -249,7 +249,7 @@ def view_command(
 
         rockdda-post view slope.h5 --no-browser --port 8000
     """
-    from .view import view
+    from ..film.viewer import view
 
     results, units = in_shown_units(open_results(file, field=field), units, show)
     view(
@@ -264,7 +264,7 @@ def view_command(
 
 def version() -> str:
     """Of this package."""
-    from . import __version__
+    from ..version import __version__
 
     return __version__
 
@@ -284,9 +284,9 @@ def _common(
     pass
 
 
-cli_exchange.register(app)
-cli_study.register(app)
-cli_validate.register(app)
+exchange.register(app)
+studies.register(app)
+validate.register(app)
 
 
 def main(arguments: list[str] | None = None) -> int:

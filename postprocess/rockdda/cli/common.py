@@ -15,8 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
-from .errors import InputError, OutputError
-from .results import FIELDS, Results
+from ..errors import InputError, OutputError
+from ..results import FIELDS, Results
 
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
 DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
@@ -84,7 +84,7 @@ def open_results(path: Path, frame: int | None = None, field: str | None = None,
 
 def in_shown_units(results: Results, units: str | None, show: str | None) -> tuple[Results, str | None]:
     """The results in the units of --show, and the names of their units; InputError for units that cannot be."""
-    from .units import check_units, in_units
+    from ..units import check_units, in_units
 
     if units is None:
         if show is not None:

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from .cli_common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, progress_bar, target, tell
-from .errors import InputError
+from ..errors import InputError
+from .common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, progress_bar, target, tell
 
 __all__ = ["register"]
 
@@ -60,7 +60,7 @@ def export_command(
 
         rockdda-post export slope.h5 -o end.dxf
     """
-    from . import export
+    from .. import export
 
     results = open_results(file, frames=False)
     kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
@@ -152,7 +152,7 @@ def convert_command(
 
         rockdda-post convert traces.geojson --area area.geojson -o outcrop
     """
-    from .convert import convert
+    from ..convert.conversion import convert
 
     named: dict[str, str] = {}
     for entry in layers or []:
@@ -206,7 +206,7 @@ def compare_command(
 
         rockdda-post compare old.h5 new.h5 --tol 1e-9 && echo still the same
     """
-    from .compare import compare
+    from ..analysis.compare import compare
 
     a, b = open_results(first, frames=False), open_results(second, frames=False)
     with progress_bar("tables", quiet or as_json) as bar:

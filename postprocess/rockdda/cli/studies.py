@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .cli_common import NO_CONVERGENCE, STOPPED, open_results, progress_bar, stop_on_sigterm, tell
-from .errors import InputError, OutputError
-from .loosening import GRADIENT_LIMIT, WINDOW
+from ..analysis.loosening import GRADIENT_LIMIT, WINDOW
+from ..errors import InputError, OutputError
+from .common import NO_CONVERGENCE, STOPPED, open_results, progress_bar, stop_on_sigterm, tell
 
 if TYPE_CHECKING:
-    from .study_run import Outcome
+    from ..study.runner import Outcome
 
 __all__ = ["register"]
 
@@ -70,8 +70,8 @@ def study_command(
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from .study import read_study
-    from .study_run import collect, prepare_case, run_study, write_job_array
+    from ..study.definition import read_study
+    from ..study.runner import collect, prepare_case, run_study, write_job_array
 
     study = read_study(file)
     if sum((slurm, table, case is not None, dask is not None)) > 1:
@@ -131,7 +131,7 @@ def study_command(
 
 def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
     """Run one case that is not done, as a task of a job array does; SIGTERM lets it write its checkpoint."""
-    from .study_run import finished_case, run_case
+    from ..study.runner import finished_case, run_case
 
     wanted = study.cases[number - 1]
     done = finished_case(study, wanted)
@@ -150,7 +150,7 @@ def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
 
 def _write_table(study: Any, rows: Any) -> list[Path]:
     """The table as CSV (and Parquet where pyarrow is installed), and the small multiples."""
-    from .study_plot import save_study_plot
+    from ..study.picture import save_study_plot
 
     try:
         study.output.mkdir(parents=True, exist_ok=True)
@@ -197,7 +197,7 @@ def loosening_command(
 
         rockdda-post loosening tunnels/cases/*/out.h5
     """
-    from .loosening import loosening_of
+    from ..analysis.loosening import loosening_of
 
     if not 0 < window <= 1:
         raise InputError(f"--window: must be above 0 and at most 1, found {window:g}")
@@ -258,7 +258,7 @@ def voussoir_command(
 
         rockdda-post voussoir --span 8 --thickness 0.5 --unit-weight 18640 --modulus 7.84e9 --friction 47
     """
-    from .voussoir import DESIGN_BUCKLING_LIMIT, VoussoirBeam, solve_beam
+    from ..analysis.voussoir import DESIGN_BUCKLING_LIMIT, VoussoirBeam, solve_beam
 
     beam = VoussoirBeam(span, thickness, unit_weight, modulus, strength, friction)
     found = solve_beam(beam, variant)  # type: ignore[arg-type]
@@ -296,7 +296,7 @@ def rock_load_command(
 
         rockdda-post rockload --span 10 --height 10 --rqd 60
     """
-    from .rock_load import rose, terzaghi
+    from ..analysis.rock_load import rose, terzaghi
 
     kinds = ("horizontally stratified", "vertically stratified", "moderately jointed", "blocky")
     loads = [terzaghi(kind, span, height) for kind in kinds]

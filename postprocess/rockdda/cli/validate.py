@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .cli_common import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, stop_on_sigterm, tell
-from .errors import InputError, RockddaError
+from ..errors import InputError, RockddaError
+from .common import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, stop_on_sigterm, tell
 
 if TYPE_CHECKING:
-    from .validation import Case
+    from ..validation import Case
 
 __all__ = ["register"]
 
@@ -74,10 +74,10 @@ def validate_command(
 
         rockdda-post validate --list
     """
-    from .validation import all_cases
-    from .validation.report import write_report
-    from .validation.report_page import needs_for_pdf
-    from .validation.runner import Outcome, run_cases, select
+    from ..validation import all_cases
+    from ..validation.report import write_report
+    from ..validation.report_page import needs_for_pdf
+    from ..validation.runner import Outcome, run_cases, select
 
     if quick and full:
         raise InputError("--quick and --full exclude each other")
@@ -144,7 +144,7 @@ def validate_command(
 
 def _without(output: Path, chosen: list[Case], full: bool) -> list[Case]:
     """The cases that a folder has no result of, or only one of --quick when --full is asked for."""
-    from .validation.runner import load_records
+    from ..validation.runner import load_records
 
     if output.exists() and not (output / "data").is_dir():
         raise InputError("has no results to go on from; leave out --missing", output)
@@ -155,7 +155,7 @@ def _without(output: Path, chosen: list[Case], full: bool) -> list[Case]:
 
 def _tell_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bool) -> None:
     """After Ctrl-C: a report of what there is, and how to go on."""
-    from .validation.report import write_report
+    from ..validation.report import write_report
 
     with contextlib.suppress(RockddaError):
         write_report(output, known)
@@ -184,7 +184,7 @@ def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
 
 def _look_at_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> None:
     """Nothing of somebody else's is written over, and no result of --full by one of --quick."""
-    from .validation.runner import load_records
+    from ..validation.runner import load_records
 
     if not chosen:
         raise InputError("there is no case to run")

@@ -14,12 +14,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import convert_ddaml, convert_dxf, convert_geojson
-from .convert_model import Analysis, BlockMaterial, Geometry
-from .convert_place import move_to_local_origin, place
-from .convert_report import Report
-from .errors import InputError, OutputError, Problem
-from .text import has_controls
+from ..deck import BlockMaterial, JointMaterial
+from ..errors import InputError, OutputError, Problem
+from ..text import has_controls
+from . import ddaml, dxf, geojson
+from .geometry import Analysis, Geometry
+from .placing import move_to_local_origin, place
+from .report import Report
 
 __all__ = ["Conversion", "convert"]
 
@@ -50,7 +51,7 @@ def convert(
 
     The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
     folder; a folder as `output` (an existing one, or with a final slash) takes them under that name.
-    `layers` says what the layers of a drawing are (see `rockdda.convert_dxf`), `e0` is the edge-node distance and
+    `layers` says what the layers of a drawing are (see `rockdda.convert.dxf`), `e0` is the edge-node distance and
     `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values for
     rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the polygons of the files `areas`
     clip its lines. `scale` is the length of the drawings' unit (by default that of a DXF drawing's $INSUNITS in metres,
@@ -132,26 +133,26 @@ class _Reading:
                 raise InputError("there is already a geometry: convert one model at a time", path)
             if self.scale is not None or self.origin is not None:
                 raise InputError("scale and origin are those of drawings, DDAML has none", path)
-            self.geometry, report = convert_ddaml.read_geometry(path)
+            self.geometry, report = ddaml.read_geometry(path)
             self.geometry.e0 = self.e0 if self.e0 is not None else self.geometry.e0
             self.reports.append(report)
         if kind in ("analysis", "both"):
             if self.analysis is not None:
                 raise InputError("there is already an analysis: convert one model at a time", path)
-            self.analysis, self._bolts, report = convert_ddaml.read_analysis(path)
+            self.analysis, self._bolts, report = ddaml.read_analysis(path)
             self.reports.append(report)
 
     def _add_drawing(self, path: Path, kind: str, default: str | None) -> None:
         if self.geometry is not None and not self._drawings:
             raise InputError("there is already a geometry in DDAML: drawings cannot be added to it", path)
         if kind == "dxf":
-            found, report, unit = convert_dxf.read_dxf(
+            found, report, unit = dxf.read_dxf(
                 path, self.layers, self.chord, scale=self.scale, default=default, known=self._known
             )
         else:
-            found, report = convert_geojson.read_geojson(path, default)
+            found, report = geojson.read_geojson(path, default)
             unit = self.scale if self.scale is not None else 1.0
-            if self.scale is None and convert_geojson.looks_like_degrees(found):
+            if self.scale is None and geojson.looks_like_degrees(found):
                 report.error(
                     "the coordinates look like degrees of longitude and latitude: project them to metres first "
                     "(--scale 1 keeps the numbers)"
@@ -177,7 +178,7 @@ class _Reading:
                 self.moved = "" if moved is None else f"; the origin was at {moved[0]:.15g}, {moved[1]:.15g}"
             geometry.e0 = self.e0 if self.e0 is not None else geometry.extent / 10_000
             if geometry.regions or geometry.chains:
-                from .convert_regions import apply_regions
+                from .regions import apply_regions
 
                 apply_regions(geometry, report)
             if not geometry.lines:
@@ -190,7 +191,7 @@ class _Reading:
 
 def _members(folder: Path) -> list[Path]:
     """The files of a folder that make one model, the geometry first."""
-    found = {path: convert_ddaml.is_ddaml(path) for path in sorted(folder.iterdir()) if path.is_file()}
+    found = {path: ddaml.is_ddaml(path) for path in sorted(folder.iterdir()) if path.is_file()}
     members = [path for kind in ("both", "geometry", "analysis") for path, is_kind in found.items() if is_kind == kind]
     if not members:
         raise InputError("a folder without DDAML files", folder)
@@ -200,17 +201,17 @@ def _members(folder: Path) -> list[Path]:
 def _neighbour(path: Path, report: Report) -> Geometry | None:
     """The geometry that stands beside an analysis file under the same name."""
     beside = path.with_suffix(".geo")
-    if beside == path or convert_ddaml.is_ddaml(beside) not in ("geometry", "both"):
+    if beside == path or ddaml.is_ddaml(beside) not in ("geometry", "both"):
         return None
     report.note(f"points are counted in {beside}")
-    return convert_ddaml.read_geometry(beside)[0]
+    return ddaml.read_geometry(beside)[0]
 
 
 def _kind(path: Path) -> str:
     """What a file is, by its content, then by its ending."""
     if not path.exists():
         raise InputError("no such file", path)
-    found = convert_ddaml.is_ddaml(path)
+    found = ddaml.is_ddaml(path)
     if found:
         return found
     head = path.open("rb").read(64).lstrip(b"\xef\xbb\xbf \t\r\n")
@@ -287,7 +288,7 @@ def _template(geometry: Geometry) -> Analysis:
     rock = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
     stiffness, step, ratio = contact_numbers(*_edge_and_half_height(geometry), rock.density, rock.youngs_modulus)
     steps = math.ceil(round(TEMPLATE_TIME / step, 6))
-    analysis = Analysis(1.0, steps, ratio, step, [rock] * max(blocks, 1), [(35.0, 0.0, 0.0)] * max(joints, 1))
+    analysis = Analysis(1.0, steps, ratio, step, [rock] * max(blocks, 1), [JointMaterial(35.0)] * max(joints, 1))
     analysis.stiffness = stiffness
     analysis.loads = [[] for _ in geometry.loading]
     analysis.has_stiffness = True

@@ -12,10 +12,11 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from .convert_ddaml_reader import Reader
-from .convert_model import LARGEST_MATERIAL, Analysis, BlockMaterial, Geometry, TimeRow, number
-from .convert_report import Report, read_text
-from .convert_xml import Element, Word, parse_xml
+from ..deck import BlockMaterial, JointMaterial, number_text
+from .ddaml_reader import Reader
+from .geometry import LARGEST_MATERIAL, Analysis, Geometry, TimeRow
+from .report import Report, read_text
+from .xml import Element, Word, parse_xml
 
 GEOMETRY_KEYS = [
     "Edgenodedist",
@@ -194,7 +195,7 @@ def _compare_gravity(state: _State, analysis: Analysis) -> None:
         implied = block.weight / block.density
         if not math.isclose(implied, state.gravity, rel_tol=1e-3):
             state.reader.report.warning(
-                f"Gravaccel {number(state.gravity)} is ignored: Unitweight over Unitmass of block material {i} "
+                f"Gravaccel {number_text(state.gravity)} is ignored: Unitweight over Unitmass of block material {i} "
                 f"is {implied:.6g}, and that counts"
             )
 
@@ -245,7 +246,7 @@ class _State:
     def positive(self, element: Element, name: str) -> float:
         found = self.reader.value(element, name)
         if found <= 0:
-            message = f"{name} of <{element.name}> must be positive, found {number(found)}"
+            message = f"{name} of <{element.name}> must be positive, found {number_text(found)}"
             self.reader.report.error(message, element.line, element.column)
         return found
 
@@ -266,7 +267,9 @@ class _State:
         factor = self.positive(element, "pfactor") if self.reader.attribute(element, "pfactor") else 50.0
         self.penalty_factor = factor
         if self.reader.flag(element):
-            self.warn(element, f"the contact stiffness is not adapted during the run: it is {number(factor)} times E")
+            self.warn(
+                element, f"the contact stiffness is not adapted during the run: it is {number_text(factor)} times E"
+            )
 
     def plane(self, element: Element) -> None:
         if self.reader.flag(element):
@@ -279,7 +282,7 @@ class _State:
         self.analysis.g1 = self.positive(element, "maxtimestep")
 
     def smallest_step(self, element: Element) -> None:
-        self.analysis.set_option("time", "dt_min", number(self.positive(element, "mintimestep")))
+        self.analysis.set_option("time", "dt_min", number_text(self.positive(element, "mintimestep")))
 
     def open_close(self, element: Element) -> None:
         self.analysis.set_option("time", "max_open_close", str(self.reader.whole(element, "maxopenclose", 1)))
@@ -297,9 +300,9 @@ class _State:
                 continue
             found = self.positive(child, "value")
             if key == "AngleOverlap":
-                self.analysis.set_option("contact", "angle_tolerance", number(found))
+                self.analysis.set_option("contact", "angle_tolerance", number_text(found))
             elif key == "ShearNormRatio":
-                self.analysis.set_option("contact", "shear_ratio", number(found))
+                self.analysis.set_option("contact", "shear_ratio", number_text(found))
             elif key not in CONSTANTS or not math.isclose(found, CONSTANTS[key]):
                 self.warn(child, f"<{child.name}> is not converted: it has no counterpart")
 
@@ -325,7 +328,7 @@ class _State:
                 limits["Poissonratio"] = -1 < found[key][0] < 0.5
                 if not limits.get(key, True):
                     wanted = "between -1 and 0.5" if key == "Poissonratio" else "positive"
-                    message = f"{what} must be {wanted}, found {number(found[key][0])}"
+                    message = f"{what} must be {wanted}, found {number_text(found[key][0])}"
                     self.reader.report.error(message, child.line, child.column)
                 if key in ("Damping", "Istrain") and any(found[key]):
                     advice = "see &block_damping" if key == "Damping" else "initial strains have no counterpart"
@@ -359,9 +362,9 @@ class _State:
                 found[key] = values[0]
                 if found[key] < 0 or (key == "Friction" and found[key] >= 90):
                     wanted = "in [0, 90) degrees" if key == "Friction" else "zero or positive"
-                    message = f"{key} of joint material {n} must be {wanted}, found {number(found[key])}"
+                    message = f"{key} of joint material {n} must be {wanted}, found {number_text(found[key])}"
                     self.reader.report.error(message, child.line, child.column)
-        self.analysis.joints.append((found["Friction"], found["Cohesion"], found["Tensile"]))
+        self.analysis.joints.append(JointMaterial(found["Friction"], found["Cohesion"], found["Tensile"]))
 
     def _check_order(self, element: Element, n: int, what: str) -> None:
         kind = element.attributes.get("type")
@@ -406,6 +409,6 @@ class _State:
             return []
         t, x, y = (self.reader.number(word, what) for word in record)
         if before and t < before[-1][0]:
-            message = f"{what}: time {number(t)} comes before {number(before[-1][0])}"
+            message = f"{what}: time {number_text(t)} comes before {number_text(before[-1][0])}"
             self.reader.report.error(message, first.line, first.column)
         return [(t, x, y)]

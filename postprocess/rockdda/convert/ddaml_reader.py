@@ -8,10 +8,10 @@ import functools
 import math
 from pathlib import Path
 
-from .convert_model import number
-from .convert_report import Report, read_text
-from .convert_xml import Element, Word, parse_xml
-from .text import shown
+from ..deck import number_text
+from ..text import shown
+from .report import Report, read_text
+from .xml import Element, Word, parse_xml
 
 # What files in circulation write instead of the key that the reader knows.
 ALIASES = {"OCLimit": "Opencloselimit", "Boundarylist": "Boundlist", "Materiallinelist": "Matlinelist"}
@@ -122,7 +122,7 @@ class Reader:
             if not self.report.errors or self.report.errors[-1].line != element.line:
                 limit = f"of at least {least}" if found < most else f"of at most {most}"
                 message = f"{name} of <{element.name}>: expected a whole number {limit}"
-                self.report.error(f"{message}, found {number(found)}", element.line, element.column)
+                self.report.error(f"{message}, found {number_text(found)}", element.line, element.column)
             return least
         return int(found)
 

@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .convert_dxf_blocks import DRAWN, drawn
-from .convert_model import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
-from .convert_place import from_unit, metres_of
-from .convert_report import MOST_LINES, Report, check_size
-from .errors import InputError, OutputError
-from .text import short
+from ..errors import InputError, OutputError
+from ..text import short
+from .dxf_blocks import DRAWN, drawn
+from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
+from .placing import from_unit, metres_of
+from .report import MOST_LINES, Report, check_size
 
 if TYPE_CHECKING:
-    from .results import Frame
+    from ..results import Frame
 
 SPEAKING = re.compile(
     r"(boundary|joint|material|area|opening|fixed|load|loading|measured|hole|bolt)"

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from .convert_report import MOST_LINES, Report
-from .errors import InputError
-from .text import short
+from ..errors import InputError
+from ..text import short
+from .report import MOST_LINES, Report
 
 DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 DEEPEST = 50  # blocks within blocks

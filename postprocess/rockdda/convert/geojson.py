@@ -14,11 +14,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .convert_model import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
-from .convert_report import MOST_ERRORS, MOST_LINES, Report, read_text
-from .errors import InputError
+from ..errors import InputError
+from ..text import short, shown
+from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
 from .json_places import JsonPath, places_of
-from .text import short, shown
+from .report import MOST_ERRORS, MOST_LINES, Report, read_text
 
 LARGEST = 1e30  # as the program allows
 DEEPEST = 50  # collections within collections

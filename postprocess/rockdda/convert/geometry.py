@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""What conversions produce: the numbers of a geometry and an analysis file, and their text.
-
-The order of the numbers is that of docs/file-formats.md. Numbers are written with as many digits as it takes to read
-back exactly the same value.
-"""
+"""The model that a conversion makes: lines and points before cutting, run control and materials."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+
+from ..deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, number_text
 
 Point = tuple[float, float]
 Segment = tuple[float, float, float, float]
@@ -20,16 +17,6 @@ REGION_KINDS = ("area", "opening")
 POINT_KINDS = ("loading", "measured", "hole")
 KINDS = ("joint", "boundary", "material", *REGION_KINDS, "fixed", *POINT_KINDS, "bolt", "skip")
 LARGEST_MATERIAL = 10_000
-
-
-def number(value: float) -> str:
-    """The shortest text that reads back as the same number."""
-    return repr(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
-
-
-def row(*values: float) -> str:
-    """One record."""
-    return "  ".join(number(value) for value in values)
 
 
 _POINTS = ("loading", "measured", "holes")
@@ -99,49 +86,18 @@ class Geometry:
 
     def text(self, title: str = "") -> str:
         """The geometry file."""
-        out = [f"# {title}"] if title else []
-        out += [f"{number(self.e0)}   # smallest distance between a node and an edge (e0)"]
-        out += [f"{len(self.lines)} {len(self.boundary)}   # lines, of which boundary lines"]
-        counts: tuple[Sequence[Any], ...] = (
-            self.material_lines,
-            self.bolts,
-            self.fixed,
-            self.loading,
-            self.measured,
-            self.holes,
-        )
-        names = ("material lines", "bolts", "fixed lines", "loading points", "measured points", "hole points")
-        out += [f"{len(rows)}   # {name}" for rows, name in zip(counts, names, strict=True)]
-        for name, lines in (
-            ("boundary lines: x1 y1 x2 y2 joint material", self.boundary),
-            ("lines: x1 y1 x2 y2 joint material", self.joints),
-            ("material lines: x1 y1 x2 y2 block material", self.material_lines),
-        ):
-            if lines:
-                out += [f"# {name}", *(f"{row(*segment)}  {material}" for segment, material in lines)]
-        if self.bolts:
-            values = self.bolt_values or ()
-            out += ["# bolts: x1 y1 x2 y2" + (" stiffness pretension strength" if values else "")]
-            out += [row(*bolt, *values) for bolt in self.bolts]
-        if self.fixed:
-            out += ["# fixed lines: x1 y1 x2 y2", *(row(*segment) for segment in self.fixed)]
-        for name, points in (("loading", self.loading), ("measured", self.measured), ("hole", self.holes)):
-            if points:
-                out += [f"# {name} points: x y", *(row(*point) for point in points)]
-        return "\n".join(out) + "\n"
-
-
-@dataclass
-class BlockMaterial:
-    """The thirteen numbers of a block material."""
-
-    density: float
-    weight: float
-    youngs_modulus: float
-    poisson_ratio: float
-    stress: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        values = self.bolt_values or ()
+        return GeometryDeck(
+            self.e0,
+            boundary=self.boundary,
+            joints=self.joints,
+            material_lines=self.material_lines,
+            bolts=[(*bolt, *values) for bolt in self.bolts],
+            fixed=self.fixed,
+            loading=self.loading,
+            measured=self.measured,
+            holes=self.holes,
+        ).text(title)
 
 
 @dataclass
@@ -153,7 +109,7 @@ class Analysis:
     g2: float  # largest displacement of a step over w0
     g1: float  # largest time step
     blocks: list[BlockMaterial]
-    joints: list[tuple[float, float, float]]  # friction angle [deg], cohesion, tensile strength
+    joints: list[JointMaterial]
     stiffness: float = 0.0  # of contact springs; 0: automatic
     fixed_count: int = 0  # points, after cutting
     loads: list[list[TimeRow]] = field(default_factory=list)  # t fx fy of each loading point
@@ -175,36 +131,27 @@ class Analysis:
         return self.has_tables or self.has_stiffness
 
     def text(self, title: str = "") -> str:
-        """The analysis file, in dialect g0 when there are tables or a stiffness to write, else in dialect peer."""
-        out = [f"# {title}"] if title else []
-        out += [f"{number(self.k01)}   # k01: 0 static to 1 dynamic", f"{self.steps}   # time steps"]
-        out += [f"{len(self.blocks)}   # block materials", f"{len(self.joints)}   # joint materials"]
-        out += [f"{number(self.g2)}   # g2: largest displacement of a step over w0"]
-        out += [f"{number(self.g1)}   # g1: largest time step"]
-        counts = ["0"] * self.fixed_count + [str(len(table)) for table in self.loads]
-        if self.names_points:
-            out += [f"{number(self.stiffness)}   # g0: stiffness of contact springs, 0 automatic"]
-        if self.names_points and counts:
-            out += ["# numbers of time-dependent values: fixed points, then loading points"]
-            out += ["  ".join(counts)]
-            for i, table in enumerate(self.loads, start=1):
-                if table:
-                    out += [f"# loading point {i}: t fx fy", *(row(*values) for values in table)]
-        for i, block in enumerate(self.blocks, start=1):
-            out += [f"# block material {i}: density weight E nu / s11 s22 s12 / t11 t22 t12 / vx vy vr"]
-            out += [row(block.density, block.weight, block.youngs_modulus, block.poisson_ratio)]
-            out += [row(*block.stress), row(*block.stress_gradient), row(*block.velocity)]
-        out += ["# joint materials: friction angle, cohesion, tensile strength"]
-        out += [row(*joint) for joint in self.joints]
-        if self.names_points and not counts:  # without points only this tells the dialects apart
-            out += ["1.4   # SOR factor"]
-        return "\n".join(out) + "\n"
+        """The analysis file: in dialect g0 where there are tables or a stiffness, else in that of DDA for Windows."""
+        has_points = self.fixed_count > 0 or len(self.loads) > 0
+        return AnalysisDeck(
+            self.k01,
+            self.steps,
+            self.g2,
+            self.g1,
+            self.blocks,
+            self.joints,
+            stiffness=self.stiffness if self.names_points else None,
+            fixed_tables=[[]] * self.fixed_count if self.names_points else [],
+            loading_tables=self.loads if self.names_points else [],
+            # without points, only the SOR factor distinguishes the two dialects
+            sor_factor=1.4 if self.names_points and not has_points else None,
+        ).text(title)
 
     def options_text(self) -> str:
         """The options file; empty when there is nothing to say."""
         options = {group: list(entries) for group, entries in self.options.items()}
-        if self.stiffness > 0 and not self.names_points:  # dialect peer cannot say it
-            options.setdefault("contact", []).insert(0, ("stiffness", number(self.stiffness)))
+        if self.stiffness > 0 and not self.names_points:  # the dialect of DDA for Windows has no place for it
+            options.setdefault("contact", []).insert(0, ("stiffness", number_text(self.stiffness)))
         out: list[str] = []
         for group, entries in options.items():
             out += [f"&{group}", *(f"   {name} = {value}" for name, value in entries), "/"]

@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .convert_model import Geometry, Point
-from .convert_report import Report
+from .geometry import Geometry, Point
+from .report import Report
 
 LARGEST_SECTION = 5000.0  # a drawing without a unit that is larger is hardly in metres
 SMALLEST_SECTION = 0.5  # [m]

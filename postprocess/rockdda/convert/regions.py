@@ -16,8 +16,8 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry import LineString, Polygon
 
-from .convert_model import Geometry, Ring, Segment
-from .convert_report import Report
+from .geometry import Geometry, Ring, Segment
+from .report import Report
 
 Lines = list[tuple[Segment, int]]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .errors import InputError, Problem
-from .text import short
+from ..errors import InputError, Problem
+from ..text import short
 
 MOST_SHOWN = 50
 MOST_ERRORS = 1000  # then the conversion ends

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from .convert_report import Report
-from .text import shown
+from ..text import shown
+from .report import Report
 
 TOKEN = re.compile(r"[^\s,;]+")
 

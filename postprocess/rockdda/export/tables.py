@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError, OutputError
-from .results import FIELDS
+from ..errors import InputError, OutputError
+from ..results import FIELDS
 
 if TYPE_CHECKING:
-    from .results import Frame, Results
+    from ..results import Frame, Results
 
 __all__ = ["to_csv", "to_dxf", "to_text", "to_vtk"]
 
@@ -266,7 +266,7 @@ def to_text(
 
 def to_dxf(results: Results, path: str | os.PathLike[str], frame: int = -1) -> Path:
     """Write the outlines of a frame's blocks as a drawing; returns the path."""
-    from .convert_dxf import write_dxf
+    from ..convert.dxf import write_dxf
 
     return write_dxf(results.frames[frame], Path(path))
 

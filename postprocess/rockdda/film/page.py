@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .plot_style import DIVERGING, MATERIALS, SEQUENTIAL, Units, field_label, limits_of
+from ..plot.style import DIVERGING, MATERIALS, SEQUENTIAL, field_label, limits_of
+from ..units import Units
 
 if TYPE_CHECKING:
-    from .results import Frame, Results
+    from ..results import Frame, Results
 
 SHOWN_FIELDS = (
     "displacement", "displacement_x", "displacement_y", "rotation", "velocity", "stress", "stress_max", "stress_x",

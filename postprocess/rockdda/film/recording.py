@@ -13,19 +13,20 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .animate_html import SHOWN_FIELDS, film_page
-from .errors import InputError, OutputError
-from .plot_blocks import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
-from .plot_style import MATERIALS, Units, field_label, limits_of, size_of, style
-from .readable import plain_text
-from .results import FIELDS
+from ..errors import InputError, OutputError
+from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
+from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
+from ..results import FIELDS
+from ..text import plain_text
+from ..units import Units
+from .page import SHOWN_FIELDS, film_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
 
-    from .results import Results
+    from ..results import Results
 
 __all__ = ["animate"]
 

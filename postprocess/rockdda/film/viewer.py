@@ -24,10 +24,10 @@ from urllib.parse import parse_qs, unquote, urlsplit
 import numpy as np
 import numpy.typing as npt
 
-from .animate_html import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
-from .errors import InputError, RockddaError
-from .plot_style import Units
-from .results import FIELDS, Frame, Results
+from ..errors import InputError, RockddaError
+from ..results import FIELDS, Frame, Results
+from ..units import Units
+from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
 
 __all__ = ["Viewer", "block_history", "view"]
 

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .plot_style import (
+from ..text import plain_text
+from ..units import Units
+from .style import (
     BOLT,
     COMPRESSION,
     MATERIALS,
     SEQUENTIAL,
     STATES,
     TENSION,
-    Units,
     field_label,
     limits_of,
     new_axes,
@@ -24,13 +25,12 @@ from .plot_style import (
     size_of,
     style,
 )
-from .readable import plain_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import Collection, LineCollection, PolyCollection
 
-    from .results import Frame, Results
+    from ..results import Frame, Results
 
 FloatArray = npt.NDArray[np.float64]
 MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files

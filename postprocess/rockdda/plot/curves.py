@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
-from .plot_style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, Units, field_label, new_axes, nice_ticks, style
-from .readable import plain_text
+from ..errors import InputError
+from ..text import plain_text
+from ..units import Units
+from .style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, field_label, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-    from .results import Results
+    from ..results import Results
 
 FloatArray = npt.NDArray[np.float64]
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
-from .plot_blocks import MANY, add_blocks, add_bolts
-from .plot_style import MATERIALS, PALETTE, Units, new_axes, size_of, style
-from .readable import plain_text
+from ..errors import InputError
+from ..text import plain_text
+from ..units import Units
+from .block_maps import MANY, add_blocks, add_bolts
+from .style import MATERIALS, PALETTE, new_axes, size_of, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .cutting import Blocks
+    from ..cutting import Blocks
 
 __all__ = ["INPUT_KINDS", "input_plot", "is_input"]
 
@@ -60,8 +61,8 @@ def input_plot(
     `kind` is 'lines' (of a geometry file, coloured by joint material; its default) or 'blocks' (cut if need be,
     coloured by block material). Points are numbered from 1, as in the file.
     """
-    from .cutting import Blocks
-    from .native import Session
+    from ..cutting import Blocks
+    from ..native import Session
 
     if kind not in (None, *INPUT_KINDS):
         raise InputError(f"input is drawn as {' or '.join(INPUT_KINDS)}, not as {kind!r}", path)

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
-
-Blocks: `blocks`, `stress_crosses`, `contact_forces`, `displacements`; curves: `history`, `profile`, `energy`,
-`iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
-is named. `input_plot` draws geometry and block files before any run.
-"""
+"""The kinds of pictures by name, several runs side by side, and saving of pictures."""
 
 from __future__ import annotations
 
@@ -18,39 +13,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError, OutputError
-from .plot_blocks import blocks, contact_forces, displacements, stress_crosses
-from .plot_curves import energy, history, iterations, profile, profile_data
-from .plot_input import INPUT_KINDS, input_plot, is_input
-from .plot_interactive import interactive
-from .plot_style import PAPER_WIDTH, Units, field_label, limits_of, nice_ticks, style
-from .readable import plain_text
+from ..errors import InputError, OutputError
+from ..text import plain_text
+from ..units import Units
+from .block_maps import blocks, contact_forces, displacements, stress_crosses
+from .curves import energy, history, iterations, profile
+from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .results import Results
+    from ..results import Results
 
-__all__ = [
-    "INPUT_KINDS",
-    "KINDS",
-    "Units",
-    "blocks",
-    "contact_forces",
-    "displacements",
-    "energy",
-    "history",
-    "input_plot",
-    "interactive",
-    "is_input",
-    "iterations",
-    "plot",
-    "profile",
-    "profile_data",
-    "save",
-    "small_multiples",
-    "stress_crosses",
-]
+__all__ = ["KINDS", "plot", "save", "small_multiples"]
 
 
 def small_multiples(

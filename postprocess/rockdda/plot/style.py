@@ -6,13 +6,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
+from ..frames import FIELDS
+from ..units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,6 @@ DIMENSIONS = {
     "block": "",
 }
 SYMBOLS = {"σx": r"$\sigma_x$", "σy": r"$\sigma_y$", "τxy": r"$\tau_{xy}$"}
-PASCALS = {("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa", ("N", "mm"): "MPa"}
 
 
 @contextmanager
@@ -87,52 +86,8 @@ def style() -> Iterator[None]:
         mpl.interactive(interactive)  # notebooks turn this on when the first figure is made
 
 
-@dataclass(frozen=True)
-class Units:
-    """Names of the units of length, time and force; what is not named is called by its quantity."""
-
-    length: str = ""
-    time: str = ""
-    force: str = ""
-
-    @classmethod
-    def parse(cls, text: str | Units | None) -> Units:
-        """From 'm,s,N'; 'SI' is the same."""
-        if isinstance(text, Units):
-            return text
-        if not text:
-            return cls()
-        parts = ["m", "s", "N"] if text.upper() == "SI" else [part.strip() for part in text.split(",")]
-        if len(parts) != 3 or not all(parts):
-            raise InputError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
-        return cls(*parts)
-
-    def of(self, dimension: str) -> str:
-        """The unit of a quantity, such as 'stress' or 'speed'; '' for pure numbers."""
-        known = bool(self.length)
-        length, time, force = (self.length, self.time, self.force) if known else ("length", "time", "force")
-        names = {
-            "length": length,
-            "time": time,
-            "force": force,
-            "speed": f"{length}/{time}",
-            "spin": f"rad/{time}",
-            "stress": PASCALS.get((force, length), f"{force}/{length}²"),
-            "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",
-            "rad": "rad",
-        }
-        return names.get(dimension, "")
-
-    def label(self, text: str, dimension: str) -> str:
-        """'text [unit]'."""
-        unit = self.of(dimension)
-        return f"{text} [{unit}]" if unit else text
-
-
 def field_label(name: str, units: Units) -> str:
     """What a colour bar or an axis says about a field."""
-    from .results import FIELDS
-
     text = FIELDS[name].label.split(" [")[0]
     return units.label(SYMBOLS.get(text, text), DIMENSIONS.get(name, ""))
 

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import RockddaError
-from .plot_style import SEQUENTIAL, Units, field_label, limits_of
+from ..errors import RockddaError
+from ..units import Units
+from .style import SEQUENTIAL, field_label, limits_of
 
 if TYPE_CHECKING:
-    from .results import Results
+    from ..results import Results
 
 
 def polygons_mesh(results: Results, frame: int = -1) -> Any:

@@ -14,10 +14,10 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
-from .hdf5_heap import heap_problem
-from .hdf5_structure import structure_problem
-from .readable import readable
+from ..errors import InputError
+from ..text import readable
+from .heap import heap_problem
+from .structure import structure_problem
 
 __all__ = [
     "PATIENCE",

@@ -2,7 +2,7 @@
 """Parameter studies: many runs of one template, from a TOML file.
 
 A study names a template (a folder whose text files hold ``{{…}}`` where parameters go), a grid or a list of parameters,
-and what to keep of each run. `docs/studies.md` describes the file; `rockdda.study_run` does the runs.
+and what to keep of each run. `docs/studies.md` describes the file; `rockdda.study.runner` does the runs.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError
-from .study_formula import Value, evaluate, formatted, names_in
-from .text import has_controls, short, shown
+from ..errors import InputError
+from ..text import has_controls, short, shown
+from .formula import Value, evaluate, formatted, names_in
 
 __all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import InputError
-from .plot_style import style
-from .study import Study
+from ..errors import InputError
+from ..plot.style import style
+from .definition import Study
 
 if TYPE_CHECKING:
     import pandas

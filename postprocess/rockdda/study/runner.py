@@ -28,10 +28,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import InputError, OutputError, RockddaError
-from .results import Results
-from .study import Case, Quantity, Study
-from .text import has_controls, shown
+from ..errors import InputError, OutputError, RockddaError
+from ..results import Results
+from ..text import has_controls, shown
+from .definition import Case, Quantity, Study
 
 if TYPE_CHECKING:
     import pandas

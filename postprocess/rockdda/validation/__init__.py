@@ -7,6 +7,7 @@ which it puts comparisons, figures, tables and words; `rockdda-post validate` ru
 
 from __future__ import annotations
 
-from .case import Case, Comparison, Record, all_cases, published
+from .case import Case, Comparison, Record, published
+from .registry import all_cases
 
 __all__ = ["Case", "Comparison", "Record", "all_cases", "published"]

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..plot_style import PALETTE, PAPER_WIDTH
+from ..plot.style import PALETTE, PAPER_WIDTH
 from .case import Record, published
 from .roofs import GRAVITY, Roof, Verdict, follow, judge
 from .thresholds import find_threshold

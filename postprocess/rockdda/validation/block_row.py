@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import Model
+from ..model import Model
 from .case import published
 from .vibration import block_mass
 

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import math
-import pkgutil
 import re
 import time as clock
 import tomllib
@@ -18,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import RockddaError
-from ..plot_style import style
-from ..running import run
+from ..plot.style import style
+from ..simulation import run
 
 if TYPE_CHECKING:
     import pandas
@@ -29,7 +26,7 @@ if TYPE_CHECKING:
     from ..model import Model
     from ..results import Results
 
-__all__ = ["Case", "Comparison", "Record", "all_cases", "published"]
+__all__ = ["Case", "Comparison", "Record", "published"]
 
 #: the joint spacing, as words write it; pictures set it as a symbol
 SYMBOL = re.compile(r"(?<![$\w])S_j\b(?!\$)")
@@ -206,24 +203,6 @@ class Record:
             "run_seconds": self.run_seconds,
             "energy_residual": self.energy_residual,
         }
-
-
-def all_cases() -> list[Case]:
-    """All cases in the order of the report: chapters before what goes beyond them, then by identifier."""
-    from . import cases
-
-    found: list[Case] = []
-    for module in sorted(pkgutil.iter_modules(cases.__path__), key=lambda m: m.name):
-        found += importlib.import_module(f"{cases.__name__}.{module.name}").CASES
-    identifiers = [case.identifier for case in found]
-    if len(set(identifiers)) < len(identifiers):
-        raise RockddaError(f"validation cases have the same identifier: {sorted(identifiers)}")
-    return sorted(found, key=lambda case: (not case.part.startswith("Chapter"), _natural(case.identifier)))
-
-
-def _natural(text: str) -> list[tuple[int, str]]:
-    """To sort by: numbers in a text by their size."""
-    return [(int(piece), "") if piece.isdigit() else (-1, piece) for piece in re.split(r"(\d+)", text)]
 
 
 @functools.cache

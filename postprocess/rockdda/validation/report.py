@@ -14,7 +14,8 @@ from typing import Any
 
 from ..errors import InputError, OutputError
 from . import report_words as words
-from .case import Case, Comparison, all_cases
+from .case import Case, Comparison
+from .registry import all_cases
 from .report_page import page_of, write_pdf
 from .runner import comparison, load_records
 

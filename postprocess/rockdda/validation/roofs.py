@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ..errors import ConvergenceError, InputError
 from ..model import Model
 from ..results import Results
-from ..running import Simulation
+from ..simulation import Simulation
 
 if TYPE_CHECKING:
     from .case import Record

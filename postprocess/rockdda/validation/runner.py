@@ -16,6 +16,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+import sys
 import tempfile
 import time as clock
 import traceback
@@ -27,10 +28,13 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, RockddaError
 from ..native import VERSION, Session, load
-from .case import Case, Comparison, Record, all_cases
+from .case import Case, Comparison, Record
+from .registry import all_cases
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
+
+PACKAGE = __name__.partition(".")[0]
 
 __all__ = ["Outcome", "load_records", "run_cases", "run_here", "select", "store"]
 
@@ -130,8 +134,7 @@ def _run_all(
     cases: Sequence[Case], place: Path, full: bool, workers: int, module: str | None
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Cases with what they left behind, as they end."""
-    import rockdda
-
+    rockdda = sys.modules[PACKAGE]
     context = multiprocessing.get_context("spawn")
     waiting = list(cases)
     running: dict[int, tuple[Case, BaseProcess, float]] = {}
@@ -180,8 +183,7 @@ def _child(
     identifier: str, module: str | None, folder: Path, full: bool, workers: int, package: list[str], parent: int
 ) -> None:
     """One case, in a process of its own."""
-    import rockdda
-
+    rockdda = sys.modules[PACKAGE]
     with contextlib.suppress(OSError, AttributeError):  # do not outlive the parent (Linux)
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)
     if os.getppid() != parent:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import Model
+from ..model import Model
 from .case import published
 
 __all__ = [

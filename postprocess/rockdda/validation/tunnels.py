@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import open as open_results
+from ..analysis.loosening import GRADIENT_LIMIT, Loosening, height_label, loosening_of
 from ..errors import RockddaError
-from ..loosening import GRADIENT_LIMIT, Loosening, height_label, loosening_of
-from ..plot_blocks import add_blocks
-from ..plot_style import PALETTE, PAPER_WIDTH
+from ..plot.block_maps import add_blocks
+from ..plot.style import PALETTE, PAPER_WIDTH
 from ..results import Results
-from ..study import Study, read_study
-from ..study_run import collect, run_study
+from ..results import open as open_results
+from ..study.definition import Study, read_study
+from ..study.runner import collect, run_study
 from .case import Record, published
 
 FloatArray = npt.NDArray[np.float64]

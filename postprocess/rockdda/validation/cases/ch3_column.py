@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ... import Model
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...model import Model
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record, published
 
 FloatArray = npt.NDArray[np.float64]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from ... import Model
+from ...model import Model
 from ..case import Case, Record
 
 SIDE, DENSITY = 1.0, 2500.0

@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ... import Model, RockddaError
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...errors import RockddaError
+from ...model import Model
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..case import Case, Record, published
 

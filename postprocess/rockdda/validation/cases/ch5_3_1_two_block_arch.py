@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ... import Model
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...model import Model
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..case import Case, Record, published
 from ..vibration import block_mass, damped, modes, steps_to_rest

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..block_row import BlockRow, State, centrifuge_beam
 from ..case import Case, Record, published

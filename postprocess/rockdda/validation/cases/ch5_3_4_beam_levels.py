@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...analysis.voussoir import VoussoirBeam, solve_beam
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
-from ...voussoir import VoussoirBeam, solve_beam
 from ..block_row import GRAVITY, OPEN, BlockRow, State, centrifuge_beam
 from ..case import Case, Record, published
 

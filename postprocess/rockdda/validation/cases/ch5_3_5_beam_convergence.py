@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..block_row import BlockRow, centrifuge_beam
 from ..case import Case, Record, published
 from ..vibration import damped, modes, undamped

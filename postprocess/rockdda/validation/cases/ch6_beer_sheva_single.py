@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..beer_sheva import EARLY, FREE_FALL, MIDDLE, VARIANTS, draw, draw_histories, draw_profiles, sag, slug
 from ..case import Case, Record, published

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
-from ...voussoir import VoussoirBeam, solve_beam
+from ...analysis.voussoir import VoussoirBeam, solve_beam
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..beer_sheva import (
     BASE,
     CRITERION,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record, published
 from ..roofs import GRAVITY, Roof, compare_falls, deepest_fall, follow, mean_fall
 

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from ...plot_style import PALETTE, PAPER_WIDTH
-from ...voussoir import Variant, VoussoirBeam, VoussoirSolution, solve_beam
+from ...analysis.voussoir import Variant, VoussoirBeam, VoussoirSolution, solve_beam
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record, published
 
 PUBLISHED = published("chapter6")

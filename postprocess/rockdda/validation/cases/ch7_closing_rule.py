@@ -9,12 +9,12 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from ... import Model
-from ... import open as open_results
-from ...loosening import loosening_of
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...analysis.loosening import loosening_of
+from ...model import Model
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
-from ...running import run
+from ...results import open as open_results
+from ...simulation import run
 from ..case import Case, Record
 from ..open_joints import open_joints
 from ..tunnels import (

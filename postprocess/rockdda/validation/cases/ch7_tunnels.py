@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from ... import open as open_results
-from ...loosening import GRADIENT_LIMIT, WINDOW, loosening_of
-from ...plot_style import PALETTE, PAPER_WIDTH
-from ...rock_load import rose, terzaghi
-from ...voussoir import VoussoirBeam, solve_beam
+from ...analysis.loosening import GRADIENT_LIMIT, WINDOW, loosening_of
+from ...analysis.rock_load import rose, terzaghi
+from ...analysis.voussoir import VoussoirBeam, solve_beam
+from ...plot.style import PALETTE, PAPER_WIDTH
+from ...results import open as open_results
 from ..case import Case, Record
 from ..tunnels import (
     ARCH,

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pandas as pd
 
-from ... import lines
-from ... import open as open_results
-from ...loosening import GRADIENT_LIMIT, loosening
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...analysis.loosening import GRADIENT_LIMIT, loosening
+from ...networks import lines
+from ...plot.style import PALETTE, PAPER_WIDTH
+from ...results import open as open_results
 from ..case import Case, Record
 from ..tunnels import (
     DENSITY,

@@ -24,7 +24,7 @@ import pandas
 
 from ...errors import ConvergenceError
 from ...model import Model
-from ...plot_style import PALETTE
+from ...plot.style import PALETTE
 from ..bracket import Bracket, bracket, power_of_ten
 from ..case import Case, Record
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas
 
 from ...model import Model
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record
 from ..integrator import fit_recurrence, numerical_decay, numerical_frequency, roots_of_step
 

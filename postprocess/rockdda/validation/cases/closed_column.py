@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pandas
 
 from ...model import Model
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ..case import Case, Record
 

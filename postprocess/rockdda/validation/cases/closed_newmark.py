@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas
 
 from ...model import Model
-from ...plot_style import PALETTE, PAPER_WIDTH
+from ...plot.style import PALETTE, PAPER_WIDTH
 from ..case import Case, Record
 
 FloatArray = npt.NDArray[np.float64]

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...model import Model
-from ...plot_style import PALETTE
+from ...plot.style import PALETTE
 from ..bracket import bracket
 from ..case import Case, Record
 

@@ -23,7 +23,7 @@ import numpy.typing as npt
 import pandas
 
 from ...model import Model
-from ...plot_style import PALETTE
+from ...plot.style import PALETTE
 from ..bracket import Bracket, bracket, power_of_ten
 from ..case import Case, Record, published
 

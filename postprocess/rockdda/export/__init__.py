@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: MIT
+"""Results for other programs: VTK (ParaView, PyVista), tables as CSV, outlines as plain text or DXF."""
+
+from __future__ import annotations
+
+from .tables import parse_frames, to_csv, to_dxf, to_text, to_vtk
+
+__all__ = ["parse_frames", "to_csv", "to_dxf", "to_text", "to_vtk"]

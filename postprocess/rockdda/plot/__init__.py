@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
+
+Blocks: `blocks`, `stress_crosses`, `contact_forces`, `displacements`; curves: `history`, `profile`, `energy`,
+`iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
+is named. `input_plot` draws geometry and block files before any run.
+"""
+
+from __future__ import annotations
+
+from ..units import Units
+from .block_maps import blocks, contact_forces, displacements, stress_crosses
+from .curves import energy, history, iterations, profile, profile_data
+from .input_files import INPUT_KINDS, input_plot, is_input
+from .kinds import KINDS, plot, save, small_multiples
+from .window import interactive
+
+__all__ = [
+    "INPUT_KINDS",
+    "KINDS",
+    "Units",
+    "blocks",
+    "contact_forces",
+    "displacements",
+    "energy",
+    "history",
+    "input_plot",
+    "interactive",
+    "is_input",
+    "iterations",
+    "plot",
+    "profile",
+    "profile_data",
+    "save",
+    "small_multiples",
+    "stress_crosses",
+]

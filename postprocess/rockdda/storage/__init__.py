@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""HDF5 files of results: reading while they grow, and checks of their structure and values."""

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+"""Parameter studies: many runs of one template, described in a TOML file (docs/studies.md)."""
+
+from __future__ import annotations
+
+from .definition import Case, Quantity, Study, read_study, render
+from .formula import evaluate
+from .runner import Outcome, collect, pending, prepare_case, run_case, run_study, write_job_array
+
+__all__ = [
+    "Case",
+    "Outcome",
+    "Quantity",
+    "Study",
+    "collect",
+    "evaluate",
+    "pending",
+    "prepare_case",
+    "read_study",
+    "render",
+    "run_case",
+    "run_study",
+    "write_job_array",
+]

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""Modules of the package import in one direction, and old names of modules still work."""
+
+import ast
+import importlib
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+import rockdda
+from rockdda._old_names import OLD_NAMES
+
+PACKAGE = Path(rockdda.__file__).parent
+PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
+
+#: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
+ORDER = (
+    "errors", "version", "text", "namelist", "native", "storage", "frames", "results", "units",
+    "deck", "cutting", "simulation", "model", "networks",
+    "plot", "film", "convert", "export", "analysis", "study", "validation", "cli",
+    "_old_names", "__init__", "__main__",
+)  # fmt: skip
+
+
+def module_of(file: Path) -> tuple[str, ...]:
+    """Parts of the module's name behind "rockdda"; a package ends in "__init__"."""
+    return file.relative_to(PACKAGE).with_suffix("").parts
+
+
+MODULES = {module_of(file): file for file in PACKAGE.rglob("*.py")}
+
+
+def target_of(base: tuple[str, ...], name: str) -> tuple[str, ...]:
+    """The module behind `from base import name`: a submodule, or base itself."""
+    for parts in ((*base, name), (*base, name, "__init__"), base, (*base, "__init__")):
+        if parts in MODULES:
+            return parts
+    assert base == (), f"there is no module {'.'.join(base)}"
+    return ("__init__",)
+
+
+def imports_of(source: str, module: tuple[str, ...]) -> set[tuple[str, ...]]:
+    """Modules of the package that a module imports: at its top, in its functions, and for type checking."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                package, *parts = alias.name.split(".")
+                if package == "rockdda":
+                    found.add(target_of(tuple(parts[:-1]), parts[-1]) if parts else ("__init__",))
+        elif isinstance(node, ast.ImportFrom):
+            parts = tuple(node.module.split(".")) if node.module else ()
+            if node.level:
+                base = (*module[: -node.level], *parts)
+            elif parts[0] == "rockdda":
+                base = parts[1:]
+            else:
+                continue
+            found |= {target_of(base, alias.name) for alias in node.names if alias.name != "_rockdda"}
+    return found
+
+
+GRAPH = {module: imports_of(file.read_text(encoding="utf-8"), module) for module, file in MODULES.items()}
+
+
+def upward(graph: dict) -> list[str]:
+    """Imports against the order."""
+    return [
+        f"{'.'.join(module)} imports {'.'.join(target)}"
+        for module, targets in graph.items()
+        for target in targets
+        if target[0] != module[0] and ORDER.index(target[0]) > ORDER.index(module[0])
+    ]
+
+
+def test_every_module_has_a_place_in_the_order():
+    assert {module[0] for module in MODULES} == set(ORDER)
+    assert len(GRAPH) > 80
+    assert sum(map(len, GRAPH.values())) > 250  # the imports are found
+
+
+def test_no_module_imports_upward():
+    assert upward(GRAPH) == []
+
+
+def test_no_circle_of_imports():
+    try:
+        TopologicalSorter(GRAPH).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(".".join(module) for module in error.args[1]))
+
+
+def test_upward_imports_and_circles_are_found():
+    """Also in functions, under TYPE_CHECKING, and with the full name."""
+    for source in (
+        "from .plot import blocks",
+        "def f():\n    from . import plot",
+        "if TYPE_CHECKING:\n    from .plot.style import RC",
+        "import rockdda.plot",
+        "from rockdda.plot import style",
+    ):
+        changed = {**GRAPH, ("frames",): imports_of(source, ("frames",))}
+        assert len(upward(changed)) == 1, source
+        with pytest.raises(CycleError):
+            TopologicalSorter(changed).prepare()
+
+
+def test_the_page_shows_the_order():
+    (line,) = (line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("`errors` →"))
+    assert [name.strip(" `") for name in line.split("→")] == [name for name in ORDER if not name.startswith("_")]
+
+
+@pytest.mark.parametrize("old", OLD_NAMES)
+def test_old_names_warn_and_give_the_new_module(old):
+    new = importlib.import_module(f"rockdda.{OLD_NAMES[old]}")
+    sys.modules.pop(f"rockdda.{old}", None)
+    with pytest.warns(DeprecationWarning, match=rf"rockdda\.{old} is now rockdda\.{OLD_NAMES[old]}$") as warned:
+        assert importlib.import_module(f"rockdda.{old}") is new
+    assert len(warned) == 1
+    assert new.__spec__.name == f"rockdda.{OLD_NAMES[old]}"
+
+
+def test_the_warning_names_the_line_that_uses_the_old_name(tmp_path):
+    script = tmp_path / "old.py"
+    script.write_text("import rockdda\nrockdda.running.run\nimport rockdda.voussoir\nfrom rockdda.view import Viewer\n")
+    done = subprocess.run(
+        [sys.executable, "-W", "always::DeprecationWarning:__main__", script],
+        env={"PYTHONPATH": str(PACKAGE.parent)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    shown = [line for line in done.stderr.splitlines() if "DeprecationWarning" in line]
+    assert [line.split(":")[1] for line in shown] == ["2", "3", "4"], done.stderr
+
+
+def test_unknown_attributes_are_errors():
+    with pytest.raises(AttributeError, match="has no attribute 'convert_dwg'"):
+        rockdda.convert_dwg  # noqa: B018
