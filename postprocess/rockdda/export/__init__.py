@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
-from .tables import parse_frames, to_csv, to_dxf, to_text, to_vtk
+from .common import parse_frames
+from .outlines import to_dxf, to_text
+from .tables import to_csv
+from .vtk import to_vtk
 
 __all__ = ["parse_frames", "to_csv", "to_dxf", "to_text", "to_vtk"]

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""Frames for ParaView and PyVista: VTK XML files, written by VTK itself."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError, OutputError, RockddaError
+from ..frames import FIELDS
+from .common import Progress, chosen, write_file
+
+if TYPE_CHECKING:
+    from ..results import Frame, Results
+
+__all__ = ["to_vtk"]
+
+Arrays = dict[str, npt.NDArray[Any]]
+INTEGERS = ("material", "block")  # fields that are numbers of things
+
+
+def to_vtk(
+    results: Results,
+    path: str | os.PathLike[str],
+    frames: Iterable[int] | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write frames for ParaView and PyVista; returns the path.
+
+    `path` ending in .pvd: an index with the times, beside a folder with one .vtu file for each frame (all by default);
+    a path without ending gets this one, and an existing folder takes such files under the name of the results.
+    Ending in .vtu: one frame (the last by default). Polygons are blocks. Vertices have displacements; cells have every
+    field, velocities as vectors, stresses as 3 × 3 tensors, and block numbers (from 1). Bolts are lines with their
+    forces, in a second file for each frame (…_bolts.vtu), which the index holds, too.
+    """
+    _check_vtk()
+    path = Path(path)
+    if path.is_dir():
+        path = path / f"{results.path.stem}.pvd"
+    elif not path.suffix:
+        path = path.with_name(path.name + ".pvd")
+    if path.suffix.lower() == ".vtu":
+        (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
+        now = results.frames[number]
+        _write_grid(path, _blocks(now))
+        if len(now.bolt_ends):
+            _write_grid(path.with_name(f"{path.stem}_bolts.vtu"), _bolts(now))
+        return path
+    if path.suffix.lower() != ".pvd":
+        raise InputError(f"VTK files end in .pvd (all frames) or .vtu (one frame), not in {path.suffix!r}", path)
+    numbers = chosen(results, frames)
+    folder = path.with_suffix("")
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
+    index = ElementTree.Element("VTKFile", type="Collection", version="1.0", byte_order="LittleEndian")
+    collection = ElementTree.SubElement(index, "Collection")
+    for done, number in enumerate(numbers, start=1):
+        now = results.frames[number]
+        files = [folder / f"{path.stem}_{number:05d}.vtu"]
+        _write_grid(files[0], _blocks(now))
+        if len(now.bolt_ends):
+            files.append(folder / f"{path.stem}_bolts_{number:05d}.vtu")
+            _write_grid(files[1], _bolts(now))
+        for k, file in enumerate(files):
+            part = {"part": str(k)} if len(files) > 1 else {}
+            entry = {"timestep": repr(now.time), **part, "file": f"{folder.name}/{file.name}"}
+            ElementTree.SubElement(collection, "DataSet", entry)
+        if progress is not None:
+            progress(done, len(numbers))
+    ElementTree.indent(index)
+    text = ElementTree.tostring(index, encoding="unicode", xml_declaration=True) + "\n"
+    write_file(path, lambda stream: stream.write(text))
+    return path
+
+
+def _check_vtk() -> None:
+    """RockddaError where VTK is not installed. Only its parts without graphics are used, which need no display."""
+    try:
+        import vtkmodules.vtkIOXML  # noqa: F401
+    except ImportError as error:
+        raise RockddaError(f"files for ParaView need VTK: python -m pip install vtk ({error})") from error
+
+
+def _blocks(frame: Frame) -> Any:
+    """One frame as a grid of polygons."""
+    from vtkmodules.vtkCommonDataModel import VTK_POLYGON
+
+    results = frame.results
+    tensor = np.zeros((results.n_blocks, 3, 3))
+    tensor[:, 0, 0], tensor[:, 1, 1] = frame.stress[:, 0], frame.stress[:, 1]
+    tensor[:, 0, 1] = tensor[:, 1, 0] = frame.stress[:, 2]
+    cells: Arrays = {
+        name: frame.field(name).astype(np.int32 if name in INTEGERS else np.float64, copy=False) for name in FIELDS
+    }
+    cells["velocity"] = _in_space(frame.velocity[:, :2])
+    cells["stress_tensor"] = tensor.reshape(-1, 9)
+    cells["area_at_start"] = results.block_area
+    points: Arrays = {
+        "displacement": _in_space(frame.vertex_displacement),
+        "edge_joint": results.edge_joint.astype(np.int32),
+    }
+    return _grid(frame.time, frame.vertices, results.vertex_offset, VTK_POLYGON, points, cells)
+
+
+def _bolts(frame: Frame) -> Any:
+    """The bolts of a frame as a grid of lines."""
+    from vtkmodules.vtkCommonDataModel import VTK_LINE
+
+    ends, at_start = (bolts.reshape(-1, 2) for bolts in (frame.bolt_ends, frame.results.bolt_ends))
+    n = len(frame.bolt_ends)
+    cells: Arrays = {
+        "force": frame.bolt_force,
+        "bolt": np.arange(1, n + 1, dtype=np.int32),
+        "blocks": (frame.results.bolt_blocks + 1).astype(np.int32),
+    }
+    return _grid(frame.time, ends, 2 * np.arange(n + 1), VTK_LINE, {"displacement": _in_space(ends - at_start)}, cells)
+
+
+def _in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Vectors in the plane with a third component, zero."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])
+
+
+def _grid(
+    time: float, vertices: npt.NDArray[Any], offset: npt.NDArray[Any], shape: int, points: Arrays, cells: Arrays
+) -> Any:
+    """An unstructured grid of cells of one shape; cell i owns the vertices [offset[i], offset[i+1])."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
+
+    grid = vtkUnstructuredGrid()
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(_in_space(vertices), deep=True))
+    grid.SetPoints(places)
+    connectivity = np.arange(len(vertices), dtype=np.int64)
+    cell_array = vtkCellArray()
+    cell_array.SetData(
+        numpy_to_vtkIdTypeArray(offset.astype(np.int64), deep=True), numpy_to_vtkIdTypeArray(connectivity, deep=True)
+    )
+    grid.SetCells(shape, cell_array)
+    for data, arrays in ((grid.GetPointData(), points), (grid.GetCellData(), cells)):
+        for name, values in arrays.items():
+            array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+            array.SetName(name)
+            data.AddArray(array)
+    moment = numpy_to_vtk(np.array([time]), deep=True)
+    moment.SetName("TimeValue")
+    grid.GetFieldData().AddArray(moment)
+    return grid
+
+
+def _write_grid(path: Path, grid: Any) -> None:
+    """Write a .vtu file, compressed."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid)
+    writer.SetDataModeToBinary()
+    writer.SetCompressorTypeToZLib()
+    writer.WriteToOutputStringOn()
+    if not writer.Write():
+        raise OutputError(f"{path}: VTK cannot write the file")
+    text = writer.GetOutputString()
+    write_file(path, lambda stream: stream.write(text))
