@@ -111,7 +111,7 @@ def viewer(runs: Runs) -> None:
     if browser is None:
         print("no Chromium: docs/images/viewer.png stays as it is")
         return
-    shown = Viewer(runs("jointed_slope"), "velocity", UNITS)
+    shown = Viewer(runs("jointed_slope"), "speed", UNITS)
     server = serve(shown)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_address[1]}/?token={shown.token}#frame=90&pick=53"
@@ -125,7 +125,7 @@ def viewer(runs: Runs) -> None:
 def film(runs: Runs) -> None:
     """A film that plays in the browser."""
     runs("toppling_column").animate(
-        HERE / "toppling_column.html", field="stress", units=UNITS, fields=["displacement", "rotation", "velocity"]
+        HERE / "toppling_column.html", field="stress_min", units=UNITS, fields=["displacement", "rotation", "speed"]
     )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,21 @@ from typing import Any, Protocol, overload
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["BOLT_TABLES", "CONTACT_TABLES", "FIELDS", "Contacts", "Field", "Frame", "FrameTables", "Frames"]
+from .callers import stack_level
+from .errors import InputError
+
+__all__ = [
+    "BOLT_TABLES",
+    "CONTACT_TABLES",
+    "FIELDS",
+    "OLD_FIELDS",
+    "Contacts",
+    "Field",
+    "Frame",
+    "FrameTables",
+    "Frames",
+    "field_name",
+]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -191,9 +206,7 @@ class Frame:
 
     def field(self, name: str) -> npt.NDArray[Any]:
         """(nb,) a number for each block; `rockdda.FIELDS` lists the names."""
-        if name not in FIELDS:
-            raise ValueError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
-        return FIELDS[name].compute(self)
+        return FIELDS[field_name(name)].compute(self)
 
 
 def _fields() -> dict[str, Field]:
@@ -203,14 +216,14 @@ def _fields() -> dict[str, Field]:
         ("displacement_x", "displacement in x", "of the centroid since the start", lambda f: f.displacement[:, 0]),
         ("displacement_y", "displacement in y", "of the centroid since the start", lambda f: f.displacement[:, 1]),
         ("rotation", "rotation [rad]", "since the start, counter-clockwise", lambda f: f.rotation),
-        ("velocity", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
+        ("speed", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
         ("velocity_x", "velocity in x", "of the centroid", lambda f: f.velocity[:, 0]),
         ("velocity_y", "velocity in y", "of the centroid", lambda f: f.velocity[:, 1]),
         ("spin", "spin [rad per time]", "angular velocity, counter-clockwise", lambda f: f.velocity[:, 2]),
         ("stress_x", "σx", "tension positive", lambda f: f.stress[:, 0]),
         ("stress_y", "σy", "tension positive", lambda f: f.stress[:, 1]),
         ("stress_xy", "τxy", "shear stress", lambda f: f.stress[:, 2]),
-        ("stress", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
+        ("stress_min", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
         ("stress_max", "largest principal stress", "tension positive", lambda f: f.principal_stress()[0][:, 0]),
         ("stress_mean", "mean stress", "(σx + σy)/2, tension positive", lambda f: f.stress[:, :2].mean(axis=1)),
         (
@@ -225,4 +238,27 @@ def _fields() -> dict[str, Field]:
     return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
 
 
-FIELDS: dict[str, Field] = _fields()
+class _Fields(dict[str, Field]):
+    """Fields by name; an old name is looked up under the present one."""
+
+    def __missing__(self, name: str) -> Field:
+        if name in OLD_FIELDS:
+            return self[field_name(name)]
+        raise KeyError(name)
+
+
+#: Present names of fields by the former ones.
+OLD_FIELDS = {"stress": "stress_min", "velocity": "speed"}
+FIELDS: dict[str, Field] = _Fields(_fields())
+
+
+def field_name(name: str) -> str:
+    """The present name of a field; a former one gives a DeprecationWarning, an unknown one an InputError."""
+    if name in FIELDS:
+        return name
+    if name not in OLD_FIELDS:
+        raise InputError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
+    present = OLD_FIELDS[name]
+    message = f"the field {name!r} is now {present!r} ({FIELDS[present].label})"
+    warnings.warn(message, DeprecationWarning, stacklevel=stack_level())
+    return present

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 import warnings
 import weakref
 from types import ModuleType
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .callers import stack_level
 from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
 
 __all__ = ["Session", "build_description"]
@@ -114,7 +114,7 @@ class Session:
         fresh, self._told = messages[self._told :], len(messages)
         for problem, text in fresh:
             if problem.severity == "warning":
-                warnings.warn(_in_python_words(text), InputWarning, stacklevel=_stack_level())
+                warnings.warn(_in_python_words(text), InputWarning, stacklevel=stack_level())
 
     # -- what the session does -----------------------------------------------------------------------------------
 
@@ -267,13 +267,3 @@ def _problems_of(failure: str) -> list[Problem]:
         else:
             problems.append(Problem(line))
     return problems
-
-
-def _stack_level() -> int:
-    """How far up the caller is that is not in this package."""
-    folder = os.path.dirname(__file__)  # noqa: PTH120
-    level, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(folder):
-        frame = frame.f_back
-        level += 1
-    return level

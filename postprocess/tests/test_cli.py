@@ -275,7 +275,7 @@ def test_view_serves_until_interrupted(folder):
 def test_three_lines_do(flat_arch):
     """What the README promises, less the run itself."""
     results = rockdda.open(flat_arch)
-    axes = results.plot("stress")
+    axes = results.plot("stress_min")
     assert axes.get_xlabel() == "x [length]"
 
 

@@ -2,6 +2,9 @@
 """Files for other programs, read back."""
 
 import csv
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -27,7 +30,7 @@ def check_grid(grid, frame):
     np.testing.assert_allclose(grid.bounds, [low[0], high[0], low[1], high[1], 0, 0])
     for i in (0, results.n_blocks - 1):
         np.testing.assert_array_equal(grid.get_cell(i).points[:, :2], frame.polygons()[i])
-    for name in ("displacement", "stress", "stress_x", "rotation", "material", "block"):
+    for name in ("displacement", "stress_min", "speed", "stress_x", "rotation", "material", "block"):
         np.testing.assert_array_equal(grid.cell_data[name], frame.field(name))
     np.testing.assert_array_equal(grid.cell_data["velocity"][:, :2], frame.velocity[:, :2])
     np.testing.assert_array_equal(grid.point_data["displacement"][:, :2], frame.vertex_displacement)
@@ -53,6 +56,34 @@ def test_pvd_opens_in_pyvista_with_all_times(wall, tmp_path):
     for k, time in enumerate(reader.time_values):
         reader.set_active_time_value(time)
         check_grid(reader.read()[0], wall.frames[k])
+
+
+def test_vtk_has_every_field_under_its_name_and_no_former_one(wall, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    grid = pyvista.read(wall.to_vtk(tmp_path / "wall.vtu"))
+    assert set(grid.cell_data.keys()) == {*rockdda.FIELDS, "velocity", "stress_tensor", "area_at_start"}
+    assert set(grid.point_data.keys()) == {"displacement", "edge_joint"}
+    assert grid.cell_data["velocity"].shape == (wall.n_blocks, 3)
+    assert grid.cell_data["block"].dtype == np.int32
+
+
+def test_vtk_files_are_written_without_graphics(wall, tmp_path):
+    """Machines without a display and without OpenGL can export, too."""
+    program = f"""
+import sys, rockdda
+rockdda.open({str(wall.path)!r}).to_vtk("wall.pvd")
+assert not [name for name in sys.modules if name.startswith(("pyvista", "vtkmodules.vtkRendering"))]
+"""
+    environment = {"PYTHONPATH": str(Path(rockdda.__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=environment, check=True, timeout=60)
+    assert len(list(tmp_path.glob("wall/*.vtu"))) == wall.n_frames
+
+
+def test_missing_vtk_is_said(wall, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
+    with pytest.raises(rockdda.RockddaError, match="files for ParaView need VTK: python -m pip install vtk"):
+        wall.to_vtk(tmp_path / "wall.pvd")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_other_vtk_endings_are_refused(wall, tmp_path):

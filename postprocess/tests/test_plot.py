@@ -215,7 +215,7 @@ def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
             assert path.stat().st_size > 1000
             if ending == "svg":
                 assert "</svg>" in path.read_text()
-    assert results.plot("stress") is not None  # the three lines of the README
+    assert results.plot("stress_min") is not None  # the three lines of the README
 
 
 def test_wrong_requests_name_what_there_is(wall):
@@ -265,3 +265,28 @@ def test_interactive_mode_that_begins_with_the_first_figure_stays(wall):
         assert matplotlib.rcParams["axes.labelsize"] == matplotlib.rcParamsDefault["axes.labelsize"]
     finally:
         matplotlib.interactive(before)
+
+
+@pytest.mark.parametrize(("old", "new"), [("stress", "stress_min"), ("velocity", "speed")])
+def test_former_names_of_fields_warn_and_work(wall, tmp_path, old, new):
+    message = f"the field '{old}' is now '{new}'"
+    frame = wall.frames[-1]
+    with pytest.warns(DeprecationWarning, match=message) as warned:
+        np.testing.assert_array_equal(frame.field(old), frame.field(new))
+    assert warned[0].filename == __file__
+    with pytest.warns(DeprecationWarning, match=message):
+        assert rockdda.FIELDS[old] is rockdda.FIELDS[new]
+    for draw in (wall.plot, lambda field: pictures.profile(wall, field), lambda f: pictures.small_multiples([wall], f)):
+        with pytest.warns(DeprecationWarning, match=message) as warned:
+            draw(old)
+        assert len(warned) == 1
+    with pytest.warns(DeprecationWarning, match=message):
+        page = wall.animate(tmp_path / "wall.html", field=old, fields=[]).read_text()
+    assert f'"name":"{new}"' in page
+    assert f'"name":"{old}"' not in page
+
+
+def test_unknown_fields_are_named_with_the_known_ones(wall):
+    for draw in (wall.plot, wall.frames[-1].field, lambda field: pictures.profile(wall, field)):
+        with pytest.raises(rockdda.InputError, match="there is no field 'strain'; the fields are: displacement, "):
+            draw("strain")

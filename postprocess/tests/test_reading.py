@@ -78,7 +78,7 @@ def test_fields(flat_arch):
         assert np.all(np.isfinite(values)), name
     np.testing.assert_array_equal(frame.field("displacement"), results.field("displacement", -1))
     # invariants of the stress tensor
-    smallest, largest = frame.field("stress"), frame.field("stress_max")
+    smallest, largest = frame.field("stress_min"), frame.field("stress_max")
     sx, sy, txy = frame.stress.T
     scale = np.abs(frame.stress).max()
     np.testing.assert_allclose(smallest + largest, sx + sy, atol=1e-14 * scale)

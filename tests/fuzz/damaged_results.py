@@ -86,7 +86,7 @@ def read_all(path: Path, folder: Path, draw: bool) -> None:
             for name in rockdda.FIELDS:
                 frame.field(name)
         if draw and results.n_frames:
-            results.plot("stress").figure.savefig(folder / "picture.png", dpi=30)
+            results.plot("stress_min").figure.savefig(folder / "picture.png", dpi=30)
             results.to_vtk(folder / "frames.pvd")
 
 

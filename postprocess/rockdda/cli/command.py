@@ -208,7 +208,7 @@ def animate_command(
 
         rockdda-post animate slope.h5 -o slope.mp4
 
-        rockdda-post animate slope.h5 -o slope.html --field stress --units m,s,N
+        rockdda-post animate slope.h5 -o slope.html --field stress_min --units m,s,N
 
         rockdda-post animate slope.h5 -o slope.gif --every 5 --fps 10 --scale 100
     """

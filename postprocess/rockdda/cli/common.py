@@ -16,16 +16,32 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError, OutputError
-from ..results import FIELDS, Results
+from ..frames import FIELDS, OLD_FIELDS, field_name
+from ..results import Results
 
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
 DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
 
 ResultsFile = Annotated[Path, typer.Argument(metavar="OUT.h5", help="Results file.", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write.", show_default=False)]
+
+
+def _present_field(name: str) -> str:
+    """The present name of a field, with a note where a former one was given."""
+    present = OLD_FIELDS.get(name, name)
+    if present != name:
+        typer.echo(f"note: the field {name!r} is now {present!r} ({FIELDS[present].label})", err=True)
+    return present
+
+
 FieldName = Annotated[
     str,
-    typer.Option("--field", help=f"What the colours show: {', '.join(FIELDS)}.", autocompletion=lambda: list(FIELDS)),
+    typer.Option(
+        "--field",
+        help=f"What the colours show: {', '.join(FIELDS)}.",
+        autocompletion=lambda: list(FIELDS),
+        callback=_present_field,
+    ),
 ]
 FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
 UnitNames = Annotated[
@@ -77,8 +93,8 @@ def open_results(path: Path, frame: int | None = None, field: str | None = None,
         raise InputError("there are no frames in it" + ("" if results.complete else " yet"), path)
     if frame is not None and not -results.n_frames <= frame < results.n_frames:
         raise InputError(f"there are frames 0 to {results.n_frames - 1}, not {frame}", path)
-    if field is not None and field not in FIELDS:
-        raise InputError(f"there is no field {field!r}; the fields are: {', '.join(FIELDS)}")
+    if field is not None:
+        field_name(field)
     return results
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..results import Frame, Results
 
 SHOWN_FIELDS = (
-    "displacement", "displacement_x", "displacement_y", "rotation", "velocity", "stress", "stress_max", "stress_x",
+    "displacement", "displacement_x", "displacement_y", "rotation", "speed", "stress_min", "stress_max", "stress_x",
     "stress_y", "stress_xy", "material",
 )  # fmt: skip
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..errors import InputError, OutputError
+from ..frames import field_name
 from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
 from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
-from ..results import FIELDS
 from ..text import plain_text
 from ..units import Units
 from .page import SHOWN_FIELDS, film_page
@@ -60,9 +60,7 @@ def animate(
     units = Units.parse(units)
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"a film ends in {', '.join(ENDINGS)}, not in {path.suffix or 'nothing'!r}", path)
-    for name in (field, *(fields or ())):
-        if name not in FIELDS:
-            raise InputError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
+    field, fields = field_name(field), [field_name(name) for name in fields or SHOWN_FIELDS]
     if every < 1:
         raise InputError("every: must be 1 or more")
     frames = list(range(0, results.n_frames, every))
@@ -73,7 +71,7 @@ def animate(
     part = path.with_name(f".{path.stem}.part{path.suffix}")  # nobody shall see half a film
     try:
         if path.suffix.lower() == ".html":
-            chosen = list(dict.fromkeys([field, *(fields or SHOWN_FIELDS)]))
+            chosen = list(dict.fromkeys([field, *fields]))
             name = title or results.title or results.name
             part.write_text(film_page(results, frames, chosen, units, name, progress), encoding="utf-8")
         else:

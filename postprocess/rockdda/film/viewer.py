@@ -25,7 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError, RockddaError
-from ..results import FIELDS, Frame, Results
+from ..frames import FIELDS, Frame, field_name
+from ..results import Results
 from ..units import Units
 from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
 
@@ -40,7 +41,7 @@ class Viewer:
     def __init__(self, results: Results, field: str = "displacement", units: str | Units | None = None) -> None:
         self.results = results
         self.units = Units.parse(units)
-        self.fields = list(dict.fromkeys([field, *SHOWN_FIELDS]))
+        self.fields = list(dict.fromkeys([field_name(field), *SHOWN_FIELDS]))
         self._lock = threading.Lock()
         self._limits: dict[str, dict[int, tuple[float, float, float, float]]] = {}
         self.token = secrets.token_urlsafe(24)
@@ -201,8 +202,7 @@ def view(
 ) -> None:
     """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token."""
     results = path if isinstance(path, Results) else Results(path)
-    if field not in FIELDS:
-        raise InputError(f"there is no field {field!r}; the fields are: {', '.join(FIELDS)}")
+    field = field_name(field)
     viewer = Viewer(results, field, units)
     server = serve(viewer, port)
     address = f"http://127.0.0.1:{server.server_address[1]}/?token={viewer.token}"

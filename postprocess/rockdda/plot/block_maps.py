@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
 from .style import (
@@ -185,6 +186,7 @@ def blocks(
     symmetric, with white at zero, when both signs occur).
     """
     now, units = results.frames[frame], Units.parse(units)
+    field = None if field is None else field_name(field)
     shown = _moved(now, scale)
     with style():
         axes = frame_axes(results, now, shown, axes, units, title)

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
+from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
-from .style import DIMENSIONS, PALETTE, PAPER_WIDTH, STATES, field_label, new_axes, nice_ticks, style
+from .style import PALETTE, PAPER_WIDTH, STATES, field_label, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
     import pandas
@@ -176,7 +177,7 @@ def profile(
     title: str | None = None,
 ) -> Axes:
     """A field along a line x1 y1 x2 y2 (by default horizontal at half the height) through the start geometry."""
-    units = Units.parse(units)
+    field, units = field_name(field), Units.parse(units)
     if line is None:
         low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
         # not quite the middle: where that is a joint, the line would run between the blocks
@@ -193,7 +194,7 @@ def profile(
             axes.plot(np.insert(distance, gaps, np.nan), np.insert(values, gaps, np.nan), label=label, **_line_style(k))
         x1, y1, x2, y2 = line
         axes.set_xlabel(units.label(f"distance from ({x1:.4g}, {y1:.4g}) towards ({x2:.4g}, {y2:.4g})", "length"))
-        axes.set_ylabel(field_label(field, units) if field in DIMENSIONS else field)
+        axes.set_ylabel(field_label(field, units))
         axes.grid(color="#E4E4E4", lw=0.5)
         nice_ticks(axes.yaxis)
         _legend(axes)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError, OutputError
+from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
@@ -52,6 +53,7 @@ def small_multiples(
     names = list(labels) if labels is not None else [plain_text(run.name) for run in runs]
     if len(names) != len(runs):
         raise InputError(f"{len(runs)} runs, but {len(names)} labels")
+    field = field_name(field)
     values = np.concatenate([run.frames[frame].field(field) for run in runs])
     low, high, colour_map = limits_of(field, values, limits)
     columns = columns or math.ceil(math.sqrt(len(runs)))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import RockddaError
+from ..frames import field_name
 from ..units import Units
 from .style import SEQUENTIAL, field_label, limits_of
 
@@ -39,6 +40,7 @@ def interactive(
     """
     pyvista = _pyvista()
     units = Units.parse(units)
+    field = field_name(field)
     frames = results.frames
     start = frames[frame].index
     mesh = polygons_mesh(results, start)

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Plays the frames of a results file on a canvas: from data within this page (a film), or asking the local server that
-// `rockdda-post view` runs. The address may say where to begin: #frame=12&field=stress&pick=3&enlarge=10
+// `rockdda-post view` runs. The address may say where to begin: #frame=12&field=stress_min&pick=3&enlarge=10
 "use strict";
 
 const $ = (id) => document.getElementById(id);
 const setup = JSON.parse($("setup").textContent);
 const hash = new URLSearchParams(location.hash.slice(1));
+const FORMER = { stress: "stress_min", velocity: "speed" }; // names of fields in older addresses
 
 // ---- data ------------------------------------------------------------------------------------------------------
 
@@ -571,7 +572,7 @@ guarded(async () => {
   offset = await unpack(setup.offset, Int32Array);
   start = await unpack(setup.start, Float32Array);
   await source.open();
-  field = setup.fields.find((f) => f.name === hash.get("field")) || field;
+  field = setup.fields.find((f) => f.name === (FORMER[hash.get("field")] || hash.get("field"))) || field;
   connect();
   $("field").value = field.name;
   if (hash.has("enlarge")) $("enlarge").value = hash.get("enlarge");
