@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Damaged input for the converters and for studies: each ends soon, as done or as bad input.
 
-    python postprocess/tests/fuzz_imports.py [COUNT [FIRST]]
+    python postprocess/tests/fuzz_convert.py [COUNT [FIRST]]
 
-runs COUNT cases (1000) of each kind from the number FIRST (0) and prints faults; `test_fuzz_imports.py` runs some.
+runs COUNT cases (1000) of each kind from the number FIRST (0) and prints faults; `test_fuzz_convert.py` runs some.
 """
 
 from __future__ import annotations

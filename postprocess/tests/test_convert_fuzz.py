@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A short slice of the fuzzer; fuzz_imports.py runs more."""
+"""A short slice of the fuzzer; fuzz_convert.py runs more."""
 
 import pytest
-from fuzz_imports import KINDS, run_case
+from fuzz_convert import KINDS, run_case
 
 
 @pytest.mark.parametrize("kind", KINDS)
