@@ -66,10 +66,10 @@ def test_areas_and_centroids_of_a_triangle_far_away():
 
 def test_dropped_lines_are_warned_of():
     square = [[0, 0, 1, 0], [1, 0, 1, 1], [1, 1, 0, 1], [0, 1, 0, 0]]
-    with pytest.warns(rockdda.InputWarning, match="lines.dc:13"):
+    with pytest.warns(rockdda.InputWarning, match="lines.dc:14"):
         blocks = rockdda.cut([*square, [0.2, 0.2, 0.4, 0.4]])
     assert blocks.report.dropped_lines == 1
-    assert [problem.severity for problem in blocks.messages if problem.line == 13] == ["warning"]
+    assert [problem.severity for problem in blocks.messages if problem.line == 14] == ["warning"]
 
 
 @pytest.mark.parametrize("name", ["flat_arch", "island", "tunnel", "jointed_slope"])
@@ -172,7 +172,7 @@ def test_problems_of_a_model_name_its_files(tmp_path):
     with pytest.raises(rockdda.InputError) as caught:
         model.run(output=tmp_path / "x.h5")
     assert {problem.file for problem in caught.value.problems} == {"bad.df"}
-    assert {problem.line for problem in caught.value.problems} == {8, 12}
+    assert {problem.line for problem in caught.value.problems} == {9, 14}
     assert list(tmp_path.iterdir()) == []
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 
+import numpy as np
 import pytest
 import rockdda.validation
 from places import ROOT, assert_same_results
@@ -46,7 +47,7 @@ def test_quick_cases_keep_their_promises(case, tmp_path):
     assert found["energy_residual"] < 1e-6
     numbers = [comparison(values) for values in found["comparisons"]]
     broken = [
-        f"{c.quantity}: {c.ours:g}, truth {c.truth}, published {c.published}" for c in numbers if c.agrees is False
+        f"{c.quantity}: {c.computed:g}, truth {c.truth}, published {c.published}" for c in numbers if c.agrees is False
     ]
     assert not broken
     assert any(c.truth is not None or c.published is not None for c in numbers)
@@ -82,6 +83,20 @@ def kept(tmp_path, cases, **options):
         figures = tmp_path / "runs" / case.identifier / "figures"
         store(run_here(case, figures.parent, figures, **options), figures, tmp_path / "report")
     return tmp_path / "report"
+
+
+def test_records_of_older_versions_are_read(tmp_path):
+    """They called the computed value "ours"."""
+    target = kept(tmp_path, CASES[:1])
+    (file,) = (target / "data").glob("*.json")
+    text = file.read_text(encoding="utf-8")
+    (now,) = load_records(target, CASES)
+    file.write_text(text.replace('"computed":', '"ours":'), encoding="utf-8")
+    assert '"ours":' in file.read_text(encoding="utf-8")
+    (then,) = load_records(target, CASES)
+    values = [[comparison["computed"] for comparison in record["comparisons"]] for record in (then, now)]
+    np.testing.assert_array_equal(*values)  # one is not a number
+    assert not any("ours" in comparison for comparison in then["comparisons"])
 
 
 def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
@@ -127,7 +142,7 @@ def test_records_come_back_as_they_were(tmp_path):
     first = (target / "index.md").exists(), [r["identifier"] for r in load_records(target, CASES)]
     assert first == (False, ["9.1-agrees", "9.2-differs", "9.3-fails"])
     told = comparison(load_records(target, CASES)[0]["comparisons"][3])
-    assert told.ours != told.ours and told.published == 1.0  # not a number
+    assert told.computed != told.computed and told.published == 1.0  # not a number
     json.loads((target / "data/9.1-agrees.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     kept(tmp_path, CASES[1:2], full=True)
     records = load_records(target, CASES)

@@ -367,7 +367,7 @@ def _leave_stdout() -> None:
 
 def run() -> None:
     """The entry point of the command."""
-    for number in range(3):  # a stream that is closed must not become a file of ours
+    for number in range(3):  # a file that is opened later must not get the number of a closed stream
         try:
             os.fstat(number)
         except OSError:

@@ -161,7 +161,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
         raise AssertionError
     analysis = Analysis(k01=math.nan, steps=-1, g2=math.nan, g1=math.nan, blocks=[], joints=[])
     state = _State(reader, analysis)
-    # what DDA for Windows does and ours does otherwise unless told
+    # behaviour of DDA for Windows that is not the default of RockDDA
     analysis.set_option("time", "length_scale", "'largest'")
     for element in section.children:
         key = reader.known(element, ANALYSIS_KEYS)

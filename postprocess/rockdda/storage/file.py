@@ -138,7 +138,7 @@ def check_signature(path: Path) -> None:
 
 
 def check_format(path: Path, attributes: dict[str, Any]) -> None:
-    """Is it ours, and of a version that we know?"""
+    """InputError for a file that is no RockDDA results file, or of an unknown version of the format."""
     found = attributes.get("format")
     if found is None:
         raise InputError("is an HDF5 file, but not one of RockDDA: it has no attribute 'format'", path)

@@ -34,37 +34,37 @@ SYMBOL = re.compile(r"(?<![$\w])S_j\b(?!\$)")
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of ours beside the truth (a closed form or an independent solution) and the published value."""
+    """One number of RockDDA beside the truth (a closed form or an independent solution) and the published value."""
 
     quantity: str
-    ours: float
+    computed: float
     unit: str = ""
     truth: float | None = None
     truth_source: str = ""  #: where the truth comes from: "Newmark's closed form", "Eq. 4.2", "rigid-block integration"
     published: float | None = None
     published_source: str = ""  #: page, table or figure: "Table 4.2", "p. 58"
     bound: str = (
-        ""  #: "upper" or "lower" when the published value is not more than a bound: within it ours differs by 0
+        ""  #: "upper" or "lower" when the published value is not more than a bound: within it the difference is 0
     )
     #: error that the case promises against the truth (without a truth: against the published value); None: only told
     allowed: float | None = None
     #: what errors are relative to; None: the truth (published value) itself; 1: absolute errors
     scale: float | None = None
     explanation: str = ""  #: why it differs, or that it is not explained
-    #: what is told in place of a number when there is none (`ours` is not a number): "no stable value up to 80°"
+    #: what is told in place of a number when there is none (`computed` is not a number): "no stable value up to 80°"
     found: str = ""
 
     @property
     def error(self) -> float | None:
-        """Of ours against the truth, relative to `scale`."""
+        """Of the computed value against the truth, relative to `scale`."""
         return self._error(self.truth)
 
     @property
     def published_error(self) -> float | None:
-        """Of ours against the published value, relative to `scale`."""
+        """Of the computed value against the published value, relative to `scale`."""
         if self.published is not None and (
-            (self.bound == "upper" and self.ours <= self.published)
-            or (self.bound == "lower" and self.ours >= self.published)
+            (self.bound == "upper" and self.computed <= self.published)
+            or (self.bound == "lower" and self.computed >= self.published)
         ):
             return 0.0
         return self._error(self.published)
@@ -81,9 +81,9 @@ class Comparison:
         if reference is None:
             return None
         scale = self.scale if self.scale is not None else abs(reference)
-        if self.ours == reference:
+        if self.computed == reference:
             return 0.0
-        return (self.ours - reference) / scale if scale else math.copysign(math.inf, self.ours - reference)
+        return (self.computed - reference) / scale if scale else math.copysign(math.inf, self.computed - reference)
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,9 @@ class Record:
         """A paragraph: what is compared, how, what is found."""
         self.items.append({"kind": "text", "text": markdown.strip()})
 
-    def compare(self, quantity: str, ours: float, unit: str = "", **rest: Any) -> Comparison:
+    def compare(self, quantity: str, computed: float, unit: str = "", **rest: Any) -> Comparison:
         """Add a comparison; `rest` are the other fields of `Comparison`. The report has a table of all of them."""
-        comparison = Comparison(quantity, float(ours), unit, **rest)
+        comparison = Comparison(quantity, float(computed), unit, **rest)
         self.comparisons.append(comparison)
         return comparison
 

@@ -153,9 +153,9 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
     return [
         text,
         "",
-        "Errors are (ours - truth)/truth, differences (ours - published)/published, unless a scale is given. A promise "
-        "is a bound on the error against the truth, or, where there is none, on the difference to the published value; "
-        "the case says where it comes from. No "
+        "Errors are (RockDDA - truth)/truth, differences (RockDDA - published)/published, unless a scale is given. A "
+        "promise is a bound on the error against the truth, or, where there is none, on the difference to the "
+        "published value; the case says where it comes from. No "
         "parameter was tuned to meet a published value: what does not match is listed below with its explanation, or "
         "is said to be unexplained. Curves of the thesis that are not in its text or tables are not compared.",
         "",
@@ -192,7 +192,7 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
         [
             entry.link,
             c.quantity,
-            words.our_number(c),
+            words.computed_number(c),
             words.number(c.truth, c.unit),
             words.error_text(c, c.error),
             words.promise_text(c),
@@ -201,7 +201,7 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
     ]
     if not rows:
         return []
-    head = ["case", "quantity", "ours", "truth", "error", "promised"]
+    head = ["case", "quantity", "RockDDA", "truth", "error", "promised"]
     return ["## The worst errors against the truth", "", *words.table(head, rows), ""]
 
 
@@ -236,7 +236,7 @@ def _mismatches(entries: Sequence[_Entry]) -> list[str]:
             "",
         ]
     lines += [f"Broken promises, and all differences larger than {words.percent(words.NOTABLE)}, promised or not.", ""]
-    head = ["case", "quantity", "ours", "against", "difference", "explanation"]
+    head = ["case", "quantity", "RockDDA", "against", "difference", "explanation"]
     return [*lines, *words.table(head, rows), ""]
 
 
@@ -244,7 +244,7 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
     """Rows that begin with what they are sorted by: kept promises after broken ones, small after large differences."""
     rows = []
     for c in entry.comparisons:
-        ours = words.our_number(c)
+        computed = words.computed_number(c)
         for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
             # the promise is about the truth where there is one
             broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
@@ -258,7 +258,7 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
                     why = f"**not explained**; {why}"
                 if name == "published" and not c.explanation and c.truth is not None and c.agrees:
                     why += f"; the truth ({c.truth_source}) is met, {words.error_text(c, c.error)}"
-                rows.append((not broken, size, c.quantity, ours, against, mark + words.error_text(c, error), why))
+                rows.append((not broken, size, c.quantity, computed, against, mark + words.error_text(c, error), why))
     return rows
 
 
@@ -362,7 +362,7 @@ def _case(entry: _Entry) -> list[str]:
 
 def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
     """All numbers of a case; columns that would be empty are left out."""
-    head = ["quantity", "ours", "truth", "error", "promised", "published", "difference", "explanation"]
+    head = ["quantity", "RockDDA", "truth", "error", "promised", "published", "difference", "explanation"]
     rows = []
     for c in comparisons:
         truth = (
@@ -376,7 +376,7 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
         rows.append(
             [
                 c.quantity,
-                words.our_number(c),
+                words.computed_number(c),
                 truth if c.truth is not None else "–",
                 words.error_text(c, c.error),
                 words.broken_mark(c) + words.promise_text(c),

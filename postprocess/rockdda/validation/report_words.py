@@ -60,9 +60,9 @@ def broken_mark(c: Comparison) -> str:
     return "**broken:** " if c.agrees is False else ""
 
 
-def our_number(c: Comparison) -> str:
+def computed_number(c: Comparison) -> str:
     """Our number, or what is told in its place."""
-    return c.found if c.found and math.isnan(c.ours) else number(c.ours, c.unit)
+    return c.found if c.found and math.isnan(c.computed) else number(c.computed, c.unit)
 
 
 def number(value: float | None, unit: str) -> str:

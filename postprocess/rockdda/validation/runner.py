@@ -283,7 +283,9 @@ def _read(file: Path) -> dict[str, Any]:
     if not {"identifier", "title", "part", "comparisons", "items"} <= set(found):
         raise InputError("is no record of a case: something is missing in it", file)
     for values in found["comparisons"]:
-        for name in ("ours", "truth", "published", "allowed", "scale"):
+        if "ours" in values:  # of a record by an older version
+            values["computed"] = values.pop("ours")
+        for name in ("computed", "truth", "published", "allowed", "scale"):
             if isinstance(values.get(name), str):
                 values[name] = float(values[name])
     return found

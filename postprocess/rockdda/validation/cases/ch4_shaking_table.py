@@ -105,10 +105,10 @@ def _percent(value: float, reference: float) -> float:
     return 100.0 * (value / reference - 1.0)
 
 
-def _against_measured(ours: float, measured: float, angle: float, k01: float) -> str:
+def _against_measured(computed: float, measured: float, angle: float, k01: float) -> str:
     """What is known of a difference to the experiment, and of the error against the rigid block."""
     words = []
-    if abs(_percent(ours, measured)) > 5.0:
+    if abs(_percent(computed, measured)) > 5.0:
         within = LOW <= angle <= HIGH
         words.append(
             ("" if within else "not explained: ")
@@ -225,7 +225,7 @@ def _beyond(runs: dict[tuple[int, float], Slide], values: tuple[float, ...]) -> 
     return f"; test 1 with {' and '.join(out)} is beyond the frame" if out else ""
 
 
-def _first_test(record: Record, measured_angle: float, ours: float, damped: float) -> None:
+def _first_test(record: Record, measured_angle: float, computed: float, damped: float) -> None:
     """What would be needed for the thesis's 0.093 m."""
     wanted = ANALYSIS["test_1_displacement"]
     dry = coulomb(ANALYSIS["friction_angle"])
@@ -239,9 +239,9 @@ def _first_test(record: Record, measured_angle: float, ours: float, damped: floa
         f"**Test 1.** The thesis computes {wanted} m with k01 = 1; {ANALYSIS['test_1_measured']} m were measured. A "
         f"rigid block slides {wanted} m with {scale:.2f} of the listed acceleration "
         f"({scale * TABLE['acceleration'][0]:.2f} g), or with φ = {angle:.1f}°, and as far as measured with "
-        f"{measured_angle:.1f}°; with the listed acceleration and 16° it slides {ours:.2f} m. The record of the table "
-        "that the thesis used is not published; what differs in it is not known. With k01 = 0.98 the thesis has an "
-        f"error below 4 %; ours is {damped / MEASURED[0]:.1f} times the measured value."
+        f"{measured_angle:.1f}°; with the listed acceleration and 16° it slides {computed:.2f} m. The record of the "
+        "table that the thesis used is not published; what differs in it is not known. With k01 = 0.98 the thesis has "
+        f"an error below 4 %; that of RockDDA is {damped / MEASURED[0]:.1f} times the measured value."
     )
 
 
@@ -354,9 +354,9 @@ def _base_motion(record: Record, tests: npt.NDArray[np.int64]) -> None:
     )
 
 
-def _against_law(ours: float, measured: float, shift: float) -> str:
+def _against_law(computed: float, measured: float, shift: float) -> str:
     """What is known of a difference to the experiment with friction by velocity."""
-    if abs(_percent(ours, measured)) <= 5.0:
+    if abs(_percent(computed, measured)) <= 5.0:
         return ""
     within = round(abs(shift), 1) <= SCATTER
     return (

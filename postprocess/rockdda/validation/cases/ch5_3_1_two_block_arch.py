@@ -220,12 +220,12 @@ def _counts(record: Record, runs: dict[float, Results], arch: HalfArch, motion: 
     rest = -arch.place(motion, arch.crown)[0][1]
     rows = []
     for k01, count in zip(PUBLISHED["k01"], PUBLISHED["steps_to_equilibrium"], strict=True):
-        ours = _deflection(runs[k01]) - _deflection(runs[k01])[-1]
+        computed = _deflection(runs[k01]) - _deflection(runs[k01])[-1]
         theory = damped(frequencies, parts, k01, STEPS, TIME_STEP)
         row: dict[str, object] = {"k01": k01, "published": count}
         for tolerance in TOLERANCES:
             limit = tolerance * rest
-            row[f"ours, {tolerance:.1%}"] = steps_to_rest(ours, limit)
+            row[f"RockDDA, {tolerance:.1%}"] = steps_to_rest(computed, limit)
             row[f"theory, {tolerance:.1%}"] = steps_to_rest(theory, limit)
         left_over = np.abs(theory[count - 1 :]).max() / rest
         row["left at the published count"] = f"{left_over:.2%}"
@@ -233,7 +233,7 @@ def _counts(record: Record, runs: dict[float, Results], arch: HalfArch, motion: 
         # in an oscillation the last crossing of the limit jumps by half a period when it just touches the limit
         record.compare(
             f"steps to within 0.5 % of rest, k01 = {k01:g}",
-            steps_to_rest(ours, 0.005 * rest),
+            steps_to_rest(computed, 0.005 * rest),
             truth=steps_to_rest(theory, 0.005 * rest),
             truth_source="vibration of the arch, damped by the time integration",
             published=count,
@@ -289,8 +289,8 @@ def _draw(record: Record, runs: dict[float, Results], frequencies: FloatArray, p
         for tolerance, style in ((0.01, ":"), (0.005, "-"), (0.001, "--")):
             counts = [steps_to_rest(damped(frequencies, parts, k, STEPS, TIME_STEP), tolerance * rest) for k in grid]
             right.plot(grid, counts, color=PALETTE[0], ls=style, lw=1, label=f"theory, {tolerance:.1%}")
-        ours = [steps_to_rest(_deflection(r) - _deflection(r)[-1], 0.005 * rest) for r in runs.values()]
-        right.plot(list(runs), ours, "o", color=PALETTE[1], label="RockDDA, 0.5%", ms=5)
+        computed = [steps_to_rest(_deflection(r) - _deflection(r)[-1], 0.005 * rest) for r in runs.values()]
+        right.plot(list(runs), computed, "o", color=PALETTE[1], label="RockDDA, 0.5%", ms=5)
         right.plot(PUBLISHED["k01"], PUBLISHED["steps_to_equilibrium"], "x", color=PALETTE[2], label="published", ms=6)
         right.set(xlabel="k01", ylabel="steps to equilibrium", ylim=(0, None))
         right.legend(loc="upper center", bbox_to_anchor=(0.45, 1.0), fontsize=6)
@@ -329,12 +329,17 @@ def _stiffness(record: Record) -> None:
     values = [10.0**n for n in (range(7, 16) if record.full else (8, 10, 12))]
     rows = []
     for value in values:
-        ours = _deflection(_run(record, 0.9, value, 1000))[-1]
+        computed = _deflection(_run(record, 0.9, value, 1000))[-1]
         truth = -HalfArch(value).equilibrium()[1].crown[1]
         rows.append(
-            {"g0 [N/m]": value, "ours [m]": ours, "truth [m]": truth, "linear [m]": linear_deflection(MODULUS, value)}
+            {
+                "g0 [N/m]": value,
+                "RockDDA [m]": computed,
+                "truth [m]": truth,
+                "linear [m]": linear_deflection(MODULUS, value),
+            }
         )
-        rows[-1]["error"] = ours / truth - 1
+        rows[-1]["error"] = computed / truth - 1
     record.table(
         pd.DataFrame(rows),
         "stiffness",
@@ -343,7 +348,7 @@ def _stiffness(record: Record) -> None:
     worst = max(rows, key=lambda row: abs(row["error"]))
     record.compare(
         f"deflection, g0 = {values[0]:.0e} to {values[-1]:.0e} N/m, the worst: g0 = {worst['g0 [N/m]']:.0e}",
-        worst["ours [m]"],
+        worst["RockDDA [m]"],
         "m",
         truth=worst["truth [m]"],
         truth_source="equilibrium of a uniformly strained block",

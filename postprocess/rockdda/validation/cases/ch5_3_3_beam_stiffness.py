@@ -96,10 +96,10 @@ def _at_rest(record: Record, rows: dict[float, BlockRow], thrust: float) -> None
         run = _run(record, row, thrust, k01=0)
         before, loaded = _truth(row, thrust)
         truth = row.points(before)[:, 1] - row.points(loaded)[:, 1]
-        ours = run.deflection()[-1]
+        computed = run.deflection()[-1]
         record.compare(
             f"mid-span deflection, static, g0 = {value / 1e6:g} MN/m",
-            ours[MIDDLE] * MICRO,
+            computed[MIDDLE] * MICRO,
             "µm",
             truth=truth[MIDDLE] * MICRO,
             truth_source="uniformly strained blocks on springs with friction",
@@ -109,11 +109,11 @@ def _at_rest(record: Record, rows: dict[float, BlockRow], thrust: float) -> None
         table.append(
             {
                 "g0 [MN/m]": value / 1e6,
-                "mid-span [µm]": ours[MIDDLE] * MICRO,
+                "mid-span [µm]": computed[MIDDLE] * MICRO,
                 "truth [µm]": truth[MIDDLE] * MICRO,
-                "at the abutment [µm]": ours[0] * MICRO,
+                "at the abutment [µm]": computed[0] * MICRO,
                 "truth at the abutment [µm]": truth[0] * MICRO,
-                "largest asymmetry [µm]": np.abs(ours - ours[::-1]).max() * MICRO,
+                "largest asymmetry [µm]": np.abs(computed - computed[::-1]).max() * MICRO,
                 "σx of a middle block [kPa]": run.stresses()[2] / 1e3,
                 "truth σx [kPa]": row.stresses(loaded)[2, 0] / 1e3,
             }
@@ -136,7 +136,7 @@ def _in_motion(record: Record, rows: dict[float, BlockRow], runs: dict[float, Ru
         frequencies, parts, rest = _vibration(row)
         theory = damped(frequencies, parts, 1.0, STEPS, TIME_STEP)
         closed = _run(record, row, 3 * thrust)  # nothing slides or opens: a linear vibration
-        ours = closed.deflection()[:, MIDDLE]
+        computed = closed.deflection()[:, MIDDLE]
         source = "vibration with closed joints, damped by the time integration"
         soft = value <= 250e6
         published_steps = STUDY["steps_to_equilibrium_soft" if soft else "steps_to_equilibrium_stiff"]
@@ -144,7 +144,7 @@ def _in_motion(record: Record, rows: dict[float, BlockRow], runs: dict[float, Ru
         shared = {"truth_source": source, "allowed": 3e-3}
         record.compare(
             f"largest deflection in motion, prestress 3 T, g0 = {value / 1e6:g} MN/m",
-            ours.max() * MICRO,
+            computed.max() * MICRO,
             "µm",
             truth=(rest + theory).max() * MICRO,
             explanation="second order in the motion",
@@ -152,7 +152,7 @@ def _in_motion(record: Record, rows: dict[float, BlockRow], runs: dict[float, Ru
         )
         record.compare(
             f"steps to within 1 % of rest, prestress 3 T, g0 = {value / 1e6:g} MN/m",
-            steps_to_rest(ours - ours[-1], 0.01 * rest),
+            steps_to_rest(computed - computed[-1], 0.01 * rest),
             truth=count,
             truth_source=source,
             published=published_steps,

@@ -96,7 +96,7 @@ def _against_truth(record: Record, static: Run, moving: Run, states: list[State]
     row = static.row
     deflection = np.array([(row.points(states[0]) - row.points(state))[:, 1] for state in states])
     stress = np.array([row.stresses(state) for state in states])
-    ours = static.stress()
+    computed = static.stress()
     for level in TOLD:
         record.compare(
             f"mid-span deflection, static, {level} g",
@@ -133,7 +133,7 @@ def _against_truth(record: Record, static: Run, moving: Run, states: list[State]
         for block in (0, 2):
             record.compare(
                 f"angle to principal stress, block {block + 1}, static, {level} g",
-                angle(ours)[level, block],
+                angle(computed)[level, block],
                 "°",
                 truth=angle(stress)[level, block],
                 truth_source=TRUTH,
@@ -329,13 +329,13 @@ def _words(record: Record, moving: Run, states: list[State]) -> None:
                 "level [g]": level,
                 "voussoir thrust [N/m]": solution.thrust,
                 "three-hinged arch [N/m]": level * moving.row.weight * 2 * moving.row.half / (8 * moving.row.size),
-                "ours [N/m]": -moving.stress()[level, 2, 0] * moving.row.size,
+                "RockDDA [N/m]": -moving.stress()[level, 2, 0] * moving.row.size,
                 "voussoir deflection [µm]": solution.deflection * MICRO,
-                "ours [µm]": y[level] * MICRO,
+                "RockDDA [µm]": y[level] * MICRO,
                 "safety against sliding": solution.safety_shear,
             }
         )
-    record.table(pd.DataFrame(rows), "voussoir", "The classic voussoir beam beside ours (loading as published)")
+    record.table(pd.DataFrame(rows), "voussoir", "The classic voussoir beam beside RockDDA's (loading as published)")
     record.text(
         f"**The voussoir beam** is said to fail at {RESULTS['voussoir_fails_at']} g. With the published data (span "
         f"0.288 m, "

@@ -143,7 +143,7 @@ def _stiffness(record: Record) -> None:
     values = [25e6 * 2**i for i in range(8 if record.full else 4)]
     thrust = BlockRow().weight / BlockRow().friction
     level, before = 12, 200
-    ours, truth = [], []
+    computed, truth = [], []
     for value in values:
         row = BlockRow(value)
         push = row.push_for(thrust)
@@ -152,10 +152,10 @@ def _stiffness(record: Record) -> None:
         stages += [{"until_step": before + 60 * (i + 1), "gravity": (i + 1) / 4, "k01": 0} for i in range(parts)]
         results = record.run(centrifuge_beam(row, push=push, stages=stages), f"g0_{value / 1e6:g}", save_every=10**6)
         y = results["history/measured_displacement"][:, MIDDLE, 1]
-        ours.append((y[before - 1] - y[-1]) * MICRO)
+        computed.append((y[before - 1] - y[-1]) * MICRO)
         path = row.path(push, level)
         truth.append((row.points(path[0]) - row.points(path[-1]))[MIDDLE, 1] * MICRO)
-    found, expected = np.array(ours), np.array(truth)
+    found, expected = np.array(computed), np.array(truth)
     soft = 1 / np.array(values)
     limit = found[-1] + (found[-1] - found[-2]) * soft[-1] / (soft[-2] - soft[-1])
     record.text(
@@ -170,7 +170,7 @@ def _stiffness(record: Record) -> None:
     frame = pd.DataFrame(
         {
             "g0 [MN/m]": np.array(values) / 1e6,
-            "ours [µm]": found,
+            "RockDDA [µm]": found,
             "truth [µm]": expected,
             "error": found / expected - 1,
             "share of the springs": 1 - limit / found,

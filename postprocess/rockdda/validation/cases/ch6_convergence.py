@@ -127,7 +127,7 @@ def _comparisons(record: Record, outcomes: dict[tuple[str, int, float, float], O
                     published_source=SOURCE,
                     explanation=f"published: {row['text']}",
                 )
-    ours = {key: x for key, x in outcomes.items() if key[0] == ""}
+    computed = {key: x for key, x in outcomes.items() if key[0] == ""}
     for preset, name in (("", "RockDDA"), ("peer", "Shi")):
         found = {key: x for key, x in outcomes.items() if key[0] == preset}
         lost = [f"{key[1]} blocks, g1 = {key[2]:g}, {key[3] / 1e6:g} MN/m" for key, x in found.items() if x.diverges]
@@ -136,7 +136,7 @@ def _comparisons(record: Record, outcomes: dict[tuple[str, int, float, float], O
             len(lost) / len(found),
             explanation=f"{'; '.join(lost) or 'none'}. Published: 67 blocks diverge at g1 = 0.01 beyond 100 MN/m",
         )
-    compare_falls(record, [x.fall for x in ours.values()], "RockDDA")
+    compare_falls(record, [x.fall for x in computed.values()], "RockDDA")
     for preset, name in (("", "RockDDA"), ("peer", "Shi")):
         falls = [x.deepest for key, x in outcomes.items() if key[0] == preset and math.isfinite(x.deepest)]
         record.compare(

@@ -41,13 +41,13 @@ def closing_rule(record: Record) -> None:
     """Three of the fifty tunnels with parts of the rules, and one with open joints."""
     single = cells(record, "fifty_tunnels/rules.toml")
     wanted = [_key(cell) for cell in single[:3]]
-    ours = cells(record, "fifty_tunnels/fifty.toml", lambda v: (v["span"], v["spacing"], v["phi"]) in wanted)
+    computed = cells(record, "fifty_tunnels/fifty.toml", lambda v: (v["span"], v["spacing"], v["phi"]) in wanted)
     peer = cells(record, "fifty_tunnels/peer.toml", lambda v: (v["span"], v["spacing"], v["phi"]) in wanted)
     found: dict[str, dict[tuple[float, ...], Results]] = {
         name: {_key(cell): open_results(cell.file) for cell in group}
-        for name, group in ((OURS, ours), (CLOSING, single[:3]), (OTHERS, single[3:]), (ALL, peer))
+        for name, group in ((OURS, computed), (CLOSING, single[:3]), (OTHERS, single[3:]), (ALL, peer))
     }
-    found[OPEN] = {SHOWN: _run_open(record, next(cell for cell in ours if _key(cell) == SHOWN))}
+    found[OPEN] = {SHOWN: _run_open(record, next(cell for cell in computed if _key(cell) == SHOWN))}
     record.text(
         f"DDA for Windows lets a contact close only when it is 0.0002 w₀ deep, here {1e3 * PLAY:.1f} mm; RockDDA as "
         "soon as it would be deep at all. Beside that rule the preset 'peer' has others: contacts open at 2·10⁻⁷ w₀, "

@@ -123,13 +123,13 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
         table = PUBLISHED[f"span{span}"]
         source, rows = table["source"], []
         for spacing, bounds in zip(SPACING[span], table["height"], strict=True):
-            lines = {who: _line(group, span, spacing / span) for who, group in (("ours", found), (PEER, peer))}
+            lines = {who: _line(group, span, spacing / span) for who, group in (("RockDDA", found), (PEER, peer))}
             rows += _compared(lines, bounds, {"S_j [m]": f"{spacing:g}"})
         record.table(
             pd.DataFrame(rows), f"{source.replace(' ', '-').lower()}",
             f"{source}, span {span} m: height of the loosening zone over the tunnel's height.",
         )  # fmt: skip
-        for who, group in (("ours", found), (PEER, peer)):
+        for who, group in (("RockDDA", found), (PEER, peer)):
             agree = dict.fromkeys(("both criteria", "equilibrium alone", "profile alone"), 0)
             for spacing, bounds in zip(SPACING[span], table["height"], strict=True):
                 for cell, bound in zip(_line(group, span, spacing / span), bounds, strict=True):
@@ -140,14 +140,14 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
             for name, count in agree.items():
                 record.compare(
                     f"{source}, cells that agree, {who}, {name}", count, "of 25", published=25.0,
-                    published_source=source, explanation=NOT_EXPLAINED if who == "ours" else MADE,
+                    published_source=source, explanation=NOT_EXPLAINED if who == "RockDDA" else MADE,
                 )  # fmt: skip
 
 
 def _compared(
     lines: Mapping[str, Sequence[Cell]], bounds: Sequence[float], first: Mapping[str, object]
 ) -> list[dict[str, object]]:
-    """Rows of a table: ours, with the rules of the other program, published; a column for each friction angle."""
+    """Rows of a table: RockDDA, with the rules of the other program, published; a column for each friction angle."""
     rows: list[dict[str, object]] = []
     for who, line in lines.items():
         row = {**first, "verdict": who} | {f"{phi}°": "–" for phi in FRICTION}
@@ -166,14 +166,14 @@ def _compared(
 def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell], peer: Sequence[Cell]) -> None:
     """Table 7.6."""
     rule, rows = PUBLISHED["ratio"], []
-    agree, total = {"ours": 0, PEER: 0}, {"ours": 0, PEER: 0}
+    agree, total = {"RockDDA": 0, PEER: 0}, {"RockDDA": 0, PEER: 0}
     for ratio, height in zip(rule["spacing_over_span"], rule["height"], strict=True):
         for span in (10, 15):
             bounds = [height] * len(FRICTION)
             for other in rule["exceptions"] if ratio == 0.2 else []:
                 for phi in other["friction"] if other["span"] == span else []:
                     bounds[FRICTION.index(phi)] = other["height"]
-            lines = {"ours": _line([*found, *between], span, ratio), PEER: _line(peer, span, ratio)}
+            lines = {"RockDDA": _line([*found, *between], span, ratio), PEER: _line(peer, span, ratio)}
             for who, line in lines.items():
                 for cell in line:
                     bound = bounds[FRICTION.index(cell.values["phi"])]
@@ -187,7 +187,7 @@ def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell],
     for who, count in agree.items():
         record.compare(
             f"Table 7.6, cells that agree, {who}", count, f"of {total[who]}", published=float(total[who]),
-            published_source="Table 7.6", explanation=NOT_EXPLAINED if who == "ours" else MADE,
+            published_source="Table 7.6", explanation=NOT_EXPLAINED if who == "RockDDA" else MADE,
         )  # fmt: skip
 
 
@@ -245,9 +245,9 @@ def _crown(record: Record, found: Sequence[Cell], half_circle: Cell) -> None:
         ("span 15 m, S_j = 3 m, 30°", down(15, (3,), (30,))[0], text["span15_3_crown"][1], why),
         ("largest, span 15 m, S_j ≥ 4 m", max(down(15, (4, 5, 6), FRICTION)), text["span15_from4"], near),
     ]  # fmt: skip
-    for name, ours, printed, note in rows:
+    for name, computed, printed, note in rows:
         record.compare(
-            f"downward displacement of the crown after 2500 steps, {name}", ours, "m", published=printed,
+            f"downward displacement of the crown after 2500 steps, {name}", computed, "m", published=printed,
             published_source=text["source"], explanation="" if note is less else note,
             bound="upper" if note is less else "",
         )  # fmt: skip
@@ -333,7 +333,7 @@ def _chart(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> No
         right.set_ylabel("largest |Δδ/Δy| up to 8.5 m")
         record.figure(
             figure, "chart",
-            "Design chart. Left: loosening height over span against spacing over span, ours filled, published "
+            "Design chart. Left: loosening height over span against spacing over span, RockDDA filled, published "
             "open, five friction angles side by side (20° left). Right: how far from the limit of the second "
             "criterion.",
         )  # fmt: skip
@@ -341,7 +341,7 @@ def _chart(record: Record, found: Sequence[Cell], between: Sequence[Cell]) -> No
     for span in (10, 15):
         highest = max(c.profile.height for c in found if c.values["span"] == span)
         printed = max(h for row in PUBLISHED[f"span{span}"]["height"] for h in row) * TUNNEL
-        row = {"B [m]": span, "ours, at most": f"{highest:g}", "published, at most": f"{printed:g}"}
+        row = {"B [m]": span, "RockDDA, at most": f"{highest:g}", "published, at most": f"{printed:g}"}
         for condition in ("horizontally stratified", "moderately jointed", "blocky"):
             load = terzaghi(condition, span, TUNNEL)
             row[f"Terzaghi, {condition}"] = f"{load.low:.3g} to {load.high:.3g}"

@@ -115,7 +115,8 @@ def contact_stiffness(record: Record) -> None:
         record.compare(
             f"mean number of iterations a step, g0 = {stiffness / 1e6:g} MN/m", cell.iterations,
             published=iterations, published_source=table["source"],
-            explanation="not explained: what is counted there is not known; ours are the rounds of the open-close loop",
+            explanation="not explained: what is counted there is not known; RockDDA counts rounds of the open-close "
+            "loop",
         )  # fmt: skip
         period, _ = chain(rock_width(10), 1.5, stiffness)
         first = stiffness == table["g0"][0]

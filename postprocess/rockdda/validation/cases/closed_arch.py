@@ -300,11 +300,11 @@ def thickness(record: Record) -> None:
         # standing arches have a range of thrusts that closes at the limit; the weight is in proportion to the thickness
         allowed=0.01 if record.full else 0.03,
     )
-    joints, ours = line_of_thrust(frame, found.stands, voussoirs)
+    joints, computed = line_of_thrust(frame, found.stands, voussoirs)
     expected_line = np.interp(np.abs(joints), half.angle, eccentricity)
     record.compare(
         "line of thrust when the arch just stands: largest distance from limit analysis, over t",
-        np.abs(ours - expected_line).max(),
+        np.abs(computed - expected_line).max(),
         truth=0.0,
         truth_source="limit analysis at the smallest thickness",
         scale=1.0,
@@ -378,7 +378,7 @@ def _figures(record: Record, runs: dict[float, Results], found: Bracket, falling
     half = HalfArch(smallest_thickness(voussoirs), voussoirs)
     eccentricity = half.line_of_thrust()[1]
     frame = next(frame for frame in runs[found.stands].frames if frame.step == SETTLING)
-    joints, ours = line_of_thrust(frame, found.stands, voussoirs)
+    joints, computed = line_of_thrust(frame, found.stands, voussoirs)
     with record.style():
         import matplotlib.pyplot as plt
 
@@ -386,7 +386,7 @@ def _figures(record: Record, runs: dict[float, Results], found: Bracket, falling
         both = np.concatenate([-half.angle[::-1], half.angle[1:]])
         line = np.concatenate([eccentricity[::-1], eccentricity[1:]])
         left.plot(np.degrees(both), line, color=PALETTE[0], label=f"limit analysis, t/R = {half.thickness:.5f}")
-        left.plot(np.degrees(joints), ours, ".", color=PALETTE[1], label=f"DDA, t/R = {found.stands:.5f}")
+        left.plot(np.degrees(joints), computed, ".", color=PALETTE[1], label=f"DDA, t/R = {found.stands:.5f}")
         for side in (-0.5, 0.5):
             left.axhline(side, color="0.5", linewidth=0.8)
         left.set(

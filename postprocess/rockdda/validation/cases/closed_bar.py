@@ -154,7 +154,7 @@ def draw_waves(record: Record, curves: list[tuple[float, float, FloatArray]]) ->
         record.figure(
             fig,
             "waves",
-            "Phase speed and decay of the waves in the bar: dots ours, lines theory (there is no speed beyond Ω = 4).",
+            "Phase speed and decay of the waves in the bar: dots RockDDA, lines theory (no speed beyond Ω = 4).",
         )
 
 
@@ -193,7 +193,7 @@ def collision(record: Record) -> None:
 other with ρ c v A for 2L/c and part with the speeds that they came with. The blocks' own truth is that of the chain: a
 bar of springs, masses and strains against a rigid wall in the plane of symmetry, integrated in Python by central
 differences with 1/40 of its stability limit. It keeps some energy as vibration, so that it comes back a little slower.
-The integrator damps these vibrations; with shorter steps ours goes to the chain's.
+The integrator damps these vibrations; with shorter steps the result of RockDDA approaches that of the chain.
 """
     )
     times, forces, back = chain(ratio, end)
@@ -251,7 +251,7 @@ The integrator damps these vibrations; with shorter steps ours goes to the chain
 
 def draw_collision(
     record: Record,
-    ours: tuple[float, FloatArray, FloatArray],
+    computed: tuple[float, FloatArray, FloatArray],
     expected: tuple[FloatArray, FloatArray],
     plateau: float,
     duration: float,
@@ -263,7 +263,7 @@ def draw_collision(
         fig, axes = plt.subplots(figsize=(PAPER_WIDTH, 2.4))
         axes.plot([0, 0, duration, duration], [0, plateau / 1e3, plateau / 1e3, 0], "--", color="0.6", lw=1)
         axes.plot(expected[0], expected[1] / 1e3, color=PALETTE[0], lw=2, alpha=0.4, label="chain")
-        axes.plot(ours[1], ours[2] / 1e3, color=PALETTE[1], lw=1, label=f"RockDDA, c·dt/h = {ours[0]:g}")
+        axes.plot(computed[1], computed[2] / 1e3, color=PALETTE[1], lw=1, label=f"RockDDA, c·dt/h = {computed[0]:g}")
         axes.set(xlabel="time [s]", ylabel="force between the bars [kN]")
         axes.legend(loc="upper right")
         record.figure(fig, "collision", "Force between the bars; dashed: continuous bars.")

@@ -95,7 +95,7 @@ What is left is of the second order in the strains, which reach {UNIT_WEIGHT * N
     for column_number, what in ((3, "stress in a block"), (4, "force on a face"), (5, "settlement of a block")):
         worst = max(rows, key=lambda row: row[column_number])
         record.compare(
-            f"{what}, ours over closed form, the worst of all blocks and stiffnesses ({worst[0]:g} N/m)",
+            f"{what}, RockDDA over closed form, the worst of all blocks and stiffnesses ({worst[0]:g} N/m)",
             1 + worst[column_number],
             truth=1.0,
             truth_source="statics",
@@ -104,7 +104,7 @@ What is left is of the second order in the strains, which reach {UNIT_WEIGHT * N
     record.energy_closes()
 
 
-def draw(record: Record, ours: tuple[FloatArray, ...], expected: tuple[FloatArray, ...]) -> None:
+def draw(record: Record, computed: tuple[FloatArray, ...], expected: tuple[FloatArray, ...]) -> None:
     """Stress and settlement over the height."""
     from matplotlib import pyplot as plt
 
@@ -113,11 +113,11 @@ def draw(record: Record, ours: tuple[FloatArray, ...], expected: tuple[FloatArra
         fig, (left, right) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 2.8), sharey=True)
         exact = np.linspace(0, N * HEIGHT, 50)
         left.plot(-UNIT_WEIGHT * (N * HEIGHT - exact) / 1e3, exact, color=PALETTE[0], lw=1, label="continuous column")
-        left.plot(ours[0] / 1e3, height, "o", ms=4, color=PALETTE[1], label="RockDDA")
+        left.plot(computed[0] / 1e3, height, "o", ms=4, color=PALETTE[1], label="RockDDA")
         left.set(xlabel="vertical stress [kPa]", ylabel="height [m]")
         left.legend()
         right.plot(1e3 * expected[2], height, "s", ms=7, mfc="none", color=PALETTE[0], label="springs and strains")
-        right.plot(1e3 * ours[2], height, "o", ms=4, color=PALETTE[1], label="RockDDA")
+        right.plot(1e3 * computed[2], height, "o", ms=4, color=PALETTE[1], label="RockDDA")
         right.set(xlabel="settlement [mm]")
         right.legend()
         fig.tight_layout()

@@ -215,18 +215,18 @@ def _collisions(record: Record) -> None:
     for stiffness, dt, damping in sorted(settings):
         name = f"k{power_of_ten(stiffness)}-dt{dt:g}-z{damping:g}"
         results = record.run(head_on(stiffness, dt, damping), name, save_every=round(0.25 / dt))
-        ours, truth = restitution(results), rigid(stiffness, dt, damping)
+        computed, truth = restitution(results), rigid(stiffness, dt, damping)
         lost = max(lost, momentum_error(results))
-        worst = max(worst, (abs(ours / truth - 1), ours, truth))
+        worst = max(worst, (abs(computed / truth - 1), computed, truth))
         rows.append(
             {
                 "g0 [N/m]": power_of_ten(stiffness),
                 "dt [s]": dt,
                 "Ω": dt * math.sqrt(2 * stiffness / REDUCED),
                 "damping ratio": damping,
-                "restitution with DDA": ours,
+                "restitution with DDA": computed,
                 "rigid blocks, same steps": truth,
-                "relative difference": ours / truth - 1,
+                "relative difference": computed / truth - 1,
                 "Δt → 0": with_dashpot(damping),
             }
         )

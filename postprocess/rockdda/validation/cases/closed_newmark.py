@@ -168,7 +168,7 @@ stage of {START:g} s.
 
 
 def draw(record: Record, curves: dict[str, tuple[FloatArray, FloatArray]]) -> None:
-    """Slip in time, ours over the closed form, and the difference."""
+    """Slip in time, RockDDA over the closed form, and the difference."""
     from matplotlib import pyplot as plt
 
     with record.style():

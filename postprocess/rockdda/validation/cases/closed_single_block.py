@@ -250,10 +250,10 @@ def _wedge(record: Record) -> None:
         force, point = frame.contacts.force, frame.contacts.point
         right = point[:, 0] > 0
         total = np.abs(force[right].sum(axis=0))
-        ours = total[0] * math.cos(half) + total[1] * math.sin(half)
+        computed = total[0] * math.cos(half) + total[1] * math.sin(half)
         record.compare(
             f"normal force on a face of the wedge, friction {friction:g}°",
-            ours / 1e3,
+            computed / 1e3,
             "kN",
             truth=truth / 1e3,
             truth_source="limit equilibrium" if slips else "rigid wedge on springs",

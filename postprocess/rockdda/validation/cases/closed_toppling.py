@@ -236,11 +236,11 @@ def toppling(record: Record) -> None:
     )
     theirs = dict(zip(table["forces"]["block"], table["forces"]["force"], strict=True))
     forces = handed_on(np.degrees(np.arctan(table["forces"]["tangent"])))[0]
-    ours = {n: forces[n - 1] / 1e3 for n in theirs}
-    worst = max(theirs, key=lambda n: abs(ours[n] - theirs[n]))
+    computed = {n: forces[n - 1] / 1e3 for n in theirs}
+    worst = max(theirs, key=lambda n: abs(computed[n] - theirs[n]))
     record.compare(
         f"limit equilibrium: force that differs most from the table (block {worst})",
-        ours[worst],
+        computed[worst],
         "kN",
         published=theirs[worst],
         published_source=table["forces"]["source"],
