@@ -49,7 +49,7 @@ class Bolts:
 
 @dataclass(frozen=True)
 class CutReport:
-    """What cutting did, in numbers."""
+    """Counts and areas of the cutting."""
 
     lines: int
     dropped_lines: int  # nothing is left of them

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What can go wrong, as exceptions."""
+"""Exceptions of the package, and messages about input."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Problem:
 
 
 class RockddaError(Exception):
-    """Anything that RockDDA reports; also a bug in it (the message then says so)."""
+    """Base class of all errors of RockDDA; raised itself for an internal error."""
 
 
 class InputError(RockddaError, ValueError):
@@ -61,11 +61,11 @@ class InputError(RockddaError, ValueError):
 
 
 class InputWarning(UserWarning):
-    """Something in the input that is probably not meant so."""
+    """Input that is valid but probably a mistake."""
 
 
 class ConvergenceError(RockddaError, RuntimeError):
-    """The computation could not go on. `results` holds what was computed up to there (None if nothing was saved)."""
+    """The computation could not continue. `results` holds what was computed up to there (None if nothing was saved)."""
 
     def __init__(self, message: str, results: Any = None) -> None:
         super().__init__(message)

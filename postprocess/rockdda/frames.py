@@ -117,7 +117,7 @@ class Frames(Sequence["Frame"]):
 
 
 class Frame:
-    """The blocks at one moment. Arrays are read when they are asked for, each once."""
+    """The blocks at one moment. Arrays are read when they are first used."""
 
     def __init__(self, results: FrameTables, index: int) -> None:
         self.results = results

@@ -55,7 +55,7 @@ class _Place:
 
 @dataclass
 class Model:
-    """A model: geometry, materials, how it is run. All units are the user's own, as long as they are consistent.
+    """A model: geometry, materials, run control. Any consistent set of units.
 
     >>> import rockdda
     >>> model = rockdda.Model("block", e0=0.01, steps=10, dt_max=0.01)
@@ -112,7 +112,7 @@ class Model:
                 path = Path(files[2]).parent / group["base_acceleration"]
                 group["base_acceleration"] = os.path.abspath(path)  # noqa: PTH100
         if session.analysis_sizes()["dialect"] == DIALECTS["peer"]:
-            # what goes without saying in this dialect
+            # defaults of this dialect
             time = model.options.setdefault("time", {})
             for group in [time] if isinstance(time, dict) else time[:1]:
                 given = {name for some in ([time] if isinstance(time, dict) else time) for name in some}
@@ -123,7 +123,7 @@ class Model:
         return model
 
     def _take_geometry(self, session: Session) -> None:
-        """Take over lines and points from the other side."""
+        """Take lines and points from the compiled session."""
         sizes = session.geometry_sizes()
         names = "lines materials bolts fixed loading measured holes"
         arrays = [array.tolist() for array in session.array("geometry", *(sizes[name] for name in names.split()))]
@@ -145,7 +145,7 @@ class Model:
             self.add_hole(point)
 
     def _take_analysis(self, session: Session) -> None:
-        """Take over materials, run control and tables."""
+        """Take materials, run control and tables from the compiled session."""
         sizes = session.analysis_sizes()
         self.steps = sizes["steps"]
         names = "blocks joints tables rows"
@@ -170,7 +170,7 @@ class Model:
                 place.table = table
             return
         # points of one fixed line that move differently become fixed points of their own, and so do all points when
-        # the lines of the file do not tell which fixed line they come from
+        # the lines of the file do not identify their fixed lines
         owners = np.unique(line)
         places: list[_Place] = []
         for i, owner in enumerate(owners):

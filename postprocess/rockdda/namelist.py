@@ -63,7 +63,7 @@ def _format(value: Any) -> str:
 
 
 def parse_groups(text: str) -> dict[str, Any]:
-    """Namelist text that the program has accepted. A group that comes once is a dictionary, else a list of them."""
+    """Namelist text that the program has accepted. A group that occurs once is a dictionary, else a list of them."""
     found: dict[str, list[dict[str, Any]]] = {}
     group: dict[str, list[Any]] = {}
     name = ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The extension `_rockdda` with Python's manners: it owns memory, takes texts, and turns status into exceptions."""
+"""Interface to the compiled extension `_rockdda`: memory, texts, and status codes as exceptions."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ __all__ = ["Session", "build_description"]
 # status, as rockdda_base_error has it
 INTERNAL, INPUT, COMPUTATION, STOPPED, OUTPUT = 1, 2, 3, 4, 5
 SEVERITIES = {1: "note", 2: "warning", 3: "error"}
-DIALECTS = {None: 0, "auto": 0, "peer": 1, "g0": 2}
-# texts that can be asked for
+DIALECTS = {None: 0, "auto": 0, "dda_windows": 1, "peer": 1, "g0": 2}  # peer: the former name
+# texts of a session
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
 MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED = range(10, 15)
 # as many messages as the program shows
@@ -133,9 +133,9 @@ class Session:
         strict: bool = False,
         force: bool = False,
     ) -> None:
-        """Say what is wanted beside the files."""
+        """Set the options of the run that are not in the files."""
         if dialect not in DIALECTS:
-            raise InputError(f"dialect: expected 'peer' or 'g0', found {dialect!r}")
+            raise InputError(f"dialect: expected 'dda_windows' or 'g0', found {dialect!r}")
         for name, value, least in (("threads", threads, 1), ("steps", steps, 0), ("save_every", save_every, 1)):
             if value is not None and (int(value) != value or not least <= value < 2**31):
                 raise InputError(f"{name}: expected a whole number from {least}, found {value!r}")
@@ -187,7 +187,7 @@ class Session:
         self.check(status)
 
     def write_network(self, path: PathLike) -> None:
-        """Write what was drawn as a geometry file."""
+        """Write the drawn lines as a geometry file."""
         self.check(self._api.write_network(self.handle, os.fsencode(path)))
 
     def write_blocks(self, path: PathLike) -> None:
@@ -261,7 +261,7 @@ def _problems_of(failure: str) -> list[Problem]:
             )
         elif (parts := line.split(": ", 1))[1:] and os.path.exists(parts[0]):  # noqa: PTH110
             problems.append(Problem(parts[1], parts[0]))
-        elif problems:  # goes on
+        elif problems:  # the run can continue
             last = problems.pop()
             problems.append(Problem(f"{last.message}\n{line}", last.file, last.line, last.column))
         else:

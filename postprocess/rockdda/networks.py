@@ -27,7 +27,7 @@ LARGEST_SEED = 2**31 - 2
 
 @dataclass(frozen=True)
 class JointSetReport:
-    """What was drawn of one joint set. Means are NaN where nothing was to be seen."""
+    """Statistics of the drawn lines of one joint set. Means without any sample are NaN."""
 
     lines: int  # that cross the region
     traces: int  # pieces in the rock
@@ -42,7 +42,7 @@ class JointSetReport:
 
 
 class Network:
-    """Lines and points as drawn from joint statistics; what a geometry file holds. Arrays cannot be changed."""
+    """Lines and points drawn from joint statistics: the content of a geometry file. Arrays cannot be changed."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -67,7 +67,7 @@ class Network:
         self.n_boundary = sizes["boundary"]
         values, sets = session.array("network_facts", sizes["sets"])
         self.e0, self.rock_area = map(float, values)
-        #: what was drawn, set by set
+        #: statistics of the drawn lines, set by set
         self.sets: list[JointSetReport] = [_report(row) for row in sets.tolist()]
         #: notes and warnings
         self.messages: list[Problem] = [problem for problem, _ in session.messages()]
@@ -110,7 +110,7 @@ def lines(
     """Draw the lines of joint sets from their statistics.
 
     statistics: a joint statistics file (.dl), or its groups: a mapping of names to entries, or to lists of entries
-    for groups that are repeated. seed wins over that of the file; the same seed gives the same lines on every machine.
+    for groups that are repeated. seed replaces that of the file; the same seed gives the same lines on every machine.
     output: also write a geometry file, as `rockdda lines` does.
 
     >>> import rockdda

@@ -60,8 +60,8 @@ OUTPUTS: dict[str, Callable[..., Any]] = {}
 class Results:
     """A results file. Make it with `rockdda.open(path)` or `rockdda.run(...)`.
 
-    Nothing but the sizes is read before it is asked for. While the run that writes the file goes on, the object shows
-    the steps and frames that were there when it was opened or last refreshed; `refresh` takes in what came since.
+    Only the sizes are read at first, arrays when they are used. While the run still writes the file, the object shows
+    the steps and frames that were there when it was opened or last refreshed; `refresh` adds what was written since.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -78,13 +78,13 @@ class Results:
     # -- the file ------------------------------------------------------------------------------------------------
 
     def refresh(self) -> bool:
-        """Take in what a running job has written since; True when there are more steps or frames, or it has ended."""
+        """Add what a running job has written since; True when there are more steps or frames, or it has ended."""
         before = (self._n_steps, self._n_frames, self.complete, self.exit_reason)
         self._read_sizes()
         return before != (self._n_steps, self._n_frames, self.complete, self.exit_reason)
 
     def close(self) -> None:
-        """Give the file free. Reading afterwards is an error."""
+        """Close the file. Reading afterwards is an error."""
         self._source.close()
         self._cache.clear()
 
@@ -135,7 +135,7 @@ class Results:
             self._cache.clear()
         self._run, self._attributes = run, attributes
 
-    # -- what it is ----------------------------------------------------------------------------------------------
+    # -- description ----------------------------------------------------------------------------------------------
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -243,20 +243,21 @@ class Results:
             raise InputError(f"the file is damaged: {problem}", self.path)
         length = self._view_length(path)
         if length is not None and start + len(rows) < min(length, stop):
-            message = f"{path} has lost rows since the file was opened: refresh() takes in what is left"
+            message = f"{path} has lost rows since the file was opened: refresh() reads the rest"
             raise InputError(message, self.path)
         if path.startswith("frames/") and (length is None or start < length <= stop):
             self._check_last_frame()
         return rows
 
     def _check_last_frame(self) -> None:
-        """The frame with which a run ended is no frame of its plan: it goes when the run goes on."""
+        """The last frame of an ended run is not one of the regular frames: it is removed when the run is resumed."""
         if self._n_frames == 0 or self.exit_reason == "running" or not self._source.has_changed():
             return
         step = self._source.rows("frames/step", self._n_frames - 1, self._n_frames)
         if len(step) == 0 or step[0] != self._last_frame:
             message = (
-                "the run has gone on since it was opened, without its last frame: refresh() takes in what is there"
+                "the run was resumed since the file was opened, and its last frame removed: "
+                "refresh() reads the present state"
             )
             raise InputError(message, self.path)
 
@@ -377,7 +378,7 @@ class Results:
 
     @property
     def energy_names(self) -> list[str]:
-        """What the columns of `history/energy` are."""
+        """Names of the columns of `history/energy`."""
         return self._source.use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
 
     # -- frames --------------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ PathLike = str | os.PathLike[str]
 #: Called now and then with the share that is done (0 … 1), the steps done, and the time reached.
 Progress = Callable[[float, int, float], object]
 
-# Steps are done in chunks of about so many seconds; between them Python looks for Ctrl-C and shows progress.
+# Steps are done in chunks of about so many seconds; between them Python checks for Ctrl-C and shows progress.
 CHUNK = 0.1
 ALL = 2**31 - 1
 
@@ -64,9 +64,9 @@ def run(
     there is overwritten only with force=True. progress: True shows a bar, a function is called as
     progress(fraction, step, time). The other arguments are the options of `rockdda run`.
 
-    Raises InputError before anything is computed or written; ConvergenceError when the computation cannot go on (its
+    Raises InputError before anything is computed or written; ConvergenceError when the computation fails (its
     `results` hold everything up to there); OutputError. Ctrl-C (KeyboardInterrupt) stops after the step at hand; the
-    results so far are kept. With max_wall the results come back incomplete: look at `results.complete`; the step at
+    results so far are kept. With max_wall the results are incomplete: see `results.complete`; the step at
     hand is dropped. With strict=True energy from nowhere raises ConvergenceError; otherwise it is a warning.
     """
     session = Session()
@@ -89,7 +89,7 @@ def run(
         report = _reporter(progress, stack, session.text(TITLE))
         session.warn()
         session.start(write_results=True)
-        # absolute from here on: the caller may change folders before looking
+        # absolute, because the caller may change the folder before reading the results
         path = os.path.abspath(session.text(RESULTS))  # noqa: PTH100
         deadline = started + max_wall if max_wall is not None else float("inf")
         try:
@@ -125,9 +125,9 @@ class Simulation:
     ...     while simulation.advance(10):
     ...         print(simulation.time, simulation.velocity[:, 1].min())
 
-    Arrays are those after the last step; they cannot be changed, and stay as they are when the simulation goes on.
+    Arrays are those after the last step; they cannot be changed, and do not change when the simulation advances.
     Takes the arguments of `run`; results are written only when `output` is given, and are closed by `close`, at the
-    end of a `with` block, or when the computation cannot go on.
+    end of a `with` block, or when the computation fails.
     """
 
     def __init__(
@@ -195,9 +195,9 @@ class Simulation:
         return f"<rockdda.Simulation: {self.n_blocks} blocks, step {self.step}, time {self.time:g}>"
 
     def advance(self, steps: int = 1) -> int:
-        """Do steps, as many as are asked for or are left; returns how many were done.
+        """Do the given number of steps, or those that are left; returns how many were done.
 
-        Ctrl-C stops after the step at hand. Raises ConvergenceError when the computation cannot go on; the state is
+        Ctrl-C stops after the step at hand. Raises ConvergenceError when the computation fails; the state is
         then that of the last step.
         """
         done = 0

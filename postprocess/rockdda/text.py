@@ -16,7 +16,7 @@ def short(text: str, longest: int = LONGEST_SHOWN) -> str:
 
 
 def has_controls(text: str) -> bool:
-    """Are there line breaks or other control characters (Unicode: Cc, Zl, Zp, lone surrogates)?"""
+    """True with line breaks or other control characters (Unicode: Cc, Zl, Zp, lone surrogates)."""
     return not text.isprintable() and any(unicodedata.category(letter) in ("Cc", "Zl", "Zp", "Cs") for letter in text)
 
 

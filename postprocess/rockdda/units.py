@@ -53,13 +53,13 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),
 }
-# What any solid or soil is within: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
+# Bounds for solids and soils: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
 DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
 
 
 @dataclass(frozen=True)
 class Units:
-    """Names of the units of length, time and force; what is not named is called by its quantity."""
+    """Names of the units of length, time and force; without names, labels show the quantity."""
 
     length: str = ""
     time: str = ""
@@ -106,7 +106,7 @@ def _sizes(units: Units) -> tuple[float, float, float] | None:
 
 
 class ConvertedResults(Results):
-    """A results file whose numbers are multiplied as they are read; it cannot be told from one in the other units."""
+    """A results file whose numbers are multiplied as they are read; it behaves as a file in the other units."""
 
     def __init__(self, path: Any, factors: tuple[float, float, float]) -> None:
         self._factors = factors
@@ -148,7 +148,7 @@ def in_units(results: Results, units: str | Units, shown: str | Units) -> Result
 def check_units(results: Results, units: str | Units) -> None:
     """InputError when the file cannot be in these units: no material of it would have a possible density or weight.
 
-    Says nothing where names of units are unknown or the analysis file that the results hold cannot be read.
+    No check where names of units are unknown or the analysis file that the results hold cannot be read.
     """
     given = Units.parse(units)
     sizes = _sizes(given)

@@ -367,7 +367,7 @@ def test_a_run_that_goes_on_after_its_end(program, tmp_path):
             lambda: results.frames[-1].polygons(),
             lambda: results.block_rows("stress", 0),
         ):
-            with pytest.raises(rockdda.InputError, match=r"without its last frame: refresh\(\) takes in"):
+            with pytest.raises(rockdda.InputError, match=r"its last frame removed: refresh\(\) reads"):
                 read()
         # what is the same is shown
         assert np.array_equal(results.frames[0].polygons()[0], first)

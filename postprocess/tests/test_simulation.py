@@ -89,7 +89,7 @@ def test_all_problems_are_listed(tmp_path):
         ({"steps": 1.5}, "steps: expected a whole number from 0, found 1.5"),
         ({"threads": 0}, "threads: expected a whole number from 1"),
         ({"t_end": 0.0}, "t_end: must be above 0"),
-        ({"dialect": "old"}, "dialect: expected 'peer' or 'g0', found 'old'"),
+        ({"dialect": "old"}, "dialect: expected 'dda_windows' or 'g0', found 'old'"),
         ({"output": ""}, "output: expected a file name"),
         ({"solver": "magic"}, "magic"),
     ],
@@ -99,6 +99,14 @@ def test_bad_arguments(tmp_path, arguments, message):
     with pytest.raises(rockdda.InputError, match=message):
         rockdda.run(INPUTS / "free_fall", **arguments)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_dialect_of_dda_for_windows_has_a_present_and_a_former_name(tmp_path):
+    runs = [
+        rockdda.run(INPUTS / "free_fall", output=tmp_path / f"{name}.h5", steps=3, dialect=name)
+        for name in ("dda_windows", "peer")
+    ]
+    np.testing.assert_array_equal(runs[0]["frames/vertices"], runs[1]["frames/vertices"])
 
 
 def test_missing_files(tmp_path):

@@ -237,7 +237,7 @@ def test_what_is_done_before_ctrl_c_is_kept_and_missing_goes_on(tmp_path, capsys
     monkeypatch.setattr(runner, "run_cases", lambda *a, **o: pretend(*a, stop_after=1, **o))
     code, out, err = command(capsys, *chosen)
     assert code == 4 and not out
-    assert "1 of 2 cases are done" in err and "--missing goes on" in err
+    assert "1 of 2 cases are done" in err and "--missing continues" in err
     text = (tmp_path / "report/index.md").read_text(encoding="utf-8")
     first, second = ran[0], next(name for name in names if name != ran[0])
     assert f"### {first}:" in text and f"### {second}:" not in text

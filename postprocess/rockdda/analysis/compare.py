@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where and when two runs part."""
+"""The first differences between two runs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Difference:
 
 @dataclass
 class Comparison:
-    """What was compared and what differs, the earliest first."""
+    """Datasets compared, and differences, the earliest first."""
 
     same: bool
     tolerance: float
@@ -62,7 +62,7 @@ def compare(
 ) -> Comparison:
     """Compare models, histories, frames and contacts of two runs.
 
-    `tolerance` is relative to the largest value of a dataset in either run; 0 asks for the same bits. Numbers of steps,
+    `tolerance` is relative to the largest value of a dataset in either run; 0 requires the same bits. Numbers of steps,
     states and the like must always agree. Attributes (when a run was made, why it ended) and input texts do not count.
     """
     result = Comparison(True, tolerance)
@@ -114,7 +114,7 @@ def _sorted(result: Comparison) -> Comparison:
 def _beyond(
     x: npt.NDArray[Any], y: npt.NDArray[Any], tolerance: float, scale: float
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
-    """Which values differ by more than allowed (what is no number in both is the same), and by how much."""
+    """Values that differ by more than allowed (NaN in both counts as equal), and by how much."""
     if x.dtype.kind in "iu" and y.dtype.kind in "iu":
         gap = np.abs(x.astype(np.int64) - y.astype(np.int64)).astype(float)
         return gap > 0, gap

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""How far up a rock mass loosens above an opening, from the vertical displacements of points on one vertical line.
+"""Height of loosened rock above an opening, from the vertical displacements of points on one vertical line.
 
 Two criteria of stable arching are looked at (section 7.1.3 of the thesis named in docs/theory.md):
 
-*Equilibrium.* A point that is held oscillates about a constant displacement; one that is not goes on sinking. Over the
+*Equilibrium.* A point that is held oscillates about a constant displacement; one that is not keeps sinking. Over the
 last part of the run (`window`, two thirds) a straight line is fitted to the displacement in time. Its rise or fall over
-the window is the *drift*; the range of what is left is the *oscillation*. A point is in equilibrium when the drift is
+the window is the *drift*; the range of the remainder is the *oscillation*. A point is in equilibrium when the drift is
 not larger than the oscillation. There is nothing to be chosen but the window, which must hold at least one period of
 the oscillation: for a sine this ratio is at most 1 at one period, whatever its phase, and below with more. In a shorter
-window an oscillation looks like a trend; run longer then.
+window an oscillation resembles a trend; run longer then.
 
 *Homogeneous profile.* Rock that arches moves together. The *gradient* of two neighbouring points is the change of the
 displacement at the end of the run over their distance; they move together when it is below `gradient_limit` (0.005:
@@ -52,7 +52,7 @@ class Loosening:
     displacement: FloatArray  #: (n,) vertical, at the end of the run, up positive [length]
     gradient: FloatArray  #: (n - 1,) of each point and the next one above; positive: the rock opens
     drift: FloatArray  #: (n,) of the fitted line over the window [length]
-    oscillation: FloatArray  #: (n,) range of what is left [length]
+    oscillation: FloatArray  #: (n,) range of the remainder [length]
     equilibrium: npt.NDArray[np.bool_]  #: (n,) first criterion
     homogeneous: npt.NDArray[np.bool_]  #: (n - 1,) second criterion
 

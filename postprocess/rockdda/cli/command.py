@@ -34,9 +34,9 @@ from .common import (
     in_shown_units,
     need_display,
     open_results,
+    print_summary,
     progress_bar,
     target,
-    tell,
 )
 
 __all__ = ["app", "main"]
@@ -51,7 +51,7 @@ app = typer.Typer(
     Each command has its own help with examples: `rockdda-post plot --help`.
 
     Exit codes: 0 done; 1 internal error (of `compare`: the runs differ; of `validate`: a promise is broken); 2 bad
-    usage or bad input; 3 a computation could not go on; 4 stopped (Ctrl-C); 5 output could not be written.
+    usage or bad input; 3 a computation could not continue; 4 stopped (Ctrl-C); 5 output could not be written.
     """,
 )
 
@@ -141,7 +141,7 @@ def plot_command(
         drawn = plot.input_plot(files[0], kind, units=units, title=title)
         path = target(output, files[0], f"_{kind or 'input'}.png")
         plot.save(drawn, path, dpi)
-        tell(quiet, as_json, str(path), output=path, kind=kind or "input")
+        print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
         return
     kind = kind or "blocks"
     framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
@@ -170,7 +170,7 @@ def plot_command(
         axes = plot.plot(runs[0], explicit, frame, kind, **options)
     plot.save(axes, path, dpi)
     shown = runs[0].frames[frame].index if framed else None
-    tell(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
+    print_summary(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
 
 
 def _four_numbers(text: str) -> tuple[float, ...]:
@@ -226,7 +226,9 @@ def animate_command(
         )  # fmt: skip
     frames = (results.n_frames - 1) // every + 1 + ((results.n_frames - 1) % every != 0)
     size = path.stat().st_size
-    tell(quiet, as_json, f"{path}: {frames} frames, {size / 1e6:.2f} MB", output=path, frames=frames, bytes=size)
+    print_summary(
+        quiet, as_json, f"{path}: {frames} frames, {size / 1e6:.2f} MB", output=path, frames=frames, bytes=size
+    )
 
 
 @app.command(name="view")
@@ -238,7 +240,7 @@ def view_command(
     units: UnitNames = None,
     show: ShownUnits = None,
 ) -> None:
-    """Show results in the browser, also of a run that still goes on. Ctrl-C ends it.
+    """Show results in the browser, also during the run. Ctrl-C ends the server.
 
     Play and scrub, zoom and move, pick a block to see its values and their history. The page is served on this
     machine only.
@@ -317,7 +319,7 @@ def main(arguments: list[str] | None = None) -> int:
         if not isinstance(error, BrokenPipeError) and _can_write(sys.stdout):
             return _internal(error)
         _leave_stdout()
-        if isinstance(error, BrokenPipeError):  # the reader of our output has gone
+        if isinstance(error, BrokenPipeError):  # the reader of the output has ended
             return _end(DONE)
         return _end(NO_OUTPUT, f"error: standard output cannot be written: {error.strerror}")
     except SystemExit as error:
@@ -327,7 +329,7 @@ def main(arguments: list[str] | None = None) -> int:
         return _end(BAD_INPUT, f"error: {error}")
     except Exception as error:
         return _internal(error)
-    return STOPPED if code == 130 else int(code or 0)  # 130: typer's word for Ctrl-C
+    return STOPPED if code == 130 else int(code or 0)  # 130: typer's exit code for Ctrl-C
 
 
 def _completes() -> bool:
@@ -342,7 +344,7 @@ def _internal(error: Exception) -> int:
 
 
 def _end(code: int, message: str = "", prefix: str = "rockdda-post: ") -> int:
-    """The exit code, after a message on standard error as far as that takes one."""
+    """The exit code, after a message on standard error where that can be written."""
     if message:
         with contextlib.suppress(OSError):
             typer.echo(prefix + message, err=True)
@@ -350,7 +352,7 @@ def _end(code: int, message: str = "", prefix: str = "rockdda-post: ") -> int:
 
 
 def _can_write(stream: Any) -> bool:
-    """Does a stream take what is still in its buffer?"""
+    """Can the buffer of a stream be written?"""
     try:
         stream.write("")
         stream.flush()
@@ -360,7 +362,7 @@ def _can_write(stream: Any) -> bool:
 
 
 def _leave_stdout() -> None:
-    """Discard what is left in the buffer of standard output: the interpreter would complain about it at its end."""
+    """Discard the rest of the buffer of standard output, which the interpreter could not write at its end."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

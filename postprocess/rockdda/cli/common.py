@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the commands of `rockdda-post` share: exit codes, common options, summaries, opening and naming files."""
+"""Common parts of the commands of `rockdda-post`: exit codes, options, summaries, opening and naming files."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FieldName = Annotated[
     str,
     typer.Option(
         "--field",
-        help=f"What the colours show: {', '.join(FIELDS)}.",
+        help=f"Field shown by the colours: {', '.join(FIELDS)}.",
         autocompletion=lambda: list(FIELDS),
         callback=_present_field,
     ),
@@ -61,7 +61,7 @@ Limits = Annotated[
 Scale = Annotated[float, typer.Option("--scale", help="Factor on the displacements.")]
 
 
-def tell(quiet: bool, as_json: bool, text: str, **summary: Any) -> None:
+def print_summary(quiet: bool, as_json: bool, text: str, **summary: Any) -> None:
     """The summary on standard output."""
     if as_json:
         typer.echo(json.dumps({"status": "done", "exit_code": DONE} | summary, default=str))
@@ -85,7 +85,7 @@ def progress_bar(what: str, quiet: bool) -> Iterator[Callable[[int, int], None] 
 
 
 def open_results(path: Path, frame: int | None = None, field: str | None = None, frames: bool = True) -> Results:
-    """Open a results file, and see that it has the frame and field that are asked for, and frames if needed."""
+    """Open a results file, and check that it has the given frame and field, and frames if needed."""
     results = Results(path)
     if not frames:
         return results
@@ -145,7 +145,7 @@ def need_display() -> None:
 
 
 def stop_on_sigterm() -> None:
-    """Let SIGTERM do what Ctrl-C does."""
+    """Treat SIGTERM as Ctrl-C."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, progress_bar, target, tell
+from .common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, print_summary, progress_bar, target
 
 __all__ = ["register"]
 
@@ -94,7 +94,7 @@ def export_command(
             export.to_dxf(results, path, numbers[0])
     count = results.n_frames if numbers is None else len(numbers)
     what = f"{results.n_steps} steps" if form == "csv" and table == "history" else f"{count} frames"
-    tell(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
+    print_summary(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
 
 
 def convert_command(
@@ -172,7 +172,7 @@ def convert_command(
             typer.echo(message, err=True)
     messages = [{"severity": p.severity, "message": p.message, "file": p.file, "line": p.line, "column": p.column}
                 for p in done.problems]  # fmt: skip
-    tell(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages)
+    print_summary(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages)
 
 
 def two_numbers(name: str, text: str) -> tuple[float, float]:

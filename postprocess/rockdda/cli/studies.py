@@ -12,7 +12,7 @@ import typer
 
 from ..analysis.loosening import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
-from .common import NO_CONVERGENCE, STOPPED, open_results, progress_bar, stop_on_sigterm, tell
+from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar, stop_on_sigterm
 
 if TYPE_CHECKING:
     from ..study.runner import Outcome
@@ -44,8 +44,10 @@ def study_command(
             show_default=False,
         ),
     ] = None,
-    slurm: Annotated[bool, typer.Option("--slurm", help="Only write a Slurm job array for what is left.")] = False,
-    table: Annotated[bool, typer.Option("--table", help="Run nothing: collect what is there.")] = False,
+    slurm: Annotated[
+        bool, typer.Option("--slurm", help="Only write a Slurm job array for the remaining cases.")
+    ] = False,
+    table: Annotated[bool, typer.Option("--table", help="Run nothing: collect the results so far.")] = False,
     case: Annotated[
         int | None, typer.Option("--case", min=1, help="Run this case only, by its number.", show_default=False)
     ] = None,
@@ -54,8 +56,9 @@ def study_command(
 ) -> None:
     """Run a template over a grid of parameters; one table and small multiples at the end.
 
-    Cases that are done are not run again; interrupted ones go on from their checkpoint; failed ones are listed, and run
-    again with --retry. Ctrl-C stops the runs after their present step. The exit code is 3 when cases have failed.
+    Cases that are done are not run again; interrupted ones continue from their checkpoint; failed ones are listed,
+    and run again with --retry. Ctrl-C stops the runs after their present step. The exit code is 3 when cases
+    have failed.
 
     Examples:
 
@@ -78,7 +81,7 @@ def study_command(
         raise InputError("--slurm, --table, --case and --dask exclude each other")
     if slurm:
         path = write_job_array(study, retry=retry)
-        tell(quiet, as_json, f"{path}: submit it with sbatch", script=path)
+        print_summary(quiet, as_json, f"{path}: submit it with sbatch", script=path)
         return
     if case is not None:
         if case > len(study.cases):
@@ -87,7 +90,9 @@ def study_command(
         code = outcome.exit_code
         if outcome.message:
             typer.echo(outcome.message, err=True)
-        tell(quiet, as_json, f"case {case}: {outcome.status}, {outcome.seconds:.1f} s", case=case, run_exit_code=code)
+        print_summary(
+            quiet, as_json, f"case {case}: {outcome.status}, {outcome.seconds:.1f} s", case=case, run_exit_code=code
+        )
         raise typer.Exit(code if code in (0, STOPPED) else NO_CONVERGENCE)
 
     outcomes: list[Outcome] = []
@@ -106,7 +111,7 @@ def study_command(
                 run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
             except KeyboardInterrupt:
                 if not quiet:
-                    typer.echo("stopped; the same command goes on", err=True)
+                    typer.echo("stopped; the same command continues", err=True)
                 raise
     rows = collect(study)
     written = _write_table(study, rows)
@@ -116,7 +121,7 @@ def study_command(
         for _, row in failed.iterrows():
             typer.echo(f"case {row['case']} failed: {(str(row['message']).splitlines() or [''])[0]}", err=True)
     summary = ", ".join(f"{number} {status}" for status, number in count.items() if number)
-    tell(
+    print_summary(
         quiet,
         as_json,
         f"{study.title}: {len(rows)} cases, {summary}\n" + "\n".join(map(str, written)),
@@ -186,7 +191,7 @@ def loosening_command(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
-    """How far up rock loosens above an opening, from measured points on a vertical line above its crown.
+    """Height of loosened rock above an opening, from measured points on a vertical line above its crown.
 
     A point is held when it oscillates about an equilibrium; two neighbours arch together when the difference of their
     displacements over their distance stays below the limit. Loosening reaches up to where both hold.
@@ -220,7 +225,7 @@ def loosening_command(
         else:
             verdict = "loosened, beyond the highest point" + note
         if len(files) > 1:
-            tell(False, False, f"{path}: {verdict}")
+            print_summary(False, False, f"{path}: {verdict}")
             continue
         lines = [f"{'height':>8} {'displacement':>13} {'gradient up':>12}  state"]
         for row in zip(*profile.table().values(), strict=True):
@@ -228,9 +233,9 @@ def loosening_command(
             together = {True: ", moves with the next", False: ", parts from the next", None: ""}[row[4]]
             gradient = "" if row[2] is None else f"{row[2]:.2e}"
             lines.append(f"{row[0]:8g} {row[1]:13.4g} {gradient:>12}  {held}{together}")
-        tell(False, False, "\n".join([*lines, verdict]))
+        print_summary(False, False, "\n".join([*lines, verdict]))
     if as_json:
-        tell(False, True, "", runs=found)
+        print_summary(False, True, "", runs=found)
 
 
 def voussoir_command(
@@ -280,7 +285,7 @@ def voussoir_command(
     elif found.buckling_limit > DESIGN_BUCKLING_LIMIT:
         lines.append(f"the buckling limit is above {DESIGN_BUCKLING_LIMIT:g}: not advised in design")
     numbers = {name: None if math.isnan(value) else value for name, value in values.items()}
-    tell(quiet, as_json, "\n".join(lines), snaps_through=found.snaps_through, variant=variant, **numbers)
+    print_summary(quiet, as_json, "\n".join(lines), snaps_through=found.snaps_through, variant=variant, **numbers)
 
 
 def rock_load_command(
@@ -304,4 +309,4 @@ def rock_load_command(
         loads.append(rose(rqd, span, height))
     lines = [f"{load.source}, {load.condition}: {load.low:.4g} to {load.high:.4g}" for load in loads]
     entries = [{"source": l.source, "condition": l.condition, "low": l.low, "high": l.high} for l in loads]  # noqa: E741
-    tell(quiet, as_json, "\n".join(lines), loads=entries)
+    print_summary(quiet, as_json, "\n".join(lines), loads=entries)

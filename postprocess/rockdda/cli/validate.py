@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError, RockddaError
-from .common import DIFFERENT, DONE, NO_CONVERGENCE, progress_bar, stop_on_sigterm, tell
+from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar, stop_on_sigterm
 
 if TYPE_CHECKING:
     from ..validation import Case
@@ -32,7 +32,7 @@ def validate_command(
         typer.Option("--case", metavar="ID", help="Only this case; may be repeated.", show_default=False),
     ] = None,
     missing: Annotated[
-        bool, typer.Option("--missing", help="Only cases that DIR has no result of: go on after Ctrl-C.")
+        bool, typer.Option("--missing", help="Only cases without a result in DIR, to continue after Ctrl-C.")
     ] = False,
     show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
     report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
@@ -59,7 +59,7 @@ def validate_command(
     """Run the cases of the validation, compare with closed forms and published values, write the report.
 
     DIR/index.md and DIR/report.html are made from what all cases left in DIR/data and DIR/figures; with --case only
-    those cases are run again. What is done when Ctrl-C stops it is kept; the same command with --missing goes on. Exit
+    those cases are run again. After Ctrl-C the finished cases are kept; the same command with --missing continues. Exit
     code 0: all promises are kept; 1: some are not; 3: a case could not be computed; 4: stopped.
 
     Examples:
@@ -91,13 +91,13 @@ def validate_command(
         return
     if report_only:
         written = write_report(output, known, pdf=pdf)
-        tell(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
+        print_summary(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
         return
     chosen = select(case, full, known)
     if missing:
         chosen = _without(output, chosen, full)
     else:
-        _look_at_folder(output, chosen, full, force)
+        _check_folder(output, chosen, full, force)
     ended: list[Outcome] = []
     with progress_bar("cases", quiet or as_json) as bar:
 
@@ -113,7 +113,7 @@ def validate_command(
         try:
             outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
         except KeyboardInterrupt:
-            _tell_stopped(output, known, len(ended), len(chosen), quiet)
+            _report_stopped(output, known, len(ended), len(chosen), quiet)
             raise
     written = write_report(output, known, pdf=pdf)
     status = {name: sum(o.status == name for o in outcomes) for name in ("agrees", "differs", "failed")}
@@ -129,7 +129,7 @@ def validate_command(
     )
     if not outcomes:
         summary = "no case is missing"
-    tell(
+    print_summary(
         quiet,
         as_json,
         f"{summary}; {sum(o.runs for o in outcomes)} runs, {seconds:.0f} s of work\n" + "\n".join(map(str, written)),
@@ -143,29 +143,29 @@ def validate_command(
 
 
 def _without(output: Path, chosen: list[Case], full: bool) -> list[Case]:
-    """The cases that a folder has no result of, or only one of --quick when --full is asked for."""
+    """The cases without a result in the folder, or with one of --quick only where --full is given."""
     from ..validation.runner import load_records
 
     if output.exists() and not (output / "data").is_dir():
-        raise InputError("has no results to go on from; leave out --missing", output)
+        raise InputError("has no results to continue from; leave out --missing", output)
     there = load_records(output, chosen) if output.is_dir() else []
     done = {record["identifier"] for record in there if not record.get("error") and (record.get("full") or not full)}
     return [case for case in chosen if case.identifier not in done]
 
 
-def _tell_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bool) -> None:
-    """After Ctrl-C: a report of what there is, and how to go on."""
+def _report_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bool) -> None:
+    """After Ctrl-C: write the report of the finished cases, and print how to continue."""
     from ..validation.report import write_report
 
     with contextlib.suppress(RockddaError):
         write_report(output, known)
     if not quiet:
         kept = f"{done} of {of} cases are done and kept in {output}" if done else "no case is done yet"
-        typer.echo(f"stopped: {kept}; the same command with --missing goes on", err=True)
+        typer.echo(f"stopped: {kept}; the same command with --missing continues", err=True)
 
 
 def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
-    """What there is to run."""
+    """Print the list of cases."""
 
     wide = max((len(case.identifier) for case in known), default=0)
     lines = []
@@ -179,11 +179,11 @@ def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
     names = [
         {"identifier": case.identifier, "title": case.title, "part": case.part, "quick": case.quick} for case in known
     ]
-    tell(quiet, as_json, "\n".join(lines), cases=names)
+    print_summary(quiet, as_json, "\n".join(lines), cases=names)
 
 
-def _look_at_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> None:
-    """Nothing of somebody else's is written over, and no result of --full by one of --quick."""
+def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> None:
+    """InputError if other files, or results of --full by those of --quick, would be overwritten."""
     from ..validation.runner import load_records
 
     if not chosen:

@@ -27,7 +27,7 @@ __all__ = ["Conversion", "convert"]
 
 @dataclass
 class Conversion:
-    """What was written, and what was left out or guessed."""
+    """Files written, and entries left out or assumed."""
 
     files: list[Path]
     messages: list[str] = field(default_factory=list)  # warnings and notes, as text with the source line
@@ -47,15 +47,15 @@ def convert(
     scale: float | None = None,
     origin: tuple[float, float] | None = None,
 ) -> Conversion:
-    """Convert DDAML (geometry, analysis or both), or DXF drawings and GeoJSON lines; returns what was written.
+    """Convert DDAML (geometry, analysis or both), or DXF drawings and GeoJSON lines; returns the files written.
 
     The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
     folder; a folder as `output` (an existing one, or with a final slash) takes them under that name.
-    `layers` says what the layers of a drawing are (see `rockdda.convert.dxf`), `e0` is the edge-node distance and
-    `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values for
-    rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the polygons of the files `areas`
-    clip its lines. `scale` is the length of the drawings' unit (by default that of a DXF drawing's $INSUNITS in metres,
-    1 for GeoJSON); `origin` is the point of the drawings, in their coordinates, that becomes 0, 0. Raises
+    `layers` maps the layers of a drawing to kinds of lines (see `rockdda.convert.dxf`), `e0` is the edge-node distance
+    and `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values
+    for rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the polygons of the files
+    `areas` clip its lines. `scale` is the length of the drawings' unit (by default that of a DXF drawing's $INSUNITS
+    in metres, 1 for GeoJSON); `origin` is the point of the drawings, in their coordinates, that becomes 0, 0. Raises
     InputError with all problems; nothing is written then. Existing files are replaced with `force` only.
     """
     paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
@@ -169,7 +169,7 @@ class _Reading:
             self.geometry.add(found)
 
     def finish(self) -> tuple[Geometry | None, Analysis | None, list[Report]]:
-        """Put together what was read; clip lines to areas and openings."""
+        """Combine all inputs; clip lines to areas and openings."""
         geometry = self.geometry
         if geometry is not None and self._drawings:
             report = self.reports[0]
@@ -208,7 +208,7 @@ def _neighbour(path: Path, report: Report) -> Geometry | None:
 
 
 def _kind(path: Path) -> str:
-    """What a file is, by its content, then by its ending."""
+    """Kind of a file, by its content, then by its ending."""
     if not path.exists():
         raise InputError("no such file", path)
     found = ddaml.is_ddaml(path)

@@ -68,7 +68,7 @@ def is_ddaml(path: Path) -> str | None:
         return None
     report = Report(path)
     root = parse_xml(read_text(path), report)
-    if root is None:  # let the error be told where the file is read
+    if root is None:  # the error is reported when the file is read
         return "analysis" if path.suffix.lower() in (".ana", ".df") else "geometry"
     names = {element.name.lower() for element in [root, *root.children]}
     found = [name for name in ("geometry", "analysis") if name in names]
@@ -188,7 +188,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
 
 
 def _compare_gravity(state: _State, analysis: Analysis) -> None:
-    """Gravity is weight over density; a value of its own must agree with it."""
+    """Gravity is weight over density; a separate value must agree with it."""
     if state.gravity is None:
         return
     for i, block in enumerate(analysis.blocks, start=1):

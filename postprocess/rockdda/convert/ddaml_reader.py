@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Elements, numbers and flags of a DDAML file, with what is wrong with them told by line and column."""
+"""Elements, numbers and flags of a DDAML file, with errors by line and column."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..text import shown
 from .report import Report, read_text
 from .xml import Element, Word, parse_xml
 
-# What files in circulation write instead of the key that the reader knows.
+# Keys that files in circulation have instead of the correct one.
 ALIASES = {"OCLimit": "Opencloselimit", "Boundarylist": "Boundlist", "Materiallinelist": "Matlinelist"}
 
 

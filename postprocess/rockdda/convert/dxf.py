@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """DXF drawings to lines, and blocks back to DXF.
 
-Layers say what a line is. Names that speak for themselves (whatever their case) are `boundary`, `joint_2` (joint
+The layer of a line defines its kind. Names with a fixed meaning (upper or lower case) are `boundary`, `joint_2` (joint
 material 2), `boundary_2`, `material_3` (material lines), `area`, `opening`, `fixed`, `loading`, `measured`, `hole` and
-`bolt`; every other layer with lines gets a joint material of its own, in alphabetical order. `layers` overrides this by
+`bolt`; every other layer with lines gets a separate joint material, in alphabetical order. `layers` overrides this by
 name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a drawing shows: its entities, and those of the blocks that it inserts.
+"""The visible content of a drawing: its entities, and those of the blocks that it inserts.
 
 Blocks may hold insertions of other blocks, so that a small file can stand for any number of entities. They are counted
 before the first one is made.

@@ -209,6 +209,6 @@ def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Repo
 
 
 def looks_like_degrees(geometry: Geometry) -> bool:
-    """Do the coordinates look like longitude and latitude? A GeoJSON file may hold nothing else (RFC 7946)."""
+    """True if all coordinates are in the ranges of longitude and latitude, the only ones RFC 7946 allows."""
     x, y = geometry.ranges
     return max(x[1] - x[0], y[1] - y[0]) < 1 and max(map(abs, x)) <= 180 and max(map(abs, y)) <= 90 and abs(x[0]) > 1

@@ -65,7 +65,7 @@ class Geometry:
         return max(high - low for low, high in self.ranges)
 
     def add(self, other: Geometry) -> None:
-        """Take in all of another geometry."""
+        """Add all of another geometry."""
         for name in ("boundary", "joints", "material_lines", "bolts", "fixed", *_POINTS, "regions", "chains"):
             getattr(self, name).extend(getattr(other, name))
 
@@ -122,12 +122,12 @@ class Analysis:
 
     @property
     def has_tables(self) -> bool:
-        """Are there time-dependent values? They need the dialect with g0."""
+        """True with time-dependent values, which need the dialect with g0."""
         return any(self.loads)
 
     @property
     def names_points(self) -> bool:
-        """Is the analysis file in dialect g0, which counts the fixed points?"""
+        """True for an analysis file in dialect g0, which counts the fixed points."""
         return self.has_tables or self.has_stiffness
 
     def text(self, title: str = "") -> str:
@@ -148,7 +148,7 @@ class Analysis:
         ).text(title)
 
     def options_text(self) -> str:
-        """The options file; empty when there is nothing to say."""
+        """The options file; empty without options."""
         options = {group: list(entries) for group, entries in self.options.items()}
         if self.stiffness > 0 and not self.names_points:  # the dialect of DDA for Windows has no place for it
             options.setdefault("contact", []).insert(0, ("stiffness", number_text(self.stiffness)))

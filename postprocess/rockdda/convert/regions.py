@@ -137,7 +137,7 @@ def _rings_of(shape: Any) -> list[Segment]:
 
 
 def _holes(rock: Any) -> list[Any]:
-    """What the outline of the rock encloses that is no rock."""
+    """Areas inside the outline of the rock that are no rock."""
     rings = [Polygon(ring) for part in _parts(rock) for ring in part.interiors]
     return [part for ring in rings for part in _parts(ring.difference(rock))]
 

@@ -31,7 +31,7 @@ class Report:
         self._warnings = 0
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> None:
-        """Something that forbids the conversion."""
+        """Add an error, which prevents the conversion."""
         problem = Problem(short(message, LONGEST_MESSAGE), self.path, line, column)
         self.problems.append(problem)
         self.errors.append(problem)
@@ -39,7 +39,7 @@ class Report:
             self.raise_errors()
 
     def warning(self, message: str, line: int | None = None, column: int | None = None) -> None:
-        """Something that is left out or guessed."""
+        """Add a warning about an entry that is left out or assumed."""
         self._warnings += 1
         if self._warnings <= MOST_WARNINGS:
             problem = Problem(short(message, LONGEST_MESSAGE), self.path, line, column, "warning")
@@ -49,7 +49,7 @@ class Report:
             self.problems.append(problem)
 
     def note(self, message: str) -> None:
-        """Something of interest."""
+        """Add a note."""
         self.problems.append(Problem(short(message, LONGEST_MESSAGE), self.path, severity="note"))
 
     def text(self, problem: Problem) -> str:

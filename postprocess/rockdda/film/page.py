@@ -49,7 +49,7 @@ def colour_maps() -> dict[str, str]:
 
 
 def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str, Any]:
-    """What the page needs beside the frames; `fields` without their values."""
+    """The data of the page beside the frames; `fields` without their values."""
     now = results.frames[-1].vertices
     corners = np.concatenate([results.vertices, now])
     return {
@@ -75,9 +75,9 @@ def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str,
 def usual_range(values: npt.NDArray[Any], areas: npt.NDArray[Any]) -> tuple[float, float]:
     """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
 
-    One splinter that falls out of sight would else take the whole colour scale. In each frame the blocks with the
-    smallest and the largest values go until 2 % of the area is gone on each side; the widest range of all frames
-    counts.
+    Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
+    the smallest and largest values are left out, on each side until they have 2 % of the area; the widest range of all
+    frames counts.
     """
     values = np.atleast_2d(values).astype(float)
     low, high = np.inf, -np.inf

@@ -52,7 +52,7 @@ def animate(
 ) -> Path:
     """Make a film of all frames (or every n-th and the last); returns its path.
 
-    The ending of `output` says the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
+    The ending of `output` selects the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
     `fields`, beginning with `field`. `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the
     number of frames done and their number. An existing film is replaced.
     """
@@ -68,7 +68,7 @@ def animate(
         raise InputError("there are no frames yet", results.path)
     if frames[-1] != results.n_frames - 1:
         frames.append(results.n_frames - 1)
-    part = path.with_name(f".{path.stem}.part{path.suffix}")  # nobody shall see half a film
+    part = path.with_name(f".{path.stem}.part{path.suffix}")  # an incomplete film never has the final name
     try:
         if path.suffix.lower() == ".html":
             chosen = list(dict.fromkeys([field, *fields]))
@@ -89,7 +89,7 @@ def animate(
 
 
 def _raise_interrupt(error: BaseException) -> None:
-    """Ctrl-C goes to ffmpeg, too, whose end then is an error that hides the interrupt."""
+    """Ctrl-C also ends ffmpeg, whose error would hide the interrupt."""
     before: BaseException | None = error
     while before is not None:
         if isinstance(before, KeyboardInterrupt):
@@ -182,7 +182,7 @@ def _scene(
 
 
 def _writer(path: Path, fps: Any) -> Any:
-    """What puts pictures together: Pillow for .gif, ffmpeg (that of imageio-ffmpeg, or the system's) for .mp4."""
+    """The writer that joins pictures: Pillow for .gif, ffmpeg (that of imageio-ffmpeg, or the system's) for .mp4."""
     import matplotlib as mpl
     from matplotlib.animation import FFMpegWriter, PillowWriter
 

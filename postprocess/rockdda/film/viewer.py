@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A local page that shows a results file in the browser, also while the run goes on.
+"""A local page that shows a results file in the browser, also during the run.
 
 The server listens on this machine only, answers reading requests only, and only those that bring the token of the
 address that it prints, because other users of the machine reach its port, too.
@@ -32,7 +32,7 @@ from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_r
 
 __all__ = ["Viewer", "block_history", "view"]
 
-MOST_LOOKED_AT = 25  # frames whose values make the colour scale of a long run
+MOST_SAMPLED = 25  # frames whose values make the colour scale of a long run
 
 
 class Viewer:
@@ -94,7 +94,7 @@ class Viewer:
         """Smallest and largest value of a field, in some frames of a long run, else in all; then the usual range."""
         known = self._limits.setdefault(name, {})
         n = self.results.n_frames
-        for k in np.unique(np.linspace(0, n - 1, min(n, MOST_LOOKED_AT)).round().astype(int)):
+        for k in np.unique(np.linspace(0, n - 1, min(n, MOST_SAMPLED)).round().astype(int)):
             if int(k) not in known:
                 values = self.results.frames[int(k)].field(name)
                 usual = usual_range(values, self.results.block_area)
@@ -171,7 +171,7 @@ def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
                 self.send_header("Referrer-Policy", "no-referrer")
                 self.end_headers()
                 self.wfile.write(content)
-            except (BrokenPipeError, ConnectionResetError):  # the browser has gone on to another frame
+            except (BrokenPipeError, ConnectionResetError):  # the browser has requested another frame meanwhile
                 self.close_connection = True
 
         def log_message(self, *_: object) -> None:
@@ -220,7 +220,7 @@ def view(
 
 
 def _forwarding_page(folder: Path, address: str) -> Path:
-    """A file that leads to an address. Arguments of a browser can be read by all users, a file of one's own cannot."""
+    """A file that redirects to an address. All users can read the arguments of a browser, but not a private file."""
     path = folder / "open.html"
     path.touch(mode=0o600)
     place = html.escape(address, quote=True)

@@ -86,11 +86,11 @@ def add_outline(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **op
         options |= {"linestyle": "solid", "linewidth": 0.15, "rasterized": True}
     patch = PathPatch(outlines(vertices, offset), label="start", **options)
     patch.set_in_layout(False)
-    axes.add_artist(patch)  # add_patch would look for its extent
+    axes.add_artist(patch)  # add_patch would compute its extent
 
 
 def add_start(axes: Axes, results: Results, shown: FloatArray) -> None:
-    """Add the outlines at the start of those blocks whose present place can be told from it."""
+    """Add the outlines at the start of those blocks that have visibly moved."""
     offset = results.vertex_offset
     shift = np.hypot(*(shown - results.vertices).T)
     moved = np.maximum.reduceat(shift, offset[:-1]) > 0.002 * np.ptp(shown, axis=0).max()
@@ -380,7 +380,7 @@ def _short_factor(value: float) -> float:
 
 
 def _scale_bar(axes: Axes, length: float, text: str, width: float = 0.9) -> None:
-    """A stroke of a length in the axes' units beside the picture, and what it stands for."""
+    """A stroke of a length in the axes' units beside the picture, with its value."""
     left, right = axes.get_xlim()
     start = right + 0.03 * (right - left)
     low, high = axes.get_ylim()

@@ -43,7 +43,7 @@ def _time_axis(axes: Axes, units: Units, largest: float) -> None:
 
 
 def _dimension(column: str) -> str:
-    """What a column of the history table is measured in."""
+    """Dimension of a column of the history table."""
     for part, dimension in (("displacement", "length"), ("stress", "stress"), ("rotation", "rad"), ("force", "force")):
         if part in column:
             return dimension
@@ -209,7 +209,7 @@ def energy(
     units: str | Units | None = None,
     title: str | None = None,
 ) -> npt.NDArray[Any]:
-    """The energy ledger: what is stored and what went where, and below what does not close, against the turnover.
+    """The energy balance: stored energies and losses, and below the residual relative to the turnover.
 
     Returns the two axes.
     """

@@ -37,7 +37,7 @@ POINTS = {
 
 
 def is_input(path: str | os.PathLike[str]) -> bool:
-    """Is it a file that is neither called results nor HDF5? Then it is drawn as a geometry or block file."""
+    """True for a file that is neither named as results nor HDF5: it is drawn as a geometry or block file."""
     if Path(path).suffix.lower() in (".h5", ".hdf5"):
         return False
     try:
@@ -156,7 +156,7 @@ def _lines(arrays: list[npt.NDArray[Any]], sizes: dict[str, int], axes: Axes | N
 
 
 def _blocks(blocks: Blocks, holes: FloatArray, axes: Axes | None, units: Units) -> Axes:
-    """The blocks as they are cut, with what is on them."""
+    """The blocks as they are cut, with points and bolts."""
     bolts = blocks.bolts.ends.reshape(-1, 2, 2)
     axes = _map_axes(np.concatenate([blocks.vertices, bolts.reshape(-1, 2), holes]), axes, units)
     if blocks.n_blocks:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How pictures look: sizes, colours, units. Colours can be told apart with any kind of colour vision."""
+"""Style of pictures: sizes, colours, labels. The colours are distinct with any kind of colour vision."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ RC: Any = {
     "ytick.labelsize": 8,
     "ytick.major.width": 0.6,
 }
-# What each field is made of, for its unit.
+# Dimension of each field, for its unit.
 DIMENSIONS = {
     "displacement": "length",
     "displacement_x": "length",
@@ -87,7 +87,7 @@ def style() -> Iterator[None]:
 
 
 def field_label(name: str, units: Units) -> str:
-    """What a colour bar or an axis says about a field."""
+    """Label of a field for a colour bar or an axis."""
     text = FIELDS[name].label.split(" [")[0]
     return units.label(SYMBOLS.get(text, text), DIMENSIONS.get(name, ""))
 
@@ -116,7 +116,7 @@ def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | 
         return low, high, DIVERGING
     if given is None and 0 < low < 0.1 * high:
         low = 0.0
-    # what is small in size is dark for positive and negative fields alike
+    # values of small magnitude are dark, for positive and negative fields
     return low, high, SEQUENTIAL + ("_r" if name.startswith("stress") and high <= 0.02 * largest else "")
 
 

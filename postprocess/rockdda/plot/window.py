@@ -34,7 +34,7 @@ def interactive(
     units: str | Units | None = None,
     show: bool = True,
 ) -> Any:
-    """Open a window with a slider for the frames; a click on a block tells its number and value.
+    """Open a window with a slider for the frames; a click on a block shows its number and value.
 
     With `show=False` the plotter is returned without a window.
     """

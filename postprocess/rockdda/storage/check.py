@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Do the arrays of a results file fit each other? Names, types and shapes of all tables, and the numbers by which
+"""Consistency of the arrays of a results file: names, types and shapes of all tables, and the numbers by which
 others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are checked when
 they are read.
 
@@ -23,11 +23,11 @@ TEXTS = ("title", "program_version", "created", "exit_reason")
 
 
 class _Problem(Exception):
-    """What is wrong, with the path."""
+    """An error, with its path in the file."""
 
 
 def attributes_problem(attributes: dict[str, Any]) -> str:
-    """What is wrong with the attributes of the file itself, whose format is right; '' when nothing is."""
+    """The first error in the attributes of the file; '' without one."""
     for name in (*TEXTS, "complete"):
         value = attributes.get(name)
         if not isinstance(value, int if name == "complete" else str):
@@ -36,7 +36,7 @@ def attributes_problem(attributes: dict[str, Any]) -> str:
 
 
 def results_problem(file: h5py.File) -> str:
-    """What is wrong with the arrays; '' when nothing is."""
+    """The first error in the arrays; '' without one."""
     try:
         _check(file)
     except _Problem as problem:
@@ -45,7 +45,7 @@ def results_problem(file: h5py.File) -> str:
 
 
 def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
-    """What is wrong with rows that were read from a table; '' when nothing is."""
+    """The first error in rows read from a table; '' without one."""
     if rows.dtype.kind == "f" and not np.isfinite(rows).all():
         return f"{path} holds a number that is not finite"
     if path == "frames/contact_state" and not np.isin(rows, range(STATES)).all():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Opening HDF5 files that a run may still be writing, and seeing what they are."""
+"""Opening HDF5 files that a run may still be writing, and checking their format."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class StructureError(ValueError):
 
 
 def _state_of(path: Path) -> _State:
-    """What is different when a file has been changed or replaced."""
+    """State of a file that differs after it has been changed or replaced."""
     info = path.stat()
     return info.st_dev, info.st_ino, info.st_size, info.st_mtime_ns
 
@@ -118,7 +118,7 @@ def changed_lately(path: Path) -> bool:
 
 
 def check_signature(path: Path) -> None:
-    """Is it a file, and HDF5? A run that begins makes an empty file first: then wait a little."""
+    """InputError unless the path is an HDF5 file. A run first makes an empty file: wait a little for its content."""
     if not path.exists():
         raise InputError("no such file", path)
     if path.is_dir():
@@ -158,7 +158,7 @@ class GrowingFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.complete = False  # does it say so itself?
+        self.complete = False  # the attribute of the file
         self._opened: _Opened | None = None
         self._state: _State | None = None  # when it was first used
         self._closed = False
@@ -214,7 +214,7 @@ class GrowingFile:
                 if isinstance(error, InputError):
                     raise
                 self._drop()
-                # a file that nobody writes any more will not get better
+                # a file that no run writes will not change
                 settled = self.complete and self._state == _state_of(self.path)
                 if settled or clock.monotonic() > deadline or not changed_lately(self.path):
                     what = "not as RockDDA writes it" if isinstance(error, StructureError) else "damaged"

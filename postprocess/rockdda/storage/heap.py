@@ -23,11 +23,11 @@ MOST_TEXTS = 1_000_000
 
 
 class _Problem(Exception):
-    """What is wrong."""
+    """An error in a heap."""
 
 
 def heap_problem(file: h5py.File, stream: BinaryIO, size: int) -> str:
-    """What is wrong with the heaps of texts of an open file of so many bytes; '' when nothing is.
+    """The first error in the heaps of texts of an open file of the given size in bytes; '' without one.
 
     The structure of the file has been checked.
     """

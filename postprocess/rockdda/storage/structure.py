@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""What an HDF5 file may consist of to be read: groups, each reached on one path, and in them plain datasets and
-attributes of numbers and texts that lie in the file itself.
+"""Check of the structure of an HDF5 file before it is read. Allowed are groups, each reached on one path, and in them
+plain datasets and attributes of numbers and texts that lie in the file itself.
 
 Everything else can lead out of the file (external storage, external links, virtual datasets), load foreign code
 (filters), never end (groups that hold each other) or need memory without bound, and RockDDA writes none of it. The
@@ -29,11 +29,11 @@ LINKS = {h5py.h5l.TYPE_SOFT: "is a soft link", h5py.h5l.TYPE_EXTERNAL: "is a lin
 
 
 class _Problem(Exception):
-    """What is wrong, with the path."""
+    """An error, with its path in the file."""
 
 
 def structure_problem(file: h5py.File, size: int) -> str:
-    """What is wrong with the structure of an open file of so many bytes; '' when nothing is."""
+    """The first error in the structure of an open file of the given size in bytes; '' without one."""
     try:
         _check_object(h5py.h5g.open(file.id, b"/"), "", 0, set(), size)
     except _Problem as problem:

@@ -38,7 +38,7 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 
 
 def parse_formula(formula: str) -> ast.Expression:
-    """The syntax tree; ValueError for what is no formula, or one that is too long or nested too deeply."""
+    """The syntax tree; ValueError for text that is no formula, or is too long or nested too deeply."""
     if len(formula) > LONGEST_FORMULA:
         raise ValueError(f"the formula has {len(formula)} characters; at most {LONGEST_FORMULA} are allowed")
     try:

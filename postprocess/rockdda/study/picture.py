@@ -20,7 +20,7 @@ __all__ = ["plot_study", "save_study_plot"]
 
 
 def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
-    """Every result against the first parameter of numbers that varies; further ones tell lines and rows apart.
+    """Every result against the first parameter of numbers that varies; further ones distinguish lines and rows.
 
     Cases without a result are left out, so that gaps show.
     """

@@ -2,7 +2,7 @@
 """Doing the runs of a study: on this machine, through Dask, or as a Slurm job array.
 
 Each case has a folder with its input files, `out.h5`, `out.log` and `status.json`. A case that is done is not run again
-unless something it depends on has changed; one that was interrupted goes on from its checkpoint; one that failed is
+unless something it depends on has changed; one that was interrupted continues from its checkpoint; one that failed is
 reported and run again on request.
 """
 
@@ -41,13 +41,13 @@ __all__ = ["Outcome", "collect", "pending", "prepare_case", "run_case", "run_stu
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
 
-#: What is told of the progress: cases finished in this call, cases to do, the last outcome.
+#: Called to report progress: cases finished in this call, cases to do, the last outcome.
 Progress = Callable[[int, int, "Outcome"], None]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case ended."""
+    """Status of a case that has ended."""
 
     number: int
     name: str
@@ -76,7 +76,7 @@ def run_study(
     dask: str | None = None,
     progress: Progress | None = None,
 ) -> list[Outcome]:
-    """Run the cases that are not done. Ctrl-C stops the runs after their present step; the next call goes on.
+    """Run the cases that are not done. Ctrl-C stops the runs after their present step; the next call continues.
 
     `dask`: the address of a scheduler, ``"local"`` for a cluster on this machine, or ``"slurm"``, ``"pbs"``, ``"lsf"``
     and others for dask-jobqueue with the options of the study's [cluster] table.
@@ -112,7 +112,7 @@ def _is_pending(study: Study, case: Case, retry: bool) -> bool:
     if not current or status.get("status") not in ("done", "failed") or (status["status"] == "failed" and retry):
         return True
     # it ran, but a result was not found; the study names others now
-    return bool(status.get("complete")) and status.get("quantities") != _told(study)
+    return bool(status.get("complete")) and status.get("quantities") != _wanted_quantities(study)
 
 
 def prepare_case(study: Study, case: Case) -> Path:
@@ -136,9 +136,9 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "values": dict(case.values),
                 "digest": digest,
                 "status": "waiting",
-                "quantities": _told(study),
+                "quantities": _wanted_quantities(study),
                 "complete": before.get("digest") == digest and before.get("complete", False),
-                "seconds": before.get("seconds", 0.0) if _goes_on(before, digest) else 0.0,
+                "seconds": before.get("seconds", 0.0) if _can_continue(before, digest) else 0.0,
                 "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
             },
         )
@@ -147,13 +147,13 @@ def prepare_case(study: Study, case: Case) -> Path:
     return folder
 
 
-def _goes_on(before: dict[str, Any], digest: str) -> bool:
-    """Does a case go on from where it was stopped? Its time is then added to."""
+def _can_continue(before: dict[str, Any], digest: str) -> bool:
+    """Can a case continue where it was stopped? Its times then add up."""
     return before.get("digest") == digest and before.get("status") in ("stopped", "running", "waiting")
 
 
 def finished_case(study: Study, case: Case) -> Outcome | None:
-    """What a case that is done has left; None for all others."""
+    """Outcome of a case that is done; None for all others."""
     if _is_pending(study, case, retry=True):
         return None
     status = _read_status(_folder(study, case))
@@ -226,13 +226,13 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
 
 
 def _end_with_parent() -> None:
-    """Let a program be told to stop when the process that started it dies (Linux); it then writes its checkpoint."""
+    """Send SIGTERM to a program when the process that started it dies (Linux); it then writes its checkpoint."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
-def _told(study: Study) -> list[dict[str, Any]]:
-    """The results that a study asks for, as `status.json` has them."""
+def _wanted_quantities(study: Study) -> list[dict[str, Any]]:
+    """The quantities of a study, as `status.json` keeps them."""
     return [{**asdict(wanted), "at": list(wanted.at)} for wanted in study.quantities]
 
 
@@ -317,7 +317,7 @@ def _run_here(folders: list[str], workers: int) -> Iterator[Outcome]:
 
 
 def _run_dask(study: Study, folders: list[str], where: str, workers: int | None) -> Iterator[Outcome]:
-    """Cases as tasks of Dask. A task whose worker dies is given to another one and goes on from its checkpoint."""
+    """Cases as tasks of Dask. A task whose worker dies is given to another one and continues from its checkpoint."""
     try:
         from distributed import Client, as_completed
     except ImportError:
@@ -365,7 +365,7 @@ def _cluster(study: Study, where: str, workers: int | None) -> Any:
 
 
 def write_job_array(study: Study, *, retry: bool = False) -> Path:
-    """A Slurm script that runs each case as one task of a job array; submitting it again does what is left."""
+    """A Slurm script that runs each case as one task of a job array; submitting it again runs the remaining cases."""
     if has_controls(str(study.file.resolve())):
         raise InputError("the path of the study holds line breaks or control characters", study.file)
     options = "".join(map(_scheduler_option, study.cluster.items()))
@@ -415,7 +415,7 @@ def _scheduler_option(entry: tuple[str, Any]) -> str:
 
 
 def _one_line(text: str) -> str:
-    """A text for a comment; a Study made in Python may hold what a study file must not."""
+    """A text for a comment, on one line; a Study made in Python may contain line breaks."""
     return "".join("?" if has_controls(letter) else letter for letter in text)
 
 
@@ -450,10 +450,10 @@ def collect(study: Study) -> pandas.DataFrame:
 
 
 def _results_of(study: Study, status: dict[str, Any], path: Path) -> tuple[dict[str, float], str]:
-    """The numbers of a case that is done; those that the study has asked for since come from its results file."""
+    """The numbers of a case that is done; quantities added to the study since are read from its results file."""
     known = {entry["name"]: entry for entry in status.get("quantities", [])}
     numbers, message = {}, status.get("message", "")
-    for wanted, entry in zip(study.quantities, _told(study), strict=True):
+    for wanted, entry in zip(study.quantities, _wanted_quantities(study), strict=True):
         if known.get(wanted.name) == entry and wanted.name in status.get("results", {}):
             numbers[wanted.name] = status["results"][wanted.name]
             continue

@@ -149,7 +149,7 @@ class Trials:
 
 @dataclass(frozen=True)
 class Axis:
-    """What is varied to find from where on a roof is stable."""
+    """A parameter that is varied to find the limit of stability of a roof."""
 
     quantity: str
     unit: str

@@ -171,7 +171,7 @@ class BlockRow:
         return self.stiffness + self.normal * gaps.T @ gaps + self.tangential * slips.T @ slips
 
     def push_for(self, thrust: float) -> float:
-        """How far to push each abutment inwards for a thrust without gravity."""
+        """Inward displacement of each abutment for a thrust without gravity."""
         push = 1e-4 * self.size
         return push * thrust / self.path(push, 0)[-1].normal[:2].sum()
 

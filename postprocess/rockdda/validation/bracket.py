@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a model stops to stand: two values of a parameter, as close as asked for, with different fates."""
+"""The limit of stability: two values of a parameter, at a given distance, one stable and one not."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a case of the validation is, and what it leaves behind."""
+"""Validation cases, and the record of their results."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ class Comparison:
     bound: str = (
         ""  #: "upper" or "lower" when the published value is not more than a bound: within it the difference is 0
     )
-    #: error that the case promises against the truth (without a truth: against the published value); None: only told
+    #: promised bound on the error against the truth (without a truth: against the published value); None: no promise
     allowed: float | None = None
     #: what errors are relative to; None: the truth (published value) itself; 1: absolute errors
     scale: float | None = None
     explanation: str = ""  #: why it differs, or that it is not explained
-    #: what is told in place of a number when there is none (`computed` is not a number): "no stable value up to 80°"
+    #: text in place of a number when there is none (`computed` is not a number): "no stable value up to 80°"
     found: str = ""
 
     @property
@@ -71,7 +71,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool | None:
-        """Does the case keep what it promises? None: it promises nothing."""
+        """True if the error is within the promised bound; None without a bound."""
         if self.allowed is None:
             return None
         error = self.error if self.truth is not None else self.published_error
@@ -94,12 +94,12 @@ class Case:
     title: str
     part: str  #: heading under which the report has it: "Chapter 3" to "Chapter 7", "Closed forms"
     function: Callable[[Record], None]
-    quick: bool = True  #: part of --quick (then it looks at `record.full` to do less)
+    quick: bool = True  #: part of --quick (which then does less: see `record.full`)
 
 
 @dataclass
 class Record:
-    """What a case leaves behind; its function fills it. Words are Markdown; the report keeps their order."""
+    """The record of a case, which its function fills. Texts are Markdown; the report keeps their order."""
 
     case: Case
     folder: Path  #: for the runs of this case
@@ -115,7 +115,7 @@ class Record:
     energy_residual: float = 0.0
 
     def text(self, markdown: str) -> None:
-        """A paragraph: what is compared, how, what is found."""
+        """A paragraph: the comparison, its method, its result."""
         self.items.append({"kind": "text", "text": markdown.strip()})
 
     def compare(self, quantity: str, computed: float, unit: str = "", **rest: Any) -> Comparison:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What Newmark's integrator with β = 1/2 and γ = 1 does to an oscillator, and how it is read from a motion.
+"""Decay and frequency of an oscillator under Newmark's integrator with β = 1/2, γ = 1, and their fit to a motion.
 
 One step takes the displacement x and the velocity v of ẍ = -ω² x to x + d and 2 d/dt - v, where
 (2/dt² + ω²) d = 2 v/dt - ω² x. With Ω = ω dt the matrix of a step has the trace (4 - Ω²)/(2 + Ω²) and the determinant

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The report of the validation: as Markdown (`index.md`), as a page (`report.html`), and on paper (`report.pdf`).
 
-All are made from the records alone: first one page with what a reviewer asks for, then every case.
+All are made from the records alone: first one page of summaries for a reviewer, then every case.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class _Entry:
 
 
 def write_report(target: Path, cases: Sequence[Case] | None = None, *, pdf: bool = False) -> list[Path]:
-    """Write `index.md`, `report.html` and, if asked for, `report.pdf` from all records in `target/data`."""
+    """Write `index.md`, `report.html` and, with `pdf`, `report.pdf` from all records in `target/data`."""
     if not (target / "data").is_dir():
         raise InputError("there are no records in it", target)
     cases = all_cases() if cases is None else cases
@@ -206,7 +206,7 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
 
 
 def _unexplained(entries: Sequence[_Entry]) -> list[str]:
-    """Where published values are not met and nobody knows why."""
+    """Differences from published values without an explanation."""
     found = [(entry, sum(words.unexplained(c) for c in entry.apart), len(entry.apart)) for entry in entries]
     told = [f"{unknown} of {apart} in {entry.link}" for entry, unknown, apart in found if unknown]
     lines = ["## What is not explained", ""]
@@ -241,7 +241,7 @@ def _mismatches(entries: Sequence[_Entry]) -> list[str]:
 
 
 def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str, str]]:
-    """Rows that begin with what they are sorted by: kept promises after broken ones, small after large differences."""
+    """Rows that begin with their sort keys: kept promises after broken ones, small after large differences."""
     rows = []
     for c in entry.comparisons:
         computed = words.computed_number(c)
@@ -263,7 +263,7 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
 
 
 def _builds(entries: Sequence[_Entry]) -> list[str]:
-    """Which builds of the program the numbers come from, as far as it was kept."""
+    """Builds of the program that computed the numbers, as far as recorded."""
     builds: dict[str, list[str]] = {}
     for entry in entries:
         builds.setdefault(str(entry.record.get("build") or ""), []).append(entry.link)
@@ -276,7 +276,7 @@ def _builds(entries: Sequence[_Entry]) -> list[str]:
 
 
 def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
-    """How the numbers came to be."""
+    """Program, machine and settings behind the numbers."""
     full = [entry for entry in entries if entry.record.get("full")]
     quick = [entry for entry in entries if not entry.record.get("full")]
     versions = sorted({str(entry.record.get("version") or "unknown") for entry in entries})

@@ -16,7 +16,7 @@ MOST_WORDS = 38  # letters of a source of truth on the first page
 
 
 def sources(comparisons: Sequence[Comparison]) -> str:
-    """Where the truths come from, in few words."""
+    """Sources of the truths, in brief."""
     names = list(
         dict.fromkeys(c.truth_source for c in comparisons if c.truth_source and "energy" not in c.truth_source)
     )
@@ -27,7 +27,7 @@ def sources(comparisons: Sequence[Comparison]) -> str:
 
 
 def near(comparisons: Sequence[Comparison]) -> str:
-    """How many published values are met."""
+    """Number of published values that are met."""
     found = [c for c in comparisons if c.published_error is not None]
     near = sum(not notable(c, c.published_error, c.published) for c in found)
     return f"{near} of {len(found)}" if found else "–"
@@ -45,7 +45,7 @@ def finite(error: float | None) -> float:
 
 
 def notable(c: Comparison, error: float | None, reference: float | None) -> bool:
-    """Is a difference worth its own line? Absolute ones are when they are a large share of the reference."""
+    """Does a difference get a line in the list? Absolute ones are when they are a large share of the reference."""
     if error is None:
         return False
     return abs(finite(error)) > NOTABLE * (abs(reference or 0.0) if c.scale == 1 else 1.0)
@@ -61,7 +61,7 @@ def broken_mark(c: Comparison) -> str:
 
 
 def computed_number(c: Comparison) -> str:
-    """Our number, or what is told in its place."""
+    """The computed number, or the text in its place."""
     return c.found if c.found and math.isnan(c.computed) else number(c.computed, c.unit)
 
 

@@ -129,7 +129,7 @@ def joint_positions(span: float, blocks: int, half: bool) -> FloatArray:
 
 
 def follow(record: Record, model: Model, name: str, until: float, sunk: float = math.inf) -> Results:
-    """Run to a time, or until some vertex has sunk too far, or until no step converges: whichever comes first."""
+    """Run to a time, or until some vertex has sunk too far, or until no step converges: whichever is first."""
     folder = record.folder / name
     folder.mkdir(parents=True, exist_ok=True)
     model.options.setdefault("run", {})["t_end"] = until
@@ -140,7 +140,7 @@ def follow(record: Record, model: Model, name: str, until: float, sunk: float = 
         while simulation.advance(100) and simulation.displacement[:, 1].min() > -sunk:
             pass
     except ConvergenceError:
-        pass  # the results say how far it came
+        pass  # the results hold all steps before
     finally:
         simulation.close()
     record.runs += 1
@@ -208,12 +208,12 @@ def bisect(stable: Callable[[float], bool], low: float, high: float, width: floa
 
 
 def deepest_fall(results: Results) -> float:
-    """How far the corner that has sunk most has sunk at the last frame."""
+    """Largest downward displacement of a corner at the last frame."""
     return float(-results.frames[-1].vertex_displacement[:, 1].min())
 
 
 def mean_fall(results: Results) -> float:
-    """How far the centre of mass of the layers has fallen at the last frame; abutments do not count.
+    """Downward displacement of the centre of mass of the layers at the last frame, without abutments.
 
     While the abutments hold the layers up, and do not push them down, this is at most g t²/2.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Running cases: each in a process of its own, so that nothing that goes wrong in one touches another.
+"""Running cases: each in a separate process, so that a failure of one does not affect another.
 
 What a case leaves behind is kept in `DIR/data/ID.json` and `DIR/figures/ID-*`; the report is made from these alone.
 """
@@ -44,7 +44,7 @@ Progress = Callable[[int, int, "Outcome"], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case ended."""
+    """Status of a case that has ended."""
 
     identifier: str
     status: str  #: "agrees", "differs" (a promise is broken) or "failed"
@@ -55,7 +55,7 @@ class Outcome:
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> Outcome:
-        """Of what a case left behind."""
+        """From the record of a case."""
         broken = [c["quantity"] for c in record["comparisons"] if comparison(c).agrees is False]
         message = record.get("error", "") or "; ".join(broken)
         status = "failed" if record.get("error") else "differs" if broken else "agrees"
@@ -79,7 +79,7 @@ def select(identifiers: Sequence[str] | None, full: bool, cases: Sequence[Case] 
 
 
 def run_here(case: Case, folder: Path, figures: Path, full: bool = False, workers: int = 1) -> dict[str, Any]:
-    """Run a case in this process. An error of the case is told in what it leaves behind."""
+    """Run a case in this process. An error of the case is kept in its record."""
     started = _work()
     record = Record(case, folder, figures, full, workers)
     error = ""
@@ -108,7 +108,7 @@ def run_cases(
     module: str | None = None,
     progress: Progress | None = None,
 ) -> list[Outcome]:
-    """Run cases in processes of their own, `workers` at a time, and keep what they leave behind in a folder.
+    """Run cases in separate processes, `workers` at a time, and keep their records in a folder.
 
     work: where the input files and results of the runs are kept; without it they are removed. module: where the cases
     are found by their names, if not among all.
@@ -133,7 +133,7 @@ def run_cases(
 def _run_all(
     cases: Sequence[Case], place: Path, full: bool, workers: int, module: str | None
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
-    """Cases with what they left behind, as they end."""
+    """Cases with their records, as they end."""
     rockdda = sys.modules[PACKAGE]
     context = multiprocessing.get_context("spawn")
     waiting = list(cases)
@@ -148,7 +148,7 @@ def _run_all(
                 _make(folder)
                 job = (case.identifier, module, folder, full, share, list(rockdda.__path__), os.getpid())
                 process = context.Process(target=_child, args=job)
-                with _without_interrupts():  # Ctrl-C waits until the child can tell what it is
+                with _without_interrupts():  # Ctrl-C is deferred until the child handles signals
                     process.start()
                 running[process.sentinel] = (case, process, clock.monotonic())
             for sentinel in wait(list(running)):
@@ -160,8 +160,8 @@ def _run_all(
                 else:
                     empty = Record(case, place, place, full).as_dict()
                     error = f"the process of the case ended with exit code {ended.exitcode}"
-                    told = {"error": error, "seconds": round(clock.monotonic() - started, 1), "version": _version()}
-                    found = empty | told
+                    failure = {"error": error, "seconds": round(clock.monotonic() - started, 1), "version": _version()}
+                    found = empty | failure
                 yield case, found
     finally:
         for _, left, _ in running.values():
@@ -171,7 +171,7 @@ def _run_all(
 
 @contextlib.contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Hold SIGINT back; a process that is started meanwhile holds it back, too, until it lets it come."""
+    """Block SIGINT; a process that is started meanwhile inherits the block until it unblocks the signal."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -182,7 +182,7 @@ def _without_interrupts() -> Iterator[None]:
 def _child(
     identifier: str, module: str | None, folder: Path, full: bool, workers: int, package: list[str], parent: int
 ) -> None:
-    """One case, in a process of its own."""
+    """One case, in a separate process."""
     rockdda = sys.modules[PACKAGE]
     with contextlib.suppress(OSError, AttributeError):  # do not outlive the parent (Linux)
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)
@@ -198,7 +198,7 @@ def _child(
 
 
 def store(record: dict[str, Any], figures: Path, target: Path) -> None:
-    """Keep what a case left behind: `data/ID.json` and its files in `figures`, in place of what was there of it."""
+    """Keep the record of a case, `data/ID.json`, and its files in `figures`, in place of earlier ones."""
     file = target / "data" / f"{record['identifier']}.json"
     _make(file.parent)
     for name in _files(_read(file)) if file.is_file() else []:
@@ -211,7 +211,7 @@ def store(record: dict[str, Any], figures: Path, target: Path) -> None:
 
 
 def load_records(target: Path, cases: Sequence[Case] | None = None) -> list[dict[str, Any]]:
-    """All that is kept in a folder, in the order of the cases; what belongs to no case comes last."""
+    """All records in a folder, in the order of the cases; those of no case are last."""
     cases = all_cases() if cases is None else cases
     order = {case.identifier: number for number, case in enumerate(cases)}
     records = [_read(file) for file in sorted((target / "data").glob("*.json"))]
@@ -219,7 +219,7 @@ def load_records(target: Path, cases: Sequence[Case] | None = None) -> list[dict
 
 
 def comparison(values: dict[str, Any]) -> Comparison:
-    """A comparison from what is kept of it."""
+    """A comparison from its record."""
     return Comparison(**{field.name: values[field.name] for field in fields(Comparison) if field.name in values})
 
 
@@ -229,7 +229,7 @@ def _files(record: dict[str, Any]) -> list[str]:
 
 
 def _told(problem: Exception, folder: Path) -> str:
-    """An error as the report tells it: where in the package, without paths of this machine."""
+    """An error as the report shows it: with its place in the package, without paths of this machine."""
     text = str(problem) if isinstance(problem, RockddaError) else f"{type(problem).__name__}: {problem}"
     text = text.replace(f"{folder}{os.sep}", "").replace(str(folder), ".").replace(f"{Path.cwd()}{os.sep}", "")
     frames = traceback.extract_tb(problem.__traceback__)
@@ -240,7 +240,7 @@ def _told(problem: Exception, folder: Path) -> str:
 
 
 def _work() -> float:
-    """Seconds that processors have worked for this process and its children: what a busy machine does not change."""
+    """Processor seconds of this process and its children, which do not depend on the load of the machine."""
     return sum(os.times()[:4])
 
 
@@ -253,14 +253,14 @@ def _version() -> str:
 
 
 def _build() -> str:
-    """Which build of the program: the first digits of the SHA-256 of its compiled part."""
+    """Build of the program: the first digits of the SHA-256 of its compiled part."""
     with contextlib.suppress(ImportError, OSError):
         return hashlib.sha256(Path(str(load().__file__)).read_bytes()).hexdigest()[:12]
     return ""
 
 
 def _processor() -> str:
-    """What the seconds were measured on."""
+    """Machine on which the seconds were measured."""
     with contextlib.suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):

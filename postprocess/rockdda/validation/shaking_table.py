@@ -113,7 +113,7 @@ def back_analysis(
 
 @dataclass(frozen=True)
 class Setup:
-    """What distinguishes a run."""
+    """Parameters of a run."""
 
     k01: float = 1.0
     dt: float = TIME_STEP

@@ -16,13 +16,13 @@ Predicate = Callable[[float], bool]
 
 @dataclass(frozen=True)
 class Threshold:
-    """What a search found; without `bracket`, `trials` say why: none stands, all do, or there is no order in them."""
+    """Result of a search; `trials` show why `bracket` may be missing: none stable, all stable, or not monotonic."""
 
     trials: tuple[tuple[float, bool], ...]  #: values of the grid, from those expected to fail on, and if they stand
     bracket: tuple[float, float] | None = None  #: last value that fails, first one that stands
 
     def words(self, unit: str, show: Callable[[float], str] = "{:g}".format) -> str:
-        """What is told where there is no number."""
+        """Text of the report where there is no number."""
         if self.bracket:
             return f"between {show(self.bracket[0])} and {_with(show(self.bracket[1]), unit)}"
         first, last = (_with(show(self.trials[end][0]), unit) for end in (0, -1))

@@ -2,7 +2,7 @@
 """Tunnels of chapter 7 of the thesis: their runs, and what several cases of the validation share.
 
 The runs are the studies of `inputs/fifty_tunnels` and `inputs/random_tunnels`. They take half an hour and more, so they
-are kept in $ROCKDDA_STUDIES, if that is set, and go on where they were stopped; otherwise in the folder of the case.
+are kept in $ROCKDDA_STUDIES, if that is set, and continue where they were stopped; otherwise in the folder of the case.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LOOSE = 0.5  # m: what has moved further has fallen into the opening
 
 @dataclass(frozen=True)
 class Cell:
-    """One run and what is to be known of it."""
+    """One run and its results."""
 
     values: dict[str, Any]
     profile: Loosening

@@ -194,7 +194,7 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
     record.text(
         f"**Against the measurements.** The program does what a rigid block does, within {worst_truth:.1f} %; how near "
         "that is to the experiment is a matter of φ, of the motion and of k01. With k01 = 1 all tests slide further "
-        "than measured; in the thesis all but that of 6 Hz, where we have "
+        "than measured; in the thesis all but that of 6 Hz, where RockDDA has "
         f"{_percent(runs[SIX_HERTZ, 1.0].path[-1], MEASURED[SIX_HERTZ]):+.1f} %. A small change of φ does much: "
         "a rigid block slides as far as measured with the angles of the last column above. Without test 1 they are "
         f"{low:.1f}° to {high:.1f}° with k01 = 1, all within the {LOW:g}° to {HIGH:g}° that the thesis quotes as "
@@ -203,9 +203,9 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
         f"{angles[1.0][0]:.1f}° and stays unexplained. With k01 = 0.98 the angles are {damped_low:.1f}° to "
         f"{damped_high:.1f}°, on both sides of the 16° that is used; this is why 0.98 seems right, and it shows that "
         "the final displacements alone cannot tell a higher friction from such a resistance. The thesis has all errors "
-        f"below 10 % with it; without test 1 our largest is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). k01 is no "
-        "property of the block: its rate is -ln(k01)/Δt, so that half the time step brakes twice as much (see the "
-        "table of comparisons)."
+        f"below 10 % with it; without test 1 the largest of RockDDA is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). "
+        "k01 is no property of the block: its rate is -ln(k01)/Δt, so that half the time step brakes twice as much "
+        "(see the table of comparisons)."
     )
     return {int(test): float(runs[test, 1.0].path[-1]) for test in tests}
 

@@ -159,7 +159,7 @@ def linear_deflection(modulus: float, contact: float, support: float | None = No
     return float(blocks + 2 * (thrust * unit + WEIGHT / 2) / support + thrust * unit / contact)
 
 
-# -- our runs --------------------------------------------------------------------------------------------------------
+# -- runs of RockDDA ------------------------------------------------------------------------------------------------
 
 
 def _run(record: Record, k01: float, stiffness: float = STIFFNESS, steps: int = STEPS) -> Results:

@@ -67,7 +67,7 @@ def _key(cell: Cell) -> tuple[float, ...]:
 
 
 def _run_open(record: Record, cell: Cell) -> Results:
-    """The tunnel again, with our rules, and with joints that are open as wide as that rule lets contacts be deep."""
+    """The tunnel again, with the rules of RockDDA, and joints open by the penetration that the other rule allows."""
     files = [cell.file.parent / f"tunnel.{kind}" for kind in ("dc", "df", "nml")]
     folder = record.folder / "open"
     folder.mkdir(parents=True, exist_ok=True)
@@ -120,12 +120,13 @@ def _table(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Result
         "every time: blocks that rattle in their joints are driven faster and faster. From then on the rock is blown "
         f"apart, the crown goes down faster than in free fall, steps are cut, and 2500 steps end at {one[ALL]:.2f} s. "
         "That it then counts as loosened says nothing about arching.\n\n"
-        "To tell both apart, the tunnel was run with our rules and joints that are open by the same width (all blocks "
-        f"made smaller, bedding planes too). Hardly any energy is made ({open_made:.1%} of the work of gravity), and "
-        "the rock over the tunnel falls freely in one piece up to about two tunnel heights: nothing presses upright "
-        "joints together that are open. So neither is what the thesis shows, crowns that sink by some decimetres in a "
-        "second where joints are close, with the rock from half a tunnel height on at rest: there contacts must have "
-        "carried. Its program and its version are not at hand; the difference is not explained."
+        "To separate the two, the tunnel was run with the rules of RockDDA and joints that are open by the same width "
+        f"(all blocks made smaller, bedding planes too). Hardly any energy is made ({open_made:.1%} of the work of "
+        "gravity), and the rock over the tunnel falls freely in one piece up to about two tunnel heights: nothing "
+        "presses upright joints together that are open. So neither is what the thesis shows, crowns that sink by "
+        "some decimetres in a second where joints are close, with the rock from half a tunnel height on at rest: "
+        "there contacts must have carried. Its program and its version are not at hand; the difference is "
+        "not explained."
     )
 
 
