@@ -3,7 +3,7 @@
  * attributes of numbers and texts that lie in the file itself. Everything else HDF5 offers can lead out of the file (external
  * storage, external links, virtual datasets), load foreign code (filters, user-defined links), never end (groups that
  * hold each other) or need memory without bound, and none of it is written by RockDDA. Checked right after opening,
- * before anything is read or written. The Python package has the same rules (postprocess/rockdda/hdf5_structure.py). */
+ * before anything is read or written. The Python package has the same rules (postprocess/rockdda/storage/structure.py). */
 #define _GNU_SOURCE
 #include <hdf5.h>
 #include <stdint.h>

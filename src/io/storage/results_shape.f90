@@ -2,7 +2,7 @@
 !> Do the arrays of a results file fit each other? Names, types and shapes of all tables, and the numbers by which
 !> others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are not read.
 !>
-!> The Python package has the same rules and words (postprocess/rockdda/results_check.py).
+!> The Python package has the same rules and words (postprocess/rockdda/storage/check.py).
 module rockdda_io_results_shape
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error

@@ -5,7 +5,7 @@
 !>     call check%in_range(block, 1, n_blocks, 'fixed_block')   ! 'model/fixed_block holds an impossible number'
 !>     if (.not. check%passed()) return
 !>
-!> The Python package has the same words (postprocess/rockdda/results_check.py).
+!> The Python package has the same words (postprocess/rockdda/storage/check.py).
 module rockdda_io_value_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
