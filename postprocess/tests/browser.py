@@ -93,13 +93,13 @@ class Page:
         self._wait(lambda: self.evaluate(script), script)
 
     def open(self, address: str) -> None:
-        """Open a page of ours, and wait until it is ready."""
+        """Open a page of this package, and wait until it is ready."""
         self.call("Page.navigate", url="about:blank")
         self.call("Page.navigate", url=address)
         self.wait("document.body && document.body.dataset.ready === 'yes'")
 
     def data(self, name: str) -> str | None:
-        """What the page says of itself."""
+        """The state of the page."""
         return self.evaluate(f"document.body.dataset.{name}")
 
     def click(self, x: float, y: float) -> None:

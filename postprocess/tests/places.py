@@ -14,7 +14,7 @@ EXTENSION = Path(os.environ.get("ROCKDDA_EXTENSION", ROOT / "build/python"))
 
 
 def assert_same_results(one, other, except_for=("created",)):
-    """Bit for bit, all datasets and attributes but those that tell the time."""
+    """Bit for bit, all datasets and attributes except times of the run."""
     with h5py.File(one) as a, h5py.File(other) as b:
         names = []
         a.visit(names.append)

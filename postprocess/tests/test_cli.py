@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The command: what it writes, says and returns."""
+"""The command: its files, messages and exit codes."""
 
 import json
 import os
@@ -152,7 +152,7 @@ def test_plot_options(folder, capsys):
         (["view", "wall.h5", "--port", "70000"], 2, "rockdda-post: error: Invalid value for '--port'"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told_in_one_line(folder, capsys, arguments, code, message):
+def test_errors_are_one_line(folder, capsys, arguments, code, message):
     (folder / "text.h5").write_text("no HDF5\n")
     before = sorted(folder.iterdir())
     found, out, err = run(capsys, *arguments)
@@ -198,7 +198,7 @@ def test_export(folder, capsys):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")  # noqa: PTH110
 @pytest.mark.parametrize("ending", ["png", "svg"])
-def test_a_full_disk_is_said(folder, capsys, ending):
+def test_a_full_disk_is_reported(folder, capsys, ending):
     (folder / f"a.{ending}").symlink_to("/dev/full")
     code, out, err = run(capsys, "plot", "wall.h5", "-o", f"a.{ending}")
     assert (code, out) == (5, "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How the command ends when it is interrupted, and when nobody takes its output."""
+"""How the command ends when it is interrupted, and when its output cannot be written."""
 
 import os
 import signal
@@ -49,7 +49,7 @@ def test_a_reader_that_goes_away_is_no_error(folder, arguments):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_a_full_standard_output_is_said(folder, arguments):
+def test_a_full_standard_output_is_reported(folder, arguments):
     with open("/dev/full", "w") as full, start(folder, arguments, stdout=full) as process:  # noqa: PTH123
         _, problems = process.communicate(timeout=60)
     assert process.returncode == cli.NO_OUTPUT

@@ -156,7 +156,7 @@ def test_bad_ddaml_is_refused_with_its_place(model, old, new, message):
     assert not list(model.glob("out*"))
 
 
-def test_all_problems_are_told_at_once_with_the_line_and_a_mark(model):
+def test_all_problems_are_reported_at_once_with_the_line_and_a_mark(model):
     text = ANALYSIS.replace('timesteps="40"', 'timesteps="many"').replace("0 0 0; 1 1000 -500;", "1 0 0; 0 5;")
     (model / "wall.ana").write_text(text.replace("<Poissonratio> 0.25", "<Poissonratio> 0.5", 1))
     with pytest.raises(rockdda.InputError) as caught:
@@ -357,7 +357,7 @@ def test_bad_geojson_is_refused_with_its_place(tmp_path, old, new, message, ther
     assert path.read_text().splitlines()[line - 1][column - 1 :].startswith(there)
 
 
-def test_what_cannot_be_converted_is_said(tmp_path):
+def test_files_that_cannot_be_converted_are_reported(tmp_path):
     with pytest.raises(rockdda.InputError, match="no such file"):
         convert(tmp_path / "none.geo")
     (tmp_path / "a.dc").write_text("0.01\n4 0\n")

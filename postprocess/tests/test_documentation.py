@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The pages about pictures tell the truth: commands run, pictures and kinds are there."""
+"""The pages about pictures are correct: commands run, pictures and kinds are there."""
 
 import re
 import shlex

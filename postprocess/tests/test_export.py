@@ -79,7 +79,7 @@ assert not [name for name in sys.modules if name.startswith(("pyvista", "vtkmodu
     assert len(list(tmp_path.glob("wall/*.vtu"))) == wall.n_frames
 
 
-def test_missing_vtk_is_said(wall, tmp_path, monkeypatch):
+def test_missing_vtk_is_reported(wall, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
     with pytest.raises(rockdda.RockddaError, match="files for ParaView need VTK: python -m pip install vtk"):
         wall.to_vtk(tmp_path / "wall.pvd")

@@ -180,7 +180,7 @@ def test_blocks_are_where_they_belong_on_the_screen(wall, tmp_path, page):
     assert set(seen[1::2]) == {(0xE6, 0x9F, 0x00)}
 
 
-def test_picking_a_block_tells_its_history(wall, tmp_path, page):
+def test_picking_a_block_shows_its_history(wall, tmp_path, page):
     path = wall.animate(tmp_path / "wall.html", field="displacement_y", fields=["displacement"])
     page.open(path.as_uri() + "#frame=3")
     x, y = page.evaluate(f"Array.from(places({wall.frames[3].centroid[13].tolist()}))")

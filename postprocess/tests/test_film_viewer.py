@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The local viewer: its answers, and the page in a browser while a run goes on."""
+"""The local viewer: its answers, and the page in a browser during a run."""
 
 import json
 import threading
@@ -157,7 +157,7 @@ def test_one_splinter_does_not_take_the_colour_scale():
     assert colour_range((0.0, 50.0), (1.0, 1.0)) == (0.0, 50.0)  # nothing else moves: the splinter is the picture
 
 
-def test_a_port_in_use_is_said(served):
+def test_a_port_in_use_is_reported(served):
     with pytest.raises(rockdda.InputError, match="cannot be used"):
         serve(served.viewer, served.server.server_address[1])
 

@@ -318,14 +318,14 @@ def test_tables_are_read_in_pieces_while_they_may_grow(flat_arch, tmp_path, monk
     np.testing.assert_array_equal(results["history/energy"], energy)
     np.testing.assert_array_equal(results.rows("history/energy", 3, 58), energy[3:58])
     np.testing.assert_array_equal(results.block_rows("rotation", 2), results["frames/rotation"][:, 2])
-    # rows that go while somebody looks
+    # rows that are removed during reading
     with h5py.File(path, "a") as file:
         file["history/energy"].resize(50, axis=0)
     with pytest.raises(rockdda.InputError, match=r"history/energy has lost rows.*refresh"):
         _ = results["history/energy"]
 
 
-def test_a_file_that_never_rests_is_said(flat_arch, tmp_path, monkeypatch):
+def test_a_file_that_never_rests_is_reported(flat_arch, tmp_path, monkeypatch):
     path = tmp_path / "x.h5"
     shutil.copy(flat_arch, path)
     with h5py.File(path, "a") as file:
@@ -338,7 +338,7 @@ def test_a_file_that_never_rests_is_said(flat_arch, tmp_path, monkeypatch):
         _ = results["history/energy"]
 
 
-def test_a_run_that_goes_on_after_its_end(program, tmp_path):
+def test_a_run_that_is_resumed_after_its_end(program, tmp_path):
     """Its last frame goes: a view that still shows it says so, and does not take another frame for it."""
     run = [
         program,
@@ -380,7 +380,7 @@ def test_a_run_that_goes_on_after_its_end(program, tmp_path):
     results.close()
 
 
-def test_reading_while_the_run_goes_on(program, tmp_path):
+def test_reading_during_the_run(program, tmp_path):
     path = tmp_path / "running.h5"
     command = [program, "run", INPUTS / "jointed_slope", "-o", path, "--t-end", "1000"]
     command += ["--steps", "1000000", "--save-every", "5", "--quiet"]

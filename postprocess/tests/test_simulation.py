@@ -137,7 +137,7 @@ def test_no_convergence_keeps_the_results(tmp_path):
     assert results.exit_reason.startswith("failed: step 1")
 
 
-def test_progress_is_told(tmp_path):
+def test_progress_is_reported(tmp_path):
     told = []
     rockdda.run(INPUTS / "flat_arch", output=tmp_path / "x.h5", steps=60, progress=lambda *where: told.append(where))
     assert told[-1][0] == 1.0

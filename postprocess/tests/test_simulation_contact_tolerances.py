@@ -66,7 +66,7 @@ def test_a_contact_closes_beyond_its_tolerance(program, tmp_path, tolerance):
     assert fallen[~before][0] < free[~before][0]
 
 
-def test_a_contact_that_closes_late_has_energy_that_nobody_paid_for(program, tmp_path):
+def test_a_contact_that_closes_late_has_spurious_energy(program, tmp_path):
     """Half the stiffness times the squared depth in each spring; the ledger has it as discarded, below zero."""
     fallen, _, discarded = fall(program, tmp_path, "close_tolerance = 1e-3", 47)
     assert discarded[45] == 0

@@ -28,7 +28,7 @@ def results(flat_arch, tmp_path) -> Path:
 
 
 def settle(path):
-    """It was written long ago, by nobody who goes on."""
+    """It was written long ago, and no run writes it any more."""
     os.utime(path, (1e9, 1e9))
 
 

@@ -108,7 +108,7 @@ def test_command(folder, capfd):
     assert json.loads(capfd.readouterr().out)["run_now"] == 0
 
 
-def test_failed_cases_are_told_and_tried_again_on_request(folder, capfd):
+def test_failed_cases_are_listed_and_run_again_on_request(folder, capfd):
     # a stiffness that is no number fails in one case only
     text = (
         STUDY.replace("[2.0, 3.0]", "[2.0]")
@@ -141,7 +141,7 @@ def test_timeout_is_a_failure_that_keeps_its_results(folder):
     assert (case / "out.h5").stat().st_size > 0
 
 
-def test_interrupted_study_goes_on(folder):
+def test_interrupted_study_continues(folder):
     """SIGTERM in the middle; what was done stays, the rest follows with the same numbers."""
     text = STUDY.replace("steps = 300", "steps = 30000")
     (folder / "slide.toml").write_text(text)
@@ -274,7 +274,7 @@ def test_unknown_result(folder):
 
 
 def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypatch):
-    """A study that asks for a further result, or mends a wrong one, runs nothing again."""
+    """A study with a further result, or one that mends a wrong one, runs nothing again."""
     once = STUDY.replace("[20, 30, 40]", "[20]").replace("[2.0, 3.0]", "[2.0]")
     (folder / "slide.toml").write_text(once + '[results.top]\ndataset = "history/nothing"\n')
     (outcome,) = run_study(read_study(folder / "slide.toml"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The validation: its cases keep what they promise, the report says what they left behind, the command does both."""
+"""The validation: its cases keep what they promise, the report has their records, the command does both."""
 
 import json
 import re
@@ -75,6 +75,11 @@ def test_errors_are_relative_to_what_is_said():
     assert Comparison("a", 5.0, published=4.0, allowed=0.2).agrees is False
     assert Comparison("a", 5.0, published=4.0, bound="lower").published_error == 0.0
     assert Comparison("a", 5.0, published=4.0, bound="upper").published_error == pytest.approx(0.25)
+
+
+def test_the_former_name_of_the_computed_value_warns_and_works():
+    with pytest.warns(DeprecationWarning, match=r"Comparison\.ours is now Comparison\.computed"):
+        assert Comparison("a", 1.5).ours == 1.5
 
 
 def kept(tmp_path, cases, **options):
@@ -217,7 +222,7 @@ def test_exit_codes(tmp_path, capsys, monkeypatch, status, expected):
     assert ("something" in err) == (expected != 0)
 
 
-def test_what_is_done_before_ctrl_c_is_kept_and_missing_goes_on(tmp_path, capsys, monkeypatch):
+def test_cases_done_before_ctrl_c_are_kept_and_missing_continues(tmp_path, capsys, monkeypatch):
     from rockdda.validation import runner
 
     names = ["closed-newmark", "closed-bolt"]
@@ -250,7 +255,7 @@ def test_what_is_done_before_ctrl_c_is_kept_and_missing_goes_on(tmp_path, capsys
     assert ran == [first, second] + [case.identifier for case in all_cases() if case.identifier in names]
 
 
-def test_mistakes_are_told_before_anything_runs(tmp_path, capsys):
+def test_errors_are_reported_before_anything_runs(tmp_path, capsys):
     full = tmp_path / "full"
     (full / "data").mkdir(parents=True)
     record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=True)

@@ -24,7 +24,7 @@ def test_mass_is_that_of_a_grid_of_points():
     assert block_mass(density, width, height) == pytest.approx(expected, rel=1e-5, abs=1e-12)
 
 
-def test_thrust_without_gravity_is_what_was_asked_for(row):
+def test_thrust_without_gravity_is_the_given_one(row):
     state = row.path(row.push_for(100.0), 0)[-1]
     assert row.thrust(state) == pytest.approx(100, rel=1e-9)
     assert row.stresses(state)[:, 0] == pytest.approx(-100 / row.size, rel=1e-9)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a model begins to stand: by a grid and bisection, and what is told when there is no such value."""
+"""The limit of stability by a grid and bisection, and the report without such a limit."""
 
 import math
 

@@ -50,7 +50,7 @@ def test_the_fifty_are_those_of_the_analysis_matrix():
         assert low <= case.values["dt"] <= high
 
 
-def test_the_rules_of_the_peer_are_all_that_their_study_changes():
+def test_the_study_of_dda_for_windows_changes_its_rules_only():
     for one, other in zip(read_study(FIFTY).cases, read_study(PEER).cases, strict=True):
         differing = {name: other.values[name] for name in one.values if other.values[name] != one.values[name]}
         assert set(differing) == {"rules"}

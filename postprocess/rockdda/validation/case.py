@@ -8,6 +8,7 @@ import math
 import re
 import time as clock
 import tomllib
+import warnings
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from importlib import resources
@@ -53,6 +54,12 @@ class Comparison:
     explanation: str = ""  #: why it differs, or that it is not explained
     #: text in place of a number when there is none (`computed` is not a number): "no stable value up to 80°"
     found: str = ""
+
+    @property
+    def ours(self) -> float:
+        """The former name of `computed`."""
+        warnings.warn("Comparison.ours is now Comparison.computed", DeprecationWarning, stacklevel=2)
+        return self.computed
 
     @property
     def error(self) -> float | None:

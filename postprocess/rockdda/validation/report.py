@@ -248,7 +248,8 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
         for name, value, error in (("truth", c.truth, c.error), ("published", c.published, c.published_error)):
             # the promise is about the truth where there is one
             broken = c.agrees is False and (name == "truth" or c.truth is None) and value is not None
-            if error is not None and (broken or (words.notable(c, error, value) and not words.told(c, name))):
+            listed = error is not None and words.notable(c, error, value) and not words.is_within_promise(c, name)
+            if error is not None and (broken or listed):
                 mark = "**broken:** " if broken else ""
                 limit = {"upper": "≤ ", "lower": "≥ "}.get(c.bound, "") if name == "published" else ""
                 against = f"{name} {limit}{words.number(value, c.unit)}"

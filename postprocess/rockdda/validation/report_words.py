@@ -88,7 +88,7 @@ def error_text(c: Comparison, error: float | None) -> str:
     return percent(error, "+")
 
 
-def told(c: Comparison, name: str) -> bool:
+def is_within_promise(c: Comparison, name: str) -> bool:
     """An absolute error against the truth (of which shares say nothing) that is as small as promised."""
     return name == "truth" and c.scale == 1 and c.agrees is True
 

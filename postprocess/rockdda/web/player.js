@@ -102,7 +102,7 @@ const source = setup.live ? new Live() : new Film(setup);
 let offset, start;
 let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [0, 1], beyond = [0, 1];
 let moved, values, bolts = null, drawn = 0; // moved: undefined until the first frame has come
-let fitted = true; // nobody has zoomed or moved the picture
+let fitted = true; // the picture has not been zoomed or moved
 let view = null; // scale in pixels per length, and the place at the middle of the canvas
 
 // ---- numbers ---------------------------------------------------------------------------------------------------
@@ -355,7 +355,7 @@ async function show(k) { // the last request wins
   document.body.dataset.frame = k;
   document.body.dataset.field = field.name;
   draw();
-  if (picked >= 0 && history) tell(history);
+  if (picked >= 0 && history) showHistory(history);
 }
 
 function setLimits(known) { // of the colours: typed ones, those of the frame, or of all frames
@@ -381,7 +381,7 @@ function extremes(v) {
   return [low, high];
 }
 
-function tell(history) { // the panel of the picked block; blocks count from 1, as in the input files
+function showHistory(history) { // the panel of the picked block; blocks count from 1, as in the input files
   $("picked").hidden = false;
   $("name").textContent = `block ${picked + 1}`;
   const rows = setup.fields.filter((f) => history[f.name]).map((f) => [f.label, text(history[f.name][frame])]);

@@ -202,8 +202,9 @@ def _dry(record: Record, tests: npt.NDArray[np.int64]) -> dict[int, float]:
         "tests is enough to make these differences. Test 1 would need "
         f"{angles[1.0][0]:.1f}° and stays unexplained. With k01 = 0.98 the angles are {damped_low:.1f}° to "
         f"{damped_high:.1f}°, on both sides of the 16° that is used; this is why 0.98 seems right, and it shows that "
-        "the final displacements alone cannot tell a higher friction from such a resistance. The thesis has all errors "
-        f"below 10 % with it; without test 1 the largest of RockDDA is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). "
+        "the final displacements alone cannot distinguish a higher friction from such a resistance. The "
+        f"thesis has all errors below 10 % with it; without test 1 the largest of "
+        f"RockDDA is {damped[worst]:+.0f} % ({FREQUENCY[worst]} Hz). "
         "k01 is no property of the block: its rate is -ln(k01)/Δt, so that half the time step brakes twice as much "
         "(see the table of comparisons)."
     )

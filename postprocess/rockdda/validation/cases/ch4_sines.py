@@ -275,7 +275,7 @@ def _sweeps(record: Record) -> None:
                 try:
                     here = _run(record, name, omega, dt, stiffness, rest)
                 except RockddaError:
-                    continue  # stays NaN: the run could not go on
+                    continue  # stays NaN: the run failed
                 errors[rested][i, j] = here.error
     table = pd.DataFrame(
         [[g0, dt, dt / period, errors[False][i, j], errors[True][i, j]]

@@ -131,7 +131,7 @@ def _bounds(record: Record, runs: Runs) -> None:
         published=EARLY,
         published_source=SOURCE,
         explanation=f"{published_fall} m cannot be reached from rest within {EARLY} s unless something pushes down; "
-        "contacts that close by Shi's rule can, with energy that nobody paid for",
+        "contacts that close by Shi's rule can, with spurious energy",
     )
 
 

@@ -71,9 +71,9 @@ def _introduction(record: Record) -> None:
         "under their own weight, on the rule by which contacts close. Four variants are run: *no thrust*, with "
         "weightless abutments, so that nothing moves them; *as described*, where the weight of the abutments on the "
         "fixed points presses on the layer ever so slightly; *as described, Shi's rules* (`preset = 'peer'`: a contact "
-        "closes only beyond a penetration of 0.0002 of half the height, with a spring whose energy nobody "
-        "paid for); and *10 kPa*: a horizontal stress at the start of 3 % of the arch's, less than the K0 stress under "
-        "10 m of rock; blocks that touch."
+        "closes only beyond a penetration of 0.0002 of half the height, with a spring that adds "
+        "spurious energy); and *10 kPa*: a horizontal stress at the start of 3 % of the arch's, less than "
+        "the K0 stress under 10 m of rock; blocks that touch."
     )
 
 

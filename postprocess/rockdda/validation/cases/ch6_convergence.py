@@ -143,7 +143,7 @@ def _comparisons(record: Record, outcomes: dict[tuple[str, int, float, float], O
             f"largest fall of any corner over g t²/2 ({name})",
             max(falls),
             explanation="more than 1 only where something pushes down: layers above that have been stopped later, or "
-            "springs that come into being with a penetration, and with energy that nobody paid for (Shi's rule)",
+            "springs that come into being with a penetration, and with spurious energy (Shi's rule)",
         )
 
 

@@ -116,7 +116,7 @@ def _table(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Result
         f"{stable[1]}: it is the closing rule. It does two things. A joint carries nothing, no thrust and no friction, "
         "until it is that deep: the rock over the tunnel falls freely between upright joints, in one piece, until "
         "somewhere contacts close. And a contact that closes has a spring that is deep at once, "
-        f"½ k d² = {0.5 * PUBLISHED['parameters']['stiffness'] * PLAY**2 / 1e3:.1f} kJ or more that nobody paid for, "
+        f"½ k d² = {0.5 * PUBLISHED['parameters']['stiffness'] * PLAY**2 / 1e3:.1f} kJ or more of spurious energy, "
         "every time: blocks that rattle in their joints are driven faster and faster. From then on the rock is blown "
         f"apart, the crown goes down faster than in free fall, steps are cut, and 2500 steps end at {one[ALL]:.2f} s. "
         "That it then counts as loosened says nothing about arching.\n\n"
@@ -133,8 +133,8 @@ def _table(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Result
 def _free_fall(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Results]]) -> None:
     """Displacement of the crown early on, beside free fall; at the end beside the published one."""
     why = {
-        OURS: "told only: joints carry from the start",
-        OTHERS: "told only: joints carry from the start",
+        OURS: "for information: joints carry from the start",
+        OTHERS: "for information: joints carry from the start",
         CLOSING: "nothing holds it yet",
         ALL: "nothing holds it yet",
         OPEN: "nothing holds it",

@@ -58,8 +58,9 @@ def fifty_tunnels(record: Record) -> None:
         f"initial stress. All runs reach {min(cell.end for cell in found):.3f} s or more. Not given and chosen: "
         f"wall and "
         "arch are 5 m high each in both tunnels, the frame lies outside the 40 m by 50 m, bedding planes are drawn "
-        "with seed 1. Loosening is judged as `rockdda.loosening` says, laid down before the runs but for one number: a "
-        "window of half the run, 0.5 s, turned out to be shorter than one period of the settlement (0.54 s and more by "
+        "with seed 1. Loosening is judged by `rockdda.analysis.loosening`, laid down before the runs but "
+        "for one number: a window of half the run, 0.5 s, turned out to be shorter than one period of the "
+        "settlement (0.54 s and more by "
         "the chain below) from S_j = 5 m on, and is two thirds now. With half the run "
         f"{_moving(found, 0.5)} of the fifty would be called moving, with two thirds {_moving(found, WINDOW)}. A cell "
         "agrees when the bound is the same as the published one."
@@ -116,7 +117,7 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
         "the rock there is energy that contacts have for nothing when they close late: by the end, "
         f"{min(made):.0f} to {max(made):.0f} times the work of gravity. 2500 steps reach "
         f"{min(c.end for c in peer):.2f} to {max(c.end for c in peer):.2f} s only, because blocks fly about then and "
-        "steps are cut; the first criterion has often less than a period to look at. 7.2.1-closing-rule takes the "
+        "steps are cut; the first criterion often covers less than a period. 7.2.1-closing-rule takes the "
         "rules apart. Why the published tunnels with close joints loosen is not explained."
     )
     for span in (10, 15):
@@ -207,7 +208,9 @@ def _settlement(record: Record, found: Sequence[Cell]) -> None:
                 top = np.asarray(results["history/measured_displacement"])[:, -1, 1]
                 mean = mean_displacement(results)[-1]
             where = f"span {span} m, S_j = {spacing:g} m, 20°"
-            why = "told only: friction at the joints and the sides carries rock, and the opening's sides carry more"
+            why = (
+                "for information: friction at the joints and the sides carries rock, and the opening's sides carry more"
+            )
             record.compare(
                 f"period of the oscillation, {where}", fitted_period(times, top), "s", truth=period,
                 truth_source="chain of masses without friction", explanation=why,

@@ -218,7 +218,7 @@ def monte_carlo(record: Record) -> None:
         f"{' and '.join(f'{spacing / 10:g}' for spacing in spacings)}. With "
         f"{max(row['realisations'] for row in rows)} of 20 realisations the scatter is that between friction angles "
         "and realisations together, and the intervals say little; "
-        "`rockdda-post study inputs/random_tunnels/random.toml` goes on. "
+        "`rockdda-post study inputs/random_tunnels/random.toml` continues it. "
         f"At {mean:.0f} s a run, the mean of these (wall clock of a busy machine, one core), all 300 would take "
         f"{mean / 12:.1f} h: that is extrapolated."
     )
