@@ -44,5 +44,8 @@ def test_pip_installs_package_and_program(tmp_path):
     # the package is typed, and its tests stay at home
     folder = packages / "rockdda"
     assert (folder / "py.typed").exists()
+    source = ROOT / "postprocess/rockdda"
+    wanted = {file.relative_to(source) for file in source.rglob("*") if file.is_file() and file.suffix != ".pyc"}
+    assert {file for file in wanted if not (folder / file).is_file()} == set()  # sub-packages, page files, tables
     assert not list(packages.glob("tests"))
     assert sys.version_info[:2] == tuple(int(n) for n in packages.parent.name.removeprefix("python").split("."))
