@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""docs/architecture.md and its figure follow from the source, and folders use only those before them."""
+
+import importlib.util
+import re
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted([*ROOT.glob("docs/*.md"), *ROOT.glob("inputs/**/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
+
+
+def load(name, monkeypatch):
+    """A module of scripts/."""
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    spec = importlib.util.spec_from_file_location(name, ROOT / f"scripts/{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def architecture(monkeypatch):
+    return load("draw_architecture", monkeypatch)
+
+
+@pytest.fixture
+def small_source(tmp_path, monkeypatch):
+    """Builds a source of the files given, {path below src: text}."""
+    fortran_source = load("fortran_source", monkeypatch)
+
+    def build(files):
+        for path, text in files.items():
+            file = tmp_path / "src" / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        return fortran_source.Source(tmp_path / "src", tmp_path)
+
+    return build
+
+
+def test_page_and_figure_are_up_to_date(architecture):
+    for path, text in architecture.generated(ROOT).items():
+        assert (ROOT / path).read_text(encoding="utf-8") == text, f"{path}: run scripts/draw_architecture.py"
+
+
+def test_folders_use_only_those_before_them(architecture):
+    source = architecture.Source(ROOT / "src", ROOT)
+    assert len(source.modules) > 100
+    assert architecture.order_violations(source) == []
+
+
+def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, small_source):
+    source = small_source(
+        {
+            "stepping/a.f90": "module a\n   use c, only : x\nend module a\n",
+            "contact/b.f90": "module b\n   use, intrinsic :: iso_c_binding\n   use a, only : y\nend module b\n",
+            "linear/c.f90": "module c\nend module c\n",
+            "attic/d.f90": "module d\n   use c, only : x\nend module d\n",
+        }
+    )
+    assert len(architecture.order_violations(source)) == 2
+    assert any("src/contact/b.f90 uses a of stepping" in text for text in architecture.order_violations(source))
+    assert any("folder attic is not in FOLDERS" in text for text in architecture.order_violations(source))
+
+
+def test_every_folder_of_the_table_is_built(architecture):
+    """The order of the table is that of the build, as far as both name a folder."""
+    text = (ROOT / "src/CMakeLists.txt").read_text()
+    built = re.search(r"foreach\(folder IN ITEMS ([^)]*)\)", text)[1].split()
+    order = list(dict.fromkeys(name.split("/")[0] for name in architecture.FOLDERS if name.split("/")[0] in built))
+    assert order == [name for name in built if name in order]
+    assert set(built) <= set(order)
+
+
+def test_calls_through_bindings_components_and_uses_are_followed(small_source):
+    source = small_source(
+        {
+            "a.f90": """module a
+   use b, only : helper => work, tool_type, other
+contains
+   subroutine start(self, list)
+      class(outer_type), intent(inout) :: self
+      real(wp), intent(inout) :: list(:)
+      call self%tools(index(list, 2))%apply( &
+         list(3))   ! call other()
+      write (*, '(a)') 'call other()'
+      list(1) = other(2)
+   end subroutine start
+end module a
+""",
+            "b.f90": """module b
+   type, abstract :: tool_type
+   contains
+      procedure(apply_interface), deferred :: apply
+   end type tool_type
+   type, extends(tool_type) :: saw_type
+   contains
+      procedure :: apply => saw_apply
+   end type saw_type
+   type :: outer_type
+      class(tool_type), allocatable :: tools(:)
+   end type outer_type
+contains
+   !> Cut. With a saw.
+   !>
+   !> More.
+   subroutine saw_apply(self)
+   end subroutine saw_apply
+   pure integer function other(n)
+   end function other
+end module b
+""",
+        }
+    )
+    start = source.modules["a"].procedures["start"]
+    found = [p.name for call in start.calls for p in source.resolve(start, call)]
+    assert found == ["saw_apply", "other"]
+    assert source.modules["b"].procedures["saw_apply"].summary == "Cut. With a saw."
+
+
+def test_the_figure_shows_the_step(architecture):
+    """It names what each step does, nothing is drawn outside, and no two boxes overlap."""
+    root = ET.parse(ROOT / architecture.FIGURE).getroot()
+    names = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"advance", "move_blocks", "src/stepping", "src/contact", "src/linear"} <= names
+    width, height = float(root.get("width")), float(root.get("height"))
+    boxes = [
+        tuple(float(r.get(k)) for k in ("x", "y", "width", "height"))
+        for r in root.iter("{http://www.w3.org/2000/svg}rect")
+        if r.get("rx")
+    ]
+    assert 30 < len(boxes) < 120  # more is no overview
+    assert all(x >= 0 and y >= 0 and x + w <= width and y + h <= height and w > 80 for x, y, w, h in boxes)
+    assert len({y for _, y, _, _ in boxes}) == len(boxes)
+
+
+def headings(text):
+    """Anchors of the headings of a page, as GitHub makes them."""
+    body = re.sub(r"```.*?```", "", text, flags=re.S)
+    for title in re.findall(r"^#+ +(.*)$", body, re.M):
+        plain = re.sub(r"[^\w\- ]", "", re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", title).lower())
+        yield plain.replace(" ", "-")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_links_of_a_page_lead_somewhere(page):
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.S)
+    text = re.sub(r"^    .*$", "", text, flags=re.M)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"https?:|mailto:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        assert file.exists(), target
+        if anchor and file.suffix == ".md":
+            assert anchor in set(headings(file.read_text(encoding="utf-8"))) | set(
+                re.findall(r'<a id="([^"]+)"', file.read_text(encoding="utf-8"))
+            ), target
