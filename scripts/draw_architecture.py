@@ -53,30 +53,50 @@ COLOURS = {
     "interaction": "#dcefdc",
     "linear": "#ead9ee",
 }
-EXPANDED = {"stepping"}  # calls made inside other folders are not drawn
-DEPTH = 3
+EXPANDED = {"stepping", "interaction"}  # calls made inside other folders are not drawn
+DEPTH = 4
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 
-# Where a reader finds what is wanted most often: what, procedure, and the beginning of the statement. Of several
-# procedures of that name the first one with such a statement is taken.
-LANDMARKS = [
-    ("a sliding contact locks again", "judge_closed", "new = contact_state%locked"),
-    ("a locked contact begins to slide", "judge_closed", "new = contact_state%sliding"),
-    ("a closed contact opens", "judge_closed", "new = contact_state%open"),
-    ("an open contact closes", "judge_open", "new = contact_state%locked"),
-    ("shear strength of a joint", "shear_strength", "shear_strength = "),
-    ("friction coefficient of a joint", "friction_coefficient", "friction_coefficient = law%friction"),
-    ("a bolt yields", "judge_bolts", "bolts%yields(l) = yields"),
+# Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
+# that the source has is taken.
+LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     (
-        "force of the normal spring: g0 times the overlap (a g0 that depends on time is put in here)",
-        "set_link_forces",
-        "force(1) = -parameters%normal_stiffness*table%gap(c)",
+        "a sliding contact locks again",
+        [("map_joint", "response%state = contact_state%locked"), ("judge_closed", "new = contact_state%locked")],
     ),
-    ("g0 as the files have it, or E", "resolve_parameters", "parameters%normal_stiffness = "),
-    ("g0 in the update of the contact states", "try_step", "settings%k_n = self%parameters%normal_stiffness"),
-    ("g2 cuts a step", "advance", "dt = cut_for_displacement("),
-    ("k01 reduces the velocity", "accept", "self%state%velocity = k01*self%state%velocity"),
-    ("the blocks move", "accept", "call move_blocks("),
+    (
+        "a locked contact begins to slide",
+        [("map_joint", "response%state = contact_state%sliding"), ("judge_closed", "new = contact_state%sliding")],
+    ),
+    (
+        "a closed contact opens",
+        [("judge_contact", "new = contact_state%open"), ("judge_closed", "new = contact_state%open")],
+    ),
+    (
+        "an open contact closes",
+        [("judge_contact", "new = response%state"), ("judge_open", "new = contact_state%locked")],
+    ),
+    ("shear strength of a joint", [("shear_strength", "shear_strength = ")]),
+    ("friction coefficient of a joint", [("friction_coefficient", "friction_coefficient = law%friction")]),
+    (
+        "a bolt yields",
+        [("bolt_response", "yields = abs(new_force) > strength"), ("judge_bolts", "bolts%yields(l) = yields")],
+    ),
+    (
+        "force of the normal spring: g0 times the overlap",
+        [
+            ("linearise_joint", "force(1) = -settings%k_n*joint%gap"),
+            ("set_link_forces", "force(1) = -parameters%normal_stiffness*table%gap(c)"),
+        ],
+    ),
+    (
+        "g0 of an attempt (a g0 that depends on time is put in here)",
+        [("*", "settings%k_n = parameters%normal_stiffness"), ("*", "settings%k_n = self%parameters%normal_stiffness")],
+    ),
+    ("g0 as the files have it, or E", [("resolve_parameters", "parameters%normal_stiffness = ")]),
+    ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
+    ("k01 reduces the velocity", [("accept", "self%state%velocity = k01*self%state%velocity")]),
+    ("the blocks move", [("accept", "call move_blocks(")]),
 ]
 
 
@@ -140,7 +160,7 @@ def step_rows(source: Source) -> list[Row]:
 def draw(rows: list[Row]) -> str:
     """The figure: one row per call from top to bottom, one lane per folder, indented by depth in the first."""
     lanes = [lane for lane in LANES if any(folder(row.procedure.file) == lane for row in rows)]
-    height, indent, top, width, first = 21, 20, 46, 205, 300
+    height, indent, top, width, first = 21, 20, 46, 215, 300
     left = {lane: 12 + (first + 14 + (i - 1) * (width + 14) if i else 0) for i, lane in enumerate(lanes)}
     total = left[lanes[-1]] + width + 12
     note_left = total
@@ -160,11 +180,14 @@ def draw(rows: list[Row]) -> str:
             f'font-size="14">src/{lane}</text>'
         )
     parents: list[tuple[float, float]] = []
+    above: list[str] = []  # lanes of the callers of a row
     for i, row in enumerate(rows):
         lane = folder(row.procedure.file)
         y = top + i * height
         is_first = lane == lanes[0]
-        x = left[lane] + 6 + (indent * row.depth if is_first else 0)
+        del above[row.depth :]
+        x = left[lane] + 6 + indent * above.count(lane)
+        above.append(lane)
         box = (first if is_first else width) - 12 - (x - left[lane] - 6)
         middle = y + height / 2 - 1
         del parents[row.depth :]
@@ -174,7 +197,7 @@ def draw(rows: list[Row]) -> str:
         parents.append((x + 8, y + height - 3))
         label = row.name
         if row.kinds > 1:
-            label += f" ({row.kinds} kinds)"
+            label += f" ×{row.kinds}"
         if row.is_repeated:
             label += " ↑"
         parts.append(
@@ -219,13 +242,13 @@ def file_table(source: Source, names: tuple[str, ...]) -> str:
 def landmark_table(source: Source) -> str:
     """Where to find what, each with its statement."""
     lines = ["| what | file, procedure | statement |", "|---|---|---|"]
-    for what, name, start in LANDMARKS:
-        found = source.find_statement(name, start)
+    for what, places in LANDMARKS:
+        found = next(filter(None, (source.find_statement(name, part) for name, part in places)), None)
         if not found:
             raise SystemExit(
-                f"{what}: no `{start}` in a procedure {name}; change LANDMARKS of scripts/draw_architecture.py"
+                f"{what}: no statement like {places[0][1]}; change LANDMARKS of scripts/draw_architecture.py"
             )
-        file, statement = found
+        file, name, statement = found
         lines.append(f"| {what} | `{file}`, `{name}` | `{statement}` |")
     return "\n".join(lines)
 

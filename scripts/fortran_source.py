@@ -243,10 +243,11 @@ class Source:
             found[module.file.parent.relative_to("src").as_posix()].add(used.file.parent.relative_to("src").as_posix())
         return found
 
-    def find_statement(self, procedure: str, start: str) -> tuple[str, str] | None:
-        """File and text of the first statement that contains `start` in a procedure of that name."""
+    def find_statement(self, procedure: str, part: str) -> tuple[str, str, str] | None:
+        """File, procedure and text of the first statement that contains `part`; procedure "*" stands for all."""
         for module in self.modules.values():
-            for text in module.procedures[procedure].statements if procedure in module.procedures else ():
-                if start in text:
-                    return module.file.as_posix(), re.sub(r"\s+", " ", text)
+            for name, owner in module.procedures.items():
+                for text in owner.statements if procedure in ("*", name) else ():
+                    if part in text:
+                        return module.file.as_posix(), name, re.sub(r"\s+", " ", text)
         return None

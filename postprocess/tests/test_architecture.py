@@ -137,6 +137,12 @@ def test_the_figure_shows_the_step(architecture):
     assert 30 < len(boxes) < 120  # more is no overview
     assert all(x >= 0 and y >= 0 and x + w <= width and y + h <= height and w > 80 for x, y, w, h in boxes)
     assert len({y for _, y, _, _ in boxes}) == len(boxes)
+    labels = [
+        t for t in root.iter("{http://www.w3.org/2000/svg}text") if not t.get("fill") and not t.get("font-weight")
+    ]
+    assert len(labels) == len(boxes)
+    for label, (x, _, w, _) in zip(labels, boxes, strict=True):
+        assert float(label.get("x")) + 6.7 * len(label.text) < x + w, label.text  # 6.7: a wide letter at 12 points
 
 
 def headings(text):
