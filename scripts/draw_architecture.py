@@ -55,6 +55,7 @@ COLOURS = {
 }
 EXPANDED = {"stepping", "interaction"}  # calls made inside other folders are not drawn
 DEPTH = 4
+INTERACTION = "interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
@@ -111,8 +112,9 @@ class Row(NamedTuple):
 
 
 def folder(path: Path) -> str:
-    """The folder of a source file, from src."""
-    return path.parent.relative_to("src").as_posix()
+    """The folder of FOLDERS that holds a source file, itself or in one of its own folders; else the path from src."""
+    own = path.parent.relative_to("src")
+    return next((name.as_posix() for name in (own, *own.parents) if name.as_posix() in FOLDERS), own.as_posix())
 
 
 def visible_calls(
@@ -142,7 +144,8 @@ def walk(source: Source, procedure: Procedure, depth: int, seen: set[int]) -> It
     for name, targets in visible_calls(source, procedure):
         target = targets[0]
         is_open = folder(target.file) in EXPANDED and bool(visible_calls(source, target))
-        yield Row(depth, name, target, len(targets), is_open and id(target) in seen)
+        kinds = sum(not source.is_default(procedure) for procedure in targets)
+        yield Row(depth, name, target, kinds, is_open and id(target) in seen)
         if is_open and depth < DEPTH and id(target) not in seen:
             seen.add(id(target))
             yield from walk(source, target, depth + 1, seen)
@@ -218,7 +221,9 @@ def shortened(text: str, length: int) -> str:
 
 def folder_table(source: Source) -> str:
     """What each folder holds and uses."""
-    uses = source.folder_uses()
+    uses: dict[str, set[str]] = {folder(module.file): set() for module in source.modules.values()}
+    for module, other in source.uses():
+        uses[folder(module.file)].add(folder(other.file))
     lines = ["| folder | holds | uses |", "|---|---|---|"]
     order = list(FOLDERS)
     for name, holds in FOLDERS.items():
@@ -237,6 +242,29 @@ def file_table(source: Source, names: tuple[str, ...]) -> str:
             if folder(module.file) == name:
                 lines.append(f"| `{module.file.relative_to('src')}` | {shortened(module.summary, 160)} |")
     return "\n".join(lines)
+
+
+def interaction_table(source: Source) -> str:
+    """What an interaction offers, and which kinds of interaction do; nothing where the source has no such type."""
+    base = source.types.get(INTERACTION)
+    if base is None:
+        return ""
+    kinds = source.extensions(INTERACTION)
+    lines = [
+        "### Interactions",
+        "",
+        f"Everything that acts on blocks extends `{INTERACTION}`. The step calls these procedures of all of",
+        "them, in the order of the list; each kind has those that it needs:",
+        "",
+        "| procedure | what it does | of |",
+        "|---|---|---|",
+    ]
+    for name in base.bindings:
+        own = [kind.name.removesuffix("_type") for kind in kinds if name in kind.bindings]
+        found = source.implementations(INTERACTION, name)
+        summary = shortened(found[0].summary, 160) if found else ""
+        lines.append(f"| `{name}` | {summary} | {', '.join(own) or '–'} |")
+    return "\n".join([*lines, ""])
 
 
 def landmark_table(source: Source) -> str:
@@ -277,6 +305,7 @@ def generated(root: Path) -> dict[Path, str]:
         "folders": folder_table(source),
         "files": file_table(source, ("contact", "assembly", "interaction", "stepping")),
         "places": landmark_table(source),
+        "interactions": interaction_table(source),
     }
     text = (root / PAGE).read_text(encoding="utf-8")
     for name, table in tables.items():
@@ -284,7 +313,7 @@ def generated(root: Path) -> dict[Path, str]:
         if text.count(begin) != 1:
             raise SystemExit(f"{PAGE}: no part 'generated: {name}'")
         before, _, after = text.partition(begin)
-        text = before + begin + table + "\n<!-- end -->" + after.partition("<!-- end -->")[2]
+        text = before + begin + table + ("\n" if table else "") + "<!-- end -->" + after.partition("<!-- end -->")[2]
     return {PAGE: text, FIGURE: draw(step_rows(source))}
 
 

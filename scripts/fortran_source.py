@@ -30,6 +30,7 @@ class DerivedType:
     components: dict[str, str] = field(default_factory=dict)
     bindings: dict[str, str] = field(default_factory=dict)  # name to procedure; "" where deferred
     module: str = ""
+    is_abstract: bool = False
 
 
 @dataclass
@@ -129,6 +130,7 @@ class Source:
             elif derived is None and (match := re.match(r"type\b(?!\s*\()([^:]*)::\s*(\w+)$", lower)):
                 parent = re.search(r"extends\s*\(\s*(\w+)", match[1])
                 derived = DerivedType(match[2], parent[1] if parent else "", module=module.name)
+                derived.is_abstract = "abstract" in match[1]
                 self.types[match[2]] = derived
             elif re.match(r"end\s*type\b", lower):
                 derived = None
@@ -176,10 +178,21 @@ class Source:
                 found.append(self.modules[derived.module].procedures.get(derived.bindings[binding]))
                 break
             name = derived.parent
-        for derived in self.types.values():
-            if derived.name != type_name and self._extends(derived, type_name) and derived.bindings.get(binding):
+        for derived in self.extensions(type_name):
+            if derived.bindings.get(binding):
                 found.append(self.modules[derived.module].procedures.get(derived.bindings[binding]))
         return [p for p in found if p]
+
+    def extensions(self, type_name: str) -> list[DerivedType]:
+        """Types that extend a type, in the order of their files."""
+        return [derived for derived in self.types.values() if self._extends(derived, type_name)]
+
+    def is_default(self, procedure: Procedure) -> bool:
+        """The procedure of an abstract type, for extensions without one of their own."""
+        return any(
+            derived.is_abstract and derived.module == procedure.module and procedure.name in derived.bindings.values()
+            for derived in self.types.values()
+        )
 
     def _extends(self, derived: DerivedType, ancestor: str) -> bool:
         while derived.parent:
@@ -233,15 +246,6 @@ class Source:
             for name in dict.fromkeys(module.uses):
                 if name in self.modules:
                     yield module, self.modules[name]
-
-    def folder_uses(self) -> dict[str, set[str]]:
-        """Folders with the folders that they use."""
-        found: dict[str, set[str]] = {}
-        for module in self.modules.values():
-            found.setdefault(module.file.parent.relative_to("src").as_posix(), set())
-        for module, used in self.uses():
-            found[module.file.parent.relative_to("src").as_posix()].add(used.file.parent.relative_to("src").as_posix())
-        return found
 
     def find_statement(self, procedure: str, part: str) -> tuple[str, str, str] | None:
         """File, procedure and text of the first statement that contains `part`; procedure "*" stands for all."""

@@ -60,12 +60,25 @@ def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, s
             "stepping/a.f90": "module a\n   use c, only : x\nend module a\n",
             "contact/b.f90": "module b\n   use, intrinsic :: iso_c_binding\n   use a, only : y\nend module b\n",
             "linear/c.f90": "module c\nend module c\n",
+            "linear/own/e.f90": "module e\n   use c, only : x\nend module e\n",
             "attic/d.f90": "module d\n   use c, only : x\nend module d\n",
         }
     )
     assert len(architecture.order_violations(source)) == 2
     assert any("src/contact/b.f90 uses a of stepping" in text for text in architecture.order_violations(source))
     assert any("folder attic is not in FOLDERS" in text for text in architecture.order_violations(source))
+
+
+def test_types_and_files_that_the_page_names_exist(architecture):
+    source = architecture.Source(ROOT / "src", ROOT)
+    text = (ROOT / architecture.PAGE).read_text(encoding="utf-8")
+    types = set(re.findall(r"`(\w+_type)\b", text))
+    assert len(types) >= 5 and types <= set(source.types)
+    files = set(
+        re.findall(r"`(src/[\w/]+(?:\.f90)?|scripts/[\w.]+|tests/\w+|postprocess/\w+|inputs|benchmarks)`", text)
+    )
+    assert len(files) > 10
+    assert [file for file in files if not (ROOT / file).exists()] == []
 
 
 def test_every_folder_of_the_table_is_built(architecture):
@@ -143,6 +156,45 @@ def test_the_figure_shows_the_step(architecture):
     assert len(labels) == len(boxes)
     for label, (x, _, w, _) in zip(labels, boxes, strict=True):
         assert float(label.get("x")) + 6.7 * len(label.text) < x + w, label.text  # 6.7: a wide letter at 12 points
+
+
+def test_interactions_are_listed_with_what_they_offer(architecture, small_source):
+    source = small_source(
+        {
+            "interaction/a.f90": """module a
+   type, abstract :: interaction_type
+   contains
+      procedure :: commit
+      procedure :: prepare
+   end type interaction_type
+contains
+   !> Change the state.
+   subroutine commit(self)
+   end subroutine commit
+   subroutine prepare(self)
+   end subroutine prepare
+end module a
+""",
+            "interaction/b.f90": """module b
+   type, extends(interaction_type) :: bolts_type
+   contains
+      procedure :: commit
+   end type bolts_type
+contains
+   subroutine commit(self)
+   end subroutine commit
+end module b
+""",
+        }
+    )
+    found = source.implementations("interaction_type", "commit")
+    assert [source.is_default(procedure) for procedure in found] == [True, False]
+    rows = architecture.interaction_table(source).splitlines()
+    assert "| `commit` | Change the state | bolts |" in rows
+    assert "| `prepare` |  | – |" in rows
+    assert (
+        architecture.interaction_table(small_source({"interaction/a.f90": "module a\nend module a\n"})).count("|") == 0
+    )
 
 
 def headings(text):
