@@ -158,7 +158,7 @@ def _opening(entries: Sequence[_Entry]) -> list[str]:
         "published value; the case says where it comes from. No "
         "parameter was tuned to meet a published value: what does not match is listed below with its explanation, or "
         "is said to be unexplained. The thesis is Tsesarsky (2005); its curves that are not in its text or tables are "
-        "not compared. Works cited: [bibliography](../bibliography.md).",
+        "not compared. Works cited: docs/bibliography.md.",
         "",
     ]
 
