@@ -144,7 +144,7 @@ def walk(source: Source, procedure: Procedure, depth: int, seen: set[int]) -> It
     for name, targets in visible_calls(source, procedure):
         target = targets[0]
         is_open = folder(target.file) in EXPANDED and bool(visible_calls(source, target))
-        kinds = sum(not source.is_default(procedure) for procedure in targets)
+        kinds = len(targets) - source.is_default(target)
         yield Row(depth, name, target, kinds, is_open and id(target) in seen)
         if is_open and depth < DEPTH and id(target) not in seen:
             seen.add(id(target))
