@@ -12,7 +12,8 @@ module bench_models
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_parameters, only : parameters_type, resolve_parameters
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_resolve, only : resolve_parameters
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    implicit none
    private

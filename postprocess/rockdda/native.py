@@ -24,7 +24,7 @@ SEVERITIES = {1: "note", 2: "warning", 3: "error"}
 DIALECTS = {None: 0, "auto": 0, "dda_windows": 1, "peer": 1, "g0": 2}  # peer: the former name
 # texts of a session
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
-MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED = range(10, 15)
+MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA = range(10, 16)
 # as many messages as the program shows
 MOST_SHOWN = 50
 

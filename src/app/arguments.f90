@@ -6,7 +6,7 @@ module rockdda_app_arguments
    use rockdda_base_random, only : largest_seed
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
-   use rockdda_model_options, only : unset_integer
+   use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_model_input, only : run_request_type
@@ -21,7 +21,7 @@ module rockdda_app_arguments
       type(argument_type), allocatable :: files(:)
       integer :: seed = unset_integer
       character(len=:), allocatable :: completion    !! shell, '' without the option
-      logical :: help = .false., version = .false., quiet = .false., json = .false.
+      logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false.
    end type command_line_type
 
    !> The command line while it is read.
@@ -154,6 +154,7 @@ contains
          case ('--force'); line%force = .true.
          case ('--quiet'); line%quiet = .true.
          case ('--json'); line%json = .true.
+         case ('--options-table'); line%options_table = .true.
          case ('--output'); call get_path(name, value, line%output, self%problems)
          case ('--config'); call get_path(name, value, line%config, self%problems)
          case ('--solver'); line%solver = value
@@ -164,10 +165,10 @@ contains
                                                                     "' is neither bash nor zsh")
          case ('--dialect')
             select case (value)
-            case ('peer'); line%dialect = dialect%peer
+            case (dda_windows, old_dda_windows); line%dialect = dialect%peer
             case ('g0'); line%dialect = dialect%g0
             case default
-               call add_problem(self%problems, "option --dialect: '"//value//"' is neither peer nor g0")
+               call add_problem(self%problems, "option --dialect: '"//value//"' is neither "//dda_windows//' nor g0')
             end select
          case ('--seed'); call get_whole(name, value, 0, largest_seed, line%seed, self%problems)
          case ('--threads'); call get_whole(name, value, 1, huge(1), line%threads, self%problems)

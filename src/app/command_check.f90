@@ -18,6 +18,7 @@ module rockdda_app_command_check
    use rockdda_io_checkpoint, only : checkpoint_facts_type, results_path
    use rockdda_io_digest, only : digest_length
    use rockdda_io_geometry_file, only : read_geometry_file
+   use rockdda_io_option_documents, only : options_markdown, options_schema
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
@@ -48,6 +49,11 @@ contains
       logical :: ok
       logical, allocatable :: readable(:)
 
+      if (line%options_table) then
+         call print_options(line%json, ok)
+         exit_code = merge(0, error_code%output, ok)
+         return
+      end if
       call list_files(line, files, messages, error)
       allocate (kinds(size(files)), readable(size(files)))
       do i = 1, size(files)
@@ -69,7 +75,20 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
 
-   !> Do these contain the files of one run: a geometry or block file, an analysis file, at most one options file?
+   !> Print the table of options of a run: Markdown, or with --json a JSON Schema.
+   subroutine print_options(json, ok)
+      logical, intent(in) :: json
+      logical, intent(out) :: ok
+      character(len=:), allocatable :: text
+      if (json) then
+         text = options_schema()
+      else
+         text = options_markdown()
+      end if
+      call print_line(text(:len(text) - 1), ok)
+   end subroutine print_options
+
+   !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file?
    pure logical function is_model_run(kinds)
       integer, intent(in) :: kinds(:)
       is_model_run = count(kinds == file_kind%geometry .or. kinds == file_kind%blocks) == 1 .and. &

@@ -24,7 +24,7 @@ module rockdda_app_command_options
    end type option_type
 
    character(len=*), parameter :: writers = ' lines cut run ', run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: options(18) = [ &
+   type(option_type), parameter :: options(19) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
                                    option_type('--config', option_kind%text, run_only), &
@@ -42,7 +42,8 @@ module rockdda_app_command_options
                                    option_type('--json', option_kind%flag, ''), &
                                    option_type('--help', option_kind%flag, ''), &
                                    option_type('--version', option_kind%flag, ''), &
-                                   option_type('--completion', option_kind%text, '')]
+                                   option_type('--completion', option_kind%text, ''), &
+                                   option_type('--options-table', option_kind%flag, ' check ')]
 
 contains
 

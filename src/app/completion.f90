@@ -26,7 +26,7 @@ contains
              '  done'//nl// &
              '  case $before in'//nl// &
              '    --solver) words="'//solvers()//'";;'//nl// &
-             '    --dialect) words="peer g0";;'//nl// &
+             '    --dialect) words="dda_windows g0";;'//nl// &
              '    --completion) words="bash zsh";;'//nl// &
              '    -o|--output|--config) command=file;;'//nl// &
              '  esac'//nl// &

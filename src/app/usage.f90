@@ -166,12 +166,15 @@ contains
              'A geometry and an analysis file together are also checked against each other. Nothing is computed'//nl// &
              'and nothing is written. The exit code is 0 when there is no error, else 2.'//nl// &
              nl// &
+             'options:'//nl// &
+             '  --options-table   print all options of a run as a Markdown table, with --json as a JSON Schema,'//nl// &
+             '                    instead of checking files'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
              '  rockdda check slope.dc'//nl// &
              '  rockdda check slope.dc slope.df slope.nml'//nl// &
-             '  rockdda check slope.df --dialect peer --json'
+             '  rockdda check slope.df --dialect dda_windows --json'
    end function check_text
 
    !> Help of `rockdda info`.
@@ -197,7 +200,8 @@ contains
              '  --force           overwrite output that exists'//nl// &
              '  --quiet           no progress, no warnings; errors and the summary only'//nl// &
              '  --json            the summary on standard output as JSON'//nl// &
-             '  --dialect NAME    peer or g0: how to read the analysis file; default: by counting its numbers'//nl// &
+             '  --dialect NAME    dda_windows or g0: how to read the analysis file; default: by counting its'//nl// &
+             '                    numbers'//nl// &
              '  --help            this text'//nl
    end function common_text
 

@@ -10,7 +10,10 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, line_load_type, joint_law_type, base_motion_type
-   public :: unset_real, unset_integer, is_set
+   public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows
+
+   !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
+   character(len=*), parameter :: dda_windows = 'dda_windows', old_dda_windows = 'peer'
 
    !> Sentinel of a real option that was not given.
    real(wp), parameter :: unset_real = -huge(1.0_wp)
@@ -81,7 +84,7 @@ module rockdda_model_options
       real(wp) :: close_tolerance = unset_real        !! penetration that closes a contact, over w0
       real(wp) :: open_tolerance = unset_real         !! gap that opens one, over w0
       real(wp) :: fixed_stiffness_factor = unset_real
-      character(len=:), allocatable :: preset         !! '' | 'peer'
+      character(len=:), allocatable :: preset         !! '' | dda_windows
       ! &solver
       character(len=:), allocatable :: method         !! auto|sor|pcg|cholmod|dense
       real(wp) :: tolerance = unset_real, omega = unset_real
@@ -100,6 +103,7 @@ module rockdda_model_options
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.
       logical :: write_contacts = .true.
+      logical :: energy = .true.                      !! compute and write the energy balance
    end type run_options_type
 
 contains

@@ -18,6 +18,7 @@ module rockdda_python_api
    use rockdda_lines_statistics, only : statistics_type
    use rockdda_io_block_writer, only : write_block_file
    use rockdda_io_legacy_writer, only : write_geometry_file
+   use rockdda_io_option_documents, only : options_schema
    use rockdda_io_source, only : source_type, new_source
    use rockdda_io_statistics_file, only : read_statistics_file, read_statistics_source
    use rockdda_io_recognise, only : file_kind
@@ -259,7 +260,7 @@ contains
    !> Prepare a text for `get_text`; returns its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
    !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file,
-   !> 13 content of the options file, 14 messages with one for many of a kind.
+   !> 13 content of the options file, 14 messages with one for many of a kind, 15 schema of the options.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which
@@ -283,6 +284,7 @@ contains
          case (11); if (allocated(s%input%analysis_file)) s%text = s%input%analysis_file
          case (12); if (allocated(s%input%config_file)) s%text = s%input%config_file
          case (13); if (allocated(s%input%config_text)) s%text = s%input%config_text
+         case (15); s%text = options_schema()
          case default
             do i = 1, n_energies
                s%text = s%text//trim(energy_names(i))//new_line('a')

@@ -9,7 +9,8 @@ module rockdda_run_model_input
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set
-   use rockdda_model_parameters, only : parameters_type, resolve_parameters
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_resolve, only : resolve_parameters
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_analysis_file, only : read_analysis_source
    use rockdda_io_block_file, only : read_block_source

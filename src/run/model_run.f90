@@ -307,7 +307,8 @@ contains
       if (.not. allocated(error)) call self%log%put('results: '//self%output, error)
       if (.not. allocated(error)) call self%log%put_model(input%blocks, error)
       if (.not. allocated(error)) call self%log%put_messages(messages, error)
-      if (.not. allocated(error)) call self%log%put_parameters(input%parameters, error)
+      if (.not. allocated(error)) call self%log%put_parameters(input%parameters, error, &
+                                                                            input%options)
       if (.not. allocated(error)) call self%log%put_columns(error)
       if (.not. allocated(error)) call self%log%flush(error)
    end subroutine write_log_head

@@ -221,7 +221,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: checkpoints of format version 99 are not known to this program, only 2",
+            "block.ckpt.h5: error: checkpoints of format version 99 are not known to this program, only 3",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))

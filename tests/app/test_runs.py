@@ -134,8 +134,8 @@ class Options(ResultsTest):
                 ("k01 0.9", "1"),
                 ("displacement ratio (g2) 0.02", "0.01"),
                 ("contact stiffness (g0) 2e+08", "1e+08"),
-                ("gravity 9", "weight over density"),
                 ("SOR factor 1.2", "1.4"),
+                ("gravity 9", "weight over density"),
             ],
         )
 

@@ -84,7 +84,7 @@ class Mistakes(ProgramTest):
         self.check(["info", "block.dc", "-o", "x"], "option --output does not belong to 'rockdda info'")
 
     def test_unknown_dialect(self):
-        self.check(["check", "block.df", "--dialect", "shi"], "option --dialect: 'shi' is neither peer nor g0")
+        self.check(["check", "block.df", "--dialect", "shi"], "option --dialect: 'shi' is neither dda_windows nor g0")
 
     def test_number_of_files(self):
         self.check(["cut"], "'rockdda cut' needs one geometry file, found 0; see 'rockdda cut --help'")

@@ -25,7 +25,7 @@ module fuzz_mutations
       '&run', '&time', '&contact', '&solver', '&material', '&load', '&line_load', '&joint_law', '&block_damping', &
       '&stage', '&output', '/', '&end', '$run', 'title', 'steps =', 't_end =', 'save_every =', 'save_dt =', &
       'threads =', 'dt_max =', 'dt_min =', 'k01 =', 'displacement_ratio =', 'cut_factor =', 'max_open_close =', &
-      'stiffness =', 'search_factor =', 'angle_tolerance =', 'preset = ''peer''', 'method = ''sor''', &
+      'stiffness =', 'search_factor =', 'angle_tolerance =', 'preset = ''dda_windows''', 'method = ''sor''', &
       'method = ''dense''', 'method = ''pcg''', 'method = ''cholmod''', 'tolerance =', 'omega =', 'gravity =', &
       'base_acceleration =', 'mass = ''area''', 'rotation = ''linear''', 'law =', 'damping_ratio =', &
       'until_step =', 'until_time =', 'release =', 'ends =', '''', '"', '=', ',', '!', '#', '(', '%', &

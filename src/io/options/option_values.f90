@@ -82,17 +82,21 @@ contains
    end subroutine get_text
 
    !> Text in quotes that is one of several words (lower case).
-   subroutine get_choice(namelist, entry, choices, value, messages)
+   subroutine get_choice(namelist, entry, choices, value, messages, old_word)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=*), intent(in) :: choices(:)
       character(len=:), allocatable, intent(inout) :: value
       type(diagnostics_type), intent(inout) :: messages
+      character(len=*), intent(in), optional :: old_word   !! former spelling of the first word
       character(len=:), allocatable :: word, list
       integer :: i
       call get_text(namelist, entry, word, messages)
       if (.not. allocated(word)) return
       word = lower_case(trim(word))
+      if (present(old_word)) then
+         if (len(old_word) > 0 .and. word == old_word) word = trim(choices(1))
+      end if
       list = ''
       do i = 1, size(choices)
          if (word == trim(choices(i))) then

@@ -10,14 +10,14 @@ module rockdda_io_statistics_file
    use rockdda_lines_statistics, only : statistics_type, region_type, opening_type, extra_line_type, shape_kind
    use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_csv_table, only : read_csv_table
-   use rockdda_io_name_hints, only : group_hint, name_hint
+   use rockdda_io_name_hints, only : group_hint
    use rockdda_io_namelist_parser, only : namelist_type, group_type, entry_type, parse_namelist, find_entry, beside
    use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_text, get_choice, get_reals, demand, &
                                         index_of
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_statistics_sets, only : read_joint_set, check_bands
-   use rockdda_io_statistics_names, only : statistics_groups, statistics_names_of
+   use rockdda_io_statistics_names, only : statistics_groups, statistics_names_of, statistics_name_hint
    implicit none
    private
    public :: read_statistics_file, read_statistics_source
@@ -101,7 +101,7 @@ contains
          associate (entry => group%entries(i))
             if (.not. any(statistics_names_of(group%name) == entry%name)) then
                call messages%add(severity%error, "unknown name '"//entry%name//"' in &"//group%name// &
-                                 name_hint(entry%name, group%name, statistics_groups, statistics_names_of), &
+                                 statistics_name_hint(entry%name, group%name), &
                                  namelist%origin(entry%place))
             else if (find_entry(group, entry%name) /= i) then
                call messages%add(severity%warning, entry%name//': given again in the same group, the last one counts', &

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Groups and names of joint statistics files (.dl).
 module rockdda_io_statistics_names
-   use rockdda_io_name_hints, only : name_length
+   use rockdda_io_name_hints, only : name_length, name_hint
    implicit none
    private
-   public :: statistics_groups, statistics_names_of
+   public :: statistics_groups, statistics_names_of, statistics_name_hint
 
    character(len=*), parameter :: statistics_groups(10) = [character(len=name_length) :: 'boundary', 'joint_set', &
       'opening', 'line', 'fixed', 'loading', 'measured', 'material_line', 'section', 'lines']
@@ -43,5 +43,21 @@ contains
       case default; allocate (names(0))
       end select
    end function statistics_names_of
+
+   !> Hint for an unknown name.
+   pure function statistics_name_hint(name, group) result(text)
+      character(len=*), intent(in) :: name, group
+      character(len=:), allocatable :: text
+      character(len=name_length), allocatable :: names(:), group_of(:)
+      integer :: i
+      allocate (names(0), group_of(0))
+      do i = 1, size(statistics_groups)
+         associate (more => statistics_names_of(trim(statistics_groups(i))))
+            names = [names, more]
+            group_of = [group_of, spread(statistics_groups(i), 1, size(more))]
+         end associate
+      end do
+      text = name_hint(name, group, group_of, names)
+   end function statistics_name_hint
 
 end module rockdda_io_statistics_names

@@ -67,9 +67,9 @@ contains
          call archive%item('step', info%step)
          call archive%item('time', info%time)
          call archive%section('parameters')
-         call archive%item('n_steps', info%n_steps)
+         call archive%item('steps', info%n_steps)
          call archive%item('t_end', info%t_end)
-         call archive%item('solver_method', info%solver)
+         call archive%item('method', info%solver)
          call archive%section('model')
          call archive%item('n_blocks', info%n_blocks)
          call archive%section('contacts')
@@ -78,7 +78,7 @@ contains
       call checkpoint%end_loading(error)
       if (allocated(error)) return
       problem = facts_problem(info%facts)
-      if (len(problem) == 0 .and. .not. allocated(info%solver)) problem = 'parameters/solver_method is missing'
+      if (len(problem) == 0 .and. .not. allocated(info%solver)) problem = 'parameters/method is missing'
       if (len(problem) > 0) then
          call make_error(error, error_code%input, path//': the checkpoint is damaged: '//problem)
          return

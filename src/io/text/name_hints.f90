@@ -8,15 +8,6 @@ module rockdda_io_name_hints
 
    integer, parameter :: name_length = 22   !! of groups and names in the tables
 
-   abstract interface
-      !> Names of a group; none when the group is unknown.
-      pure function names_function(group) result(names)
-         import :: name_length
-         character(len=*), intent(in) :: group
-         character(len=name_length), allocatable :: names(:)
-      end function names_function
-   end interface
-
 contains
 
    !> The nearest group, as "; did you mean '&time'?".
@@ -33,18 +24,18 @@ contains
    end function group_hint
 
    !> Another group that has exactly this name, or else the nearest name of this group.
-   pure function name_hint(name, group, groups, names_of) result(text)
+   pure function name_hint(name, group, group_of, names) result(text)
       character(len=*), intent(in) :: name, group
-      character(len=*), intent(in) :: groups(:)     !! valid groups of the file
-      procedure(names_function) :: names_of         !! names of a group
+      character(len=*), intent(in) :: names(:)      !! all that the file may have
+      character(len=*), intent(in) :: group_of(:)   !! the group of each of them
       character(len=:), allocatable :: text
       integer :: i
-      do i = 1, size(groups)
-         if (.not. any(names_of(trim(groups(i))) == name)) cycle
-         text = '; it belongs to &'//trim(groups(i))
+      do i = 1, size(names)
+         if (names(i) /= name) cycle
+         text = '; it belongs to &'//trim(group_of(i))
          return
       end do
-      text = did_you_mean(name, names_of(group))
+      text = did_you_mean(name, pack(names, group_of == group))
    end function name_hint
 
 end module rockdda_io_name_hints

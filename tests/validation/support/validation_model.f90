@@ -18,7 +18,8 @@ module validation_model
    use rockdda_model_analysis_input, only : analysis_input_type, block_material_type, joint_material_type, &
       time_table_type, dialect
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_parameters, only : parameters_type, resolve_parameters
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_resolve, only : resolve_parameters
    use rockdda_model_state, only : energy, n_energies
    use rockdda_assembly_kinematics, only : mass_matrix
    use rockdda_stepping_simulation, only : simulation_type

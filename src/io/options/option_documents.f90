@@ -1,0 +1,217 @@
+! SPDX-License-Identifier: MIT
+!> The table of options for readers: as a Markdown table, and as a JSON Schema.
+module rockdda_io_option_documents
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_option, only : option_type, option_kind, choice, n_choices
+   use rockdda_model_options, only : dda_windows, is_set
+   use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
+   implicit none
+   private
+   public :: options_markdown, options_schema
+
+   character(len=*), parameter :: nl = new_line('a')
+
+contains
+
+   !> One row for each option.
+   function options_markdown() result(text)
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      character(len=:), allocatable :: group
+      integer :: i, k
+      allocate (list)
+      call list_options(list)
+      text = '| group | name | value | unit | default | meaning |'//nl//'|---|---|---|---|---|---|'//nl
+      do i = 1, list%n_groups
+         group = '`&'//trim(list%groups(i)%name)//'`'
+         if (list%groups(i)%is_list) group = group//' (repeated)'
+         do k = 1, list%n
+            if (list%group_of(k) /= list%groups(i)%name) cycle
+            associate (listed => list%options(k))
+               text = text//'| '//group//' | `'//listed%row%name//'` | '//value_text(listed)//' | '// &
+                      listed%row%unit//' | '//default_text(listed)//' | '//meaning_text(listed%row)//' |'//nl
+            end associate
+            group = ''
+         end do
+      end do
+   end function options_markdown
+
+   !> What may stand behind the equals sign.
+   pure function value_text(listed) result(text)
+      type(listed_option_type), intent(in) :: listed
+      character(len=:), allocatable :: text
+      integer :: i
+      associate (row => listed%row)
+         select case (listed%kind)
+         case (option_kind%number); text = bounds_text(row)
+         case (option_kind%whole); text = trim('whole '//bounds_text(row))
+         case (option_kind%logical); text = 'logical'
+         case (option_kind%text); text = 'text'
+         case (option_kind%choice)
+            text = ''
+            do i = 1, n_choices(row)
+               if (i > 1) text = text//', '
+               text = text//"`'"//choice(row, i)//"'`"
+            end do
+         case (option_kind%numbers); text = row%columns
+         case (option_kind%list); text = 'numbers'
+         case (option_kind%wholes); text = trim('whole numbers '//bounds_text(row))
+         case (option_kind%rows); text = row%columns//', …'
+         case (option_kind%file); text = 'file'
+         end select
+      end associate
+      if (len(text) == 0) text = 'number'
+   end function value_text
+
+   !> "> 0", "0 … 1", "[0, 90)".
+   pure function bounds_text(row) result(text)
+      type(option_type), intent(in) :: row
+      character(len=:), allocatable :: text
+      logical :: has_least, has_most
+      has_least = row%least > -huge(1.0_wp)
+      has_most = row%most < huge(1.0_wp)
+      if (has_least .and. has_most) then
+         text = merge('(', '[', row%above)//to_string(row%least)//', '//to_string(row%most)//merge(')', ']', row%below)
+      else if (has_least) then
+         text = '≥ '//to_string(row%least)
+         if (row%above) text = '> '//to_string(row%least)
+      else
+         text = ''
+      end if
+   end function bounds_text
+
+   !> What holds when the option is not given.
+   pure function default_text(listed) result(text)
+      type(listed_option_type), intent(in) :: listed
+      character(len=:), allocatable :: text
+      associate (row => listed%row)
+         if (row%required) then
+            text = 'required'
+         else if (len(row%default_text) > 0) then
+            text = row%default_text
+         else if (row%in_analysis) then
+            text = "the analysis file's"
+         else if (len(row%default_word) > 0) then
+            text = row%default_word
+         else if (listed%kind == option_kind%logical) then
+            text = trim(merge('.true. ', '.false.', listed%default_flag))
+         else if (is_set(row%default)) then
+            text = to_string(row%default)
+            if (is_set(row%preset_default)) text = text//' (preset '//dda_windows//': '// &
+                                                   to_string(row%preset_default)//')'
+         else
+            text = 'none'
+         end if
+      end associate
+   end function default_text
+
+   !> Meaning, where the option applies, and the page that says more.
+   pure function meaning_text(row) result(text)
+      type(option_type), intent(in) :: row
+      character(len=:), allocatable :: text
+      text = row%meaning
+      if (len(row%applies) > 0) text = text//' ('//row%applies//')'
+      if (len(row%see) > 0) text = text//' ([more]('//row%see//'))'
+   end function meaning_text
+
+   !> A JSON Schema (draft 2020-12) of options as Python has them: an object of groups; a group that is repeated is a
+   !> list of objects.
+   function options_schema() result(text)
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      character(len=:), allocatable :: name, rows, required, comma
+      integer :: i, k
+      allocate (list)
+      call list_options(list)
+      text = '{'//nl//'  "$schema": "https://json-schema.org/draft/2020-12/schema",'//nl// &
+             '  "title": "RockDDA run options",'//nl//'  "type": "object",'//nl// &
+             '  "additionalProperties": false,'//nl//'  "properties": {'//nl
+      do i = 1, list%n_groups
+         name = trim(list%groups(i)%name)
+         text = text//'    "'//name//'": {"anyOf": [{"$ref": "#/$defs/'//name// &
+                '"}, {"type": "array", "items": {"$ref": "#/$defs/'//name//'"}}]}'//trim(merge(', ', '  ', &
+                i < list%n_groups))//nl
+      end do
+      text = text//'  },'//nl//'  "$defs": {'//nl
+      do i = 1, list%n_groups
+         rows = ''
+         required = ''
+         comma = ''
+         do k = 1, list%n
+            if (list%group_of(k) /= list%groups(i)%name) cycle
+            associate (listed => list%options(k))
+               if (len(rows) > 0) rows = rows//','//nl
+               rows = rows//'        "'//listed%row%name//'": {'//schema_of(listed)//'}'
+               if (listed%row%required) then
+                  required = required//comma//'"'//listed%row%name//'"'
+                  comma = ', '
+               end if
+            end associate
+         end do
+         text = text//'    "'//trim(list%groups(i)%name)//'": {'//nl//'      "description": "'// &
+                list%groups(i)%meaning//'",'//nl
+         if (list%groups(i)%is_list) text = text//'      "x-list": true,'//nl
+         text = text//'      "type": "object",'//nl//'      "additionalProperties": false,'//nl
+         if (len(required) > 0) text = text//'      "required": ['//required//'],'//nl
+         text = text//'      "properties": {'//nl//rows//nl//'      }'//nl//'    }'// &
+                trim(merge(', ', '  ', i < list%n_groups))//nl
+      end do
+      text = text//'  }'//nl//'}'//nl
+   end function options_schema
+
+   !> Members of the schema of one option.
+   pure function schema_of(listed) result(text)
+      type(listed_option_type), intent(in) :: listed
+      character(len=:), allocatable :: text
+      integer :: i, n
+      associate (row => listed%row)
+         text = '"description": "'//row%meaning//'"'
+         if (len(row%unit) > 0) text = text//', "x-unit": "'//row%unit//'"'
+         if (len(row%applies) > 0) text = text//', "x-applies-to": "'//row%applies//'"'
+         if (.not. row%required) text = text//', "x-default": "'//default_text(listed)//'"'
+         if (len(row%columns) > 0) text = text//', "x-columns": "'//row%columns//'"'
+         if (row%adds_up) text = text//', "x-adds-up": true'
+         n = count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1
+         text = text//', '
+         select case (listed%kind)
+         case (option_kind%number); text = text//'"type": "number"'//schema_bounds(row)
+         case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
+         case (option_kind%logical); text = text//'"type": "boolean"'
+         case (option_kind%text); text = text//'"type": "string"'
+         case (option_kind%choice)
+            text = text//'"type": "string", "enum": ['
+            do i = 1, n_choices(row)
+               if (i > 1) text = text//', '
+               text = text//'"'//choice(row, i)//'"'
+            end do
+            if (len(row%old_choice) > 0) text = text//', "'//row%old_choice//'"'
+            text = text//']'
+         case (option_kind%numbers); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
+                   to_string(listed%n_values)//', "maxItems": '//to_string(listed%n_values)
+         case (option_kind%list); text = text//'"type": ["number", "array"], "items": {"type": "number"}'
+         case (option_kind%wholes); text = text//'"type": ["integer", "array"]'//schema_bounds(row)// &
+                   ', "items": {"type": "integer"'//schema_bounds(row)//'}'
+         case (option_kind%rows); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
+                   to_string(n)
+         case (option_kind%file); text = text//'"type": "string", "x-file": true'
+         end select
+         if (listed%kind == option_kind%logical) text = text//', "default": '// &
+                                                 trim(merge('true ', 'false', listed%default_flag))
+         if (len(row%default_word) > 0) text = text//', "default": "'//row%default_word//'"'
+         if (is_set(row%default)) text = text//', "default": '//to_string(row%default, 10)
+      end associate
+   end function schema_of
+
+   !> Bounds in a schema.
+   pure function schema_bounds(row) result(text)
+      type(option_type), intent(in) :: row
+      character(len=:), allocatable :: text
+      text = ''
+      if (row%least > -huge(1.0_wp)) text = ', "'//trim(merge('exclusiveMinimum', 'minimum         ', row%above))// &
+                                            '": '//to_string(row%least)
+      if (row%most < huge(1.0_wp)) text = text//', "'//trim(merge('exclusiveMaximum', 'maximum         ', &
+                                                                  row%below))//'": '//to_string(row%most)
+   end function schema_bounds
+
+end module rockdda_io_option_documents

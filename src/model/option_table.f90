@@ -1,0 +1,281 @@
+! SPDX-License-Identifier: MIT
+!> The table of options: all that an options file may hold. A new option is one row here, its component in
+!> rockdda_model_options and, when the run keeps it under a name of its own, in rockdda_model_parameters. Reader,
+!> hints, defaults, log, checkpoint, documents and schema follow from the row.
+module rockdda_model_option_table
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_options, only : run_options_type, stage_type, line_load_type, joint_law_type, dda_windows, &
+      old_dda_windows
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_option, only : option_visitor_type, option, list_rule
+   implicit none
+   private
+   public :: describe_options, describe_settings, describe_lists
+
+contains
+
+   !> The whole table, bound to these options and parameters.
+   subroutine describe_options(table, options, parameters)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: options
+      type(parameters_type), intent(inout) :: parameters
+      call describe_settings(table, options, parameters)
+      call describe_lists(table, options%line_loads, options%joint_laws, options%stages)
+   end subroutine describe_options
+
+   !> The groups that are not lists.
+   subroutine describe_settings(table, options, parameters)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: options
+      type(parameters_type), intent(inout) :: parameters
+      call describe_run(table, options, parameters)
+      call describe_time(table, options, parameters)
+      call describe_contact(table, options, parameters)
+      call describe_solver(table, options, parameters)
+      call describe_material(table, options, parameters)
+      call describe_output(table, options, parameters)
+   end subroutine describe_settings
+
+   !> The groups each of which is an element of a list.
+   subroutine describe_lists(table, line_loads, joint_laws, stages)
+      class(option_visitor_type), intent(inout) :: table
+      type(line_load_type), allocatable, intent(inout) :: line_loads(:)
+      type(joint_law_type), allocatable, intent(inout) :: joint_laws(:)
+      type(stage_type), allocatable, intent(inout) :: stages(:)
+      type(line_load_type), allocatable :: more_loads(:)
+      type(joint_law_type), allocatable :: more_laws(:)
+      type(stage_type), allocatable :: more_stages(:)
+      integer :: i, n, kept
+      if (.not. allocated(line_loads)) allocate (line_loads(0))
+      if (.not. allocated(joint_laws)) allocate (joint_laws(0))
+      if (.not. allocated(stages)) allocate (stages(0))
+
+      call table%begin('line_load', 'A force along one edge of a block.', is_list=.true.)
+      n = size(line_loads)
+      call table%resize(n)
+      allocate (more_loads(n))
+      kept = min(n, size(line_loads))
+      more_loads(1:kept) = line_loads(1:kept)
+      call move_alloc(more_loads, line_loads)
+      do i = 1, n
+         call table%start_element(i, line_loads(i)%origin)
+         call describe_line_load(table, line_loads(i))
+      end do
+
+      call table%begin('joint_law', 'Friction law and damping of one joint material.', is_list=.true.)
+      n = size(joint_laws)
+      call table%resize(n)
+      allocate (more_laws(n))
+      kept = min(n, size(joint_laws))
+      more_laws(1:kept) = joint_laws(1:kept)
+      call move_alloc(more_laws, joint_laws)
+      do i = 1, n
+         call table%start_element(i, joint_laws(i)%origin)
+         call describe_joint_law(table, joint_laws(i))
+      end do
+
+      call table%begin('stage', 'One part of the run; stages follow one another in the order of the file.', &
+                       is_list=.true.)
+      n = size(stages)
+      call table%resize(n)
+      allocate (more_stages(n))
+      kept = min(n, size(stages))
+      more_stages(1:kept) = stages(1:kept)
+      call move_alloc(more_stages, stages)
+      do i = 1, n
+         call table%start_element(i, stages(i)%origin)
+         call describe_stage(table, stages(i))
+      end do
+   end subroutine describe_lists
+
+   !> &run
+   subroutine describe_run(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('run', 'Extent of the run, and what it takes of the machine.')
+      call table%add(option('title', 'title of the results', default_text='stem of the analysis file'), &
+                     o%title, p%title)
+      call table%add(option('steps', 'number of time steps', quantity='number of steps', least=0.0_wp, &
+                            in_analysis=.true.), o%steps, p%n_steps)
+      call table%add(option('t_end', 'end time; the last step is shortened to end there', unit='time', &
+                            quantity='end time', above=0.0_wp, default_text='none'), o%t_end, p%t_end)
+      call table%add(option('save_every', 'a frame every so many steps', least=1.0_wp, &
+                            default_text='about 100 frames in the run'), o%save_every)
+      call table%add(option('save_dt', 'a frame every so much time', unit='time', above=0.0_wp, default_text='none'), &
+                     o%save_dt)
+      call table%add(option('threads', 'number of OpenMP threads', least=1.0_wp, default_text='all processors'), &
+                     o%threads)
+      call table%add(option('max_wall', 'wall-clock time after which the run stops with a checkpoint (exit 4)', &
+                            unit='s', above=0.0_wp, default_text='none', applies='not to a resumed run'), o%max_wall)
+      call table%add(option('checkpoint_every', 'wall-clock time between checkpoints', unit='s', above=0.0_wp, &
+                            default=60.0_wp), o%checkpoint_every)
+      call table%add(option('strict', 'energy from nowhere ends the run (exit 3); .false.: a warning', &
+                            see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)
+   end subroutine describe_run
+
+   !> &time
+   subroutine describe_time(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('time', 'Time steps.')
+      call table%add(option('dt_max', 'largest time step (g1)', unit='time', quantity='largest time step (g1)', &
+                            above=0.0_wp, in_analysis=.true., see='contact-numbers.md'), o%dt_max, p%dt_max)
+      call table%add(option('dt_min', 'smallest time step', unit='time', quantity='smallest time step', above=0.0_wp, &
+                            default_text='dt_max/1000 (dialect '//dda_windows//': dt_max/100)'), &
+                     o%dt_min, p%dt_min, o%dt_min_origin)
+      call table%add(option('k01', 'share of the velocity that the next step starts with: 0 static, 1 dynamic', &
+                            least=0.0_wp, most=1.0_wp, remark='0 static, 1 dynamic', in_analysis=.true.), o%k01, p%k01)
+      call table%add(option('displacement_ratio', 'largest displacement of a step over w0 (g2)', &
+                            quantity='displacement ratio (g2)', above=0.0_wp, in_analysis=.true., &
+                            see='contact-numbers.md'), o%displacement_ratio, p%displacement_ratio)
+      call table%add(option('length_scale', 'w0 is half of this extent of the model', choices='height|largest', &
+                            default_text='height (dialect '//dda_windows//': largest)'), o%length_scale)
+      call table%used('reference length w0', p%w0, 'w0')
+      call table%add_choice(option('rotation', 'update of positions at the end of a step', choices='exact|linear', &
+                                   default_word='exact'), o%rotation, p%exact_rotation, 1)
+      call table%add(option('cut_factor', 'a step that fails is repeated with its time step times this factor', &
+                            quantity='factor of a cut step', above=0.0_wp, below=1.0_wp, default=0.3_wp), &
+                     o%cut_factor, p%cut_factor)
+      call table%add(option('max_open_close', 'largest number of open-close rounds of one attempt', &
+                            quantity='open-close rounds at most', least=1.0_wp, most=1000.0_wp, default=20.0_wp, &
+                            preset_default=8.0_wp, &
+                            remark='contacts that have not settled after 1000 rounds do not settle'), &
+                     o%max_open_close, p%max_open_close)
+   end subroutine describe_time
+
+   !> &contact
+   subroutine describe_contact(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('contact', 'Contact search, springs and tolerances.')
+      call table%add_choice(option('preset', 'closing rule and tolerances of DDA for Windows', &
+                                   quantity='contact preset', choices=dda_windows, old_choice=old_dda_windows, &
+                                   default_text='none'), o%preset, p%peer_contacts, 1)
+      call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: the largest E', unit='force/length', &
+                            quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
+                            in_analysis=.true., see='contact-numbers.md'), o%stiffness, p%normal_stiffness)
+      call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
+      call table%used('contact stiffness, shear', p%shear_stiffness, 'shear_stiffness')
+      call table%add(option('fixed_stiffness_factor', 'stiffness of fixed points over that of contacts', &
+                            above=0.0_wp, default=100.0_wp), o%fixed_stiffness_factor)
+      call table%used('stiffness of fixed points', p%fixed_stiffness, 'fixed_stiffness')
+      call table%add(option('search_factor', 'search distance of contacts over g2 w0', above=0.0_wp, &
+                            default=2.5_wp), o%search_factor)
+      call table%used('contact search distance', p%search_distance, 'search_distance')
+      call table%add(option('angle_tolerance', 'largest angle at which edges count as parallel', unit='deg', &
+                            least=0.0_wp, below=90.0_wp, default=3.0_wp), o%angle_tolerance)
+      call table%used('angle tolerance [rad]', p%angle_tolerance)
+      call table%add(option('close_tolerance', 'an open contact closes beyond this penetration over w0', &
+                            least=0.0_wp, below=1.0_wp, default=1.0e-12_wp, preset_default=2.0e-4_wp), &
+                     o%close_tolerance)
+      call table%used('closing tolerance', p%close_tolerance)
+      call table%add(option('open_tolerance', 'a closed contact opens beyond this gap over w0', &
+                            least=0.0_wp, below=1.0_wp, default=1.0e-12_wp, preset_default=2.0e-7_wp), &
+                     o%open_tolerance)
+      call table%used('opening tolerance', p%open_tolerance)
+   end subroutine describe_contact
+
+   !> &solver
+   subroutine describe_solver(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('solver', 'Solution of the linear equations.')
+      call table%add(option('method', 'solver; auto: conjugate gradients or a direct one, whichever takes less work', &
+                            quantity='solver', choices='auto|sor|pcg|cholmod|dense', default_text='auto'), &
+                     o%method, p%solver_method)
+      call table%add(option('preconditioner', 'preconditioner', choices='block_jacobi|ssor|block_ic0', &
+                            applies='method pcg', default_text='chosen by the solver'), &
+                     o%preconditioner, p%preconditioner)
+      call table%add(option('tolerance', 'residual over load', quantity='solver tolerance', above=0.0_wp, &
+                            below=1.0_wp, default=1.0e-10_wp, applies='methods sor and pcg'), &
+                     o%tolerance, p%solver_tolerance)
+      call table%add(option('omega', 'relaxation factor', quantity='SOR factor', least=1.0_wp, below=2.0_wp, &
+                            in_analysis=.true., applies='method sor'), o%omega, p%sor_factor)
+   end subroutine describe_solver
+
+   !> &material, &load, &block_damping
+   subroutine describe_material(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('material', 'Materials as a whole.')
+      call table%add_choice(option('plane', 'state of plane', choices='stress|strain', default_word='stress'), &
+                            o%plane, p%plane_strain, 2)
+      call table%add_choice(option('mass', 'mass of the start, or density times the present area', &
+                                   choices='initial|area', default_word='initial'), o%mass, p%mass_from_area, 2)
+      call table%begin('load', 'Loads on all blocks.')
+      call table%add(option('gravity', 'acceleration in -y of every block', unit='length/time^2', least=0.0_wp, &
+                            remark='it acts in -y', default_text='weight/density of each material'), &
+                     o%gravity, p%gravity)
+      call table%add_file(option('base_acceleration', 'file with the acceleration of the base, see below', &
+                                 columns='t, ax, ay', quantity='base acceleration'), o%base%table, p%base%table)
+      call table%add(option('harmonic', 'acceleration a sin(2 pi f (t - t0) + phase) of the base, f in 1/time, '// &
+                            'phase in rad; may hold several terms, or be given again', columns='ax, ay, f, phase, t0', &
+                            quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
+                     o%base%harmonics, p%base%harmonics)
+      call table%begin('block_damping', 'Damping of all blocks.')
+      call table%add(option('mass_proportional', 'damping force over mass and velocity', unit='1/time', &
+                            quantity='mass-proportional damping', least=0.0_wp, default=0.0_wp), &
+                     o%mass_damping, p%mass_damping)
+   end subroutine describe_material
+
+   !> &output
+   subroutine describe_output(table, o, p)
+      class(option_visitor_type), intent(inout) :: table
+      type(run_options_type), intent(inout) :: o
+      type(parameters_type), intent(inout) :: p
+      call table%begin('output', 'What is written.')
+      call table%add(option('file', 'path of the results', default_text='stem of the analysis file + .h5'), &
+                     o%output_file)
+      call table%add(option('frames', 'write the frames'), o%write_frames)
+      call table%add(option('contacts', 'write the contacts of frames'), o%write_contacts)
+      call table%add(option('energy', 'compute and write the energy balance', quantity='energy balance'), &
+                     o%energy, p%energy)
+   end subroutine describe_output
+
+   !> &line_load
+   subroutine describe_line_load(table, load)
+      class(option_visitor_type), intent(inout) :: table
+      type(line_load_type), intent(inout) :: load
+      call table%add_reals(option('ends', "along one block's edge", unit='length', columns='x1, y1, x2, y2', &
+                            required=.true., rule=list_rule%two_points), load%ends)
+      call table%add_reals(option('force_start', 'force per length at (x1, y1)', unit='force/length', &
+                                  columns='fx, fy', required=.true.), load%force_start)
+      call table%add_reals(option('force_end', 'force per length at (x2, y2), linear in between', unit='force/length', &
+                            columns='fx, fy', default_text='force_start'), load%force_end, otherwise=load%force_start)
+      call table%add(option('table', 'factor of the force in time, linear in between', columns='t, factor', &
+                            default_text='1', rule=list_rule%rising), load%table)
+   end subroutine describe_line_load
+
+   !> &joint_law
+   subroutine describe_joint_law(table, law)
+      class(option_visitor_type), intent(inout) :: table
+      type(joint_law_type), intent(inout) :: law
+      call table%add(option('material', 'number of the joint material', least=1.0_wp, required=.true.), law%material)
+      call table%add(option('law', 'friction law', choices='coulomb|velocity|displacement', default_word='coulomb', &
+                            see='theory.md'), law%law)
+      call table%add(option('parameters', 'parameters of the law', see='theory.md'), law%parameters)
+      call table%add(option('damping_ratio', 'dashpot of closed contacts, fraction of critical', least=0.0_wp, &
+                            default=0.0_wp), law%damping_ratio)
+   end subroutine describe_joint_law
+
+   !> &stage
+   subroutine describe_stage(table, stage)
+      class(option_visitor_type), intent(inout) :: table
+      type(stage_type), intent(inout) :: stage
+      call table%add(option('until_step', 'last step of the stage', least=1.0_wp, &
+                            default_text='until_time; only the last stage may have neither'), stage%until_step)
+      call table%add(option('until_time', 'end time of the stage', unit='time', above=0.0_wp, &
+                            default_text='until_step'), stage%until_time)
+      call table%add(option('k01', 'as in &time, for this stage', least=0.0_wp, most=1.0_wp, &
+                            remark='0 static, 1 dynamic', default_text='that of the run'), stage%k01)
+      call table%add(option('gravity', 'factor of all weights', default=1.0_wp), stage%gravity)
+      call table%add(option('release', 'numbers of the fixed points that are released when the stage ends', &
+                            least=1.0_wp, default_text='none'), stage%release)
+   end subroutine describe_stage
+
+end module rockdda_model_option_table

@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: MIT
+!> Makes the numbers of a run from the analysis file, the options and the model's size. Options win over the analysis
+!> file, which wins over the defaults of the table of options.
+module rockdda_model_resolve
+   use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_analysis_input, only : analysis_input_type, dialect
+   use rockdda_model_contact_numbers, only : automatic_over_e, far_over_e, mean_edge, advised_ratio, stiffness_advice
+   use rockdda_model_option_defaults, only : defaults_type, transfer_type
+   use rockdda_model_option_table, only : describe_options
+   use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: resolve_parameters
+
+contains
+
+   !> The numbers of a run; each value of the analysis file that an option replaces is a note in `messages`.
+   subroutine resolve_parameters(blocks, analysis, options, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(out) :: parameters
+      type(diagnostics_type), intent(inout) :: messages !! notes and errors are appended
+      type(run_options_type) :: settings
+      type(defaults_type) :: defaults
+      type(transfer_type) :: transfer
+      logical :: is_windows
+
+      is_windows = analysis%dialect == dialect%peer
+      call take_analysis(blocks, analysis, parameters)
+      settings = options
+      if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
+                                                                              dda_windows, old_dda_windows])
+      call describe_options(defaults, settings, parameters)
+      call describe_options(transfer, settings, parameters)
+      call note_extent(analysis, options, parameters, messages)
+      call messages%append(transfer%notes)
+      if (is_set(options%gravity)) call messages%add(severity%note, 'gravity '//to_string(options%gravity)// &
+                                                     ' replaces weight over density of the analysis file')
+      parameters%line_loads = settings%line_loads
+      parameters%joint_laws = settings%joint_laws
+      parameters%stages = settings%stages
+
+      if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
+      if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
+         to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
+         options%dt_min_origin)
+      parameters%w0 = reference_length(blocks, settings%length_scale, is_windows)
+      call resolve_stiffness(analysis, settings, parameters, messages)
+      call resolve_lengths(blocks, settings, parameters, messages)
+   end subroutine resolve_parameters
+
+   !> Values that the analysis file gives.
+   subroutine take_analysis(blocks, analysis, parameters)
+      type(block_system_type), intent(in) :: blocks
+      type(analysis_input_type), intent(in) :: analysis
+      type(parameters_type), intent(inout) :: parameters
+      parameters%n_steps = analysis%n_steps
+      parameters%k01 = analysis%k01
+      parameters%dt_max = analysis%dt_max
+      parameters%displacement_ratio = analysis%displacement_ratio
+      parameters%normal_stiffness = analysis%stiffness
+      parameters%sor_factor = analysis%sor_factor
+      parameters%block_materials = analysis%block_materials
+      parameters%joint_materials = analysis%joint_materials
+      allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
+      if (allocated(analysis%fixed_tables)) then
+         if (size(analysis%fixed_tables) == blocks%fixed%n) parameters%fixed_tables = analysis%fixed_tables
+      end if
+      if (allocated(analysis%loading_tables)) then
+         if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
+      end if
+   end subroutine take_analysis
+
+   !> With only an end time given, the number of steps of the analysis file is not a limit.
+   subroutine note_extent(analysis, options, parameters, messages)
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (is_set(options%steps) .or. .not. is_set(options%t_end)) return
+      parameters%n_steps = huge(1)
+      call messages%add(severity%note, 'end time '//to_string(options%t_end)//' replaces the number of steps '// &
+                        to_string(analysis%n_steps)//' of the analysis file')
+   end subroutine note_extent
+
+   !> Half the model's height or larger extent.
+   pure real(wp) function reference_length(blocks, length_scale, is_windows)
+      type(block_system_type), intent(in) :: blocks
+      character(len=*), intent(in) :: length_scale   !! empty: that of the dialect
+      logical, intent(in) :: is_windows
+      real(wp) :: extent(2)
+      logical :: by_height
+      by_height = .not. is_windows
+      if (len(length_scale) > 0) by_height = length_scale /= 'largest'
+      extent = 0
+      if (blocks%n_vertices() > 0) extent = maxval(blocks%vertices, dim=2) - minval(blocks%vertices, dim=2)
+      reference_length = 0.5_wp*merge(extent(2), maxval(extent), by_height)
+   end function reference_length
+
+   !> Stiffness of contacts and fixed points.
+   subroutine resolve_stiffness(analysis, settings, parameters, messages)
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: settings
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: e_max
+      e_max = max(0.0_wp, maxval(analysis%block_materials%youngs_modulus))
+      if (parameters%normal_stiffness <= 0) then
+         parameters%normal_stiffness = automatic_over_e*e_max
+         call messages%add(severity%note, 'contact stiffness (g0) is automatic: the largest E = '// &
+                           to_string(parameters%normal_stiffness)//', constant in the run')
+      else if (parameters%normal_stiffness > far_over_e*e_max) then
+         call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
+                           to_string(parameters%normal_stiffness/e_max)//' times the largest E: '//stiffness_advice())
+      end if
+      parameters%shear_stiffness = parameters%normal_stiffness/settings%shear_ratio
+      parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor
+   end subroutine resolve_stiffness
+
+   !> Search distance and tolerances.
+   subroutine resolve_lengths(blocks, settings, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(run_options_type), intent(in) :: settings
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: edge
+      ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
+      ! neighbours' neighbours are no candidates
+      parameters%search_distance = min(settings%search_factor*parameters%displacement_ratio*parameters%w0, &
+                                       2*mean_diameter(blocks))
+      edge = mean_edge(blocks)
+      if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
+         'the displacement ratio (g2) lets a block move by '// &
+         to_string(parameters%displacement_ratio*parameters%w0)//' in a step, more than the mean length of edges, '// &
+         to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
+      parameters%angle_tolerance = settings%angle_tolerance*pi/180
+      parameters%close_tolerance = settings%close_tolerance*parameters%w0
+      parameters%open_tolerance = settings%open_tolerance*parameters%w0
+   end subroutine resolve_lengths
+
+   !> Mean diagonal of the blocks' bounding boxes at the start.
+   pure real(wp) function mean_diameter(blocks)
+      type(block_system_type), intent(in) :: blocks
+      integer :: i
+      mean_diameter = 0
+      do i = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            mean_diameter = mean_diameter + norm2(maxval(v, dim=2) - minval(v, dim=2))
+         end associate
+      end do
+      mean_diameter = mean_diameter/max(1, blocks%n_blocks)
+   end function mean_diameter
+
+end module rockdda_model_resolve

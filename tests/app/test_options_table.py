@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""The table of run options: what the program prints, the documentation holds and the source spells agree."""
+
+import json
+import re
+import unittest
+from pathlib import Path
+
+from support import ProgramTest
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLE = ROOT / "src/model/option_table.f90"
+# words in quotes that are no names of options there: an energy, a kind of value, a group of the checkpoint
+OTHERS = {("state.f90", "gravity"), ("option_documents.f90", "file"), ("checkpoint_model.f90", "parameters")}
+
+
+class OptionsTable(ProgramTest):
+    def printed(self, *arguments):
+        outcome = self.run_program("check", "--options-table", *arguments)
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        return outcome.out
+
+    def test_the_documentation_has_the_table_of_the_program(self):
+        text = (ROOT / "docs/file-formats.md").read_text(encoding="utf-8")
+        found = re.search(r"<!-- options table [^\n]*-->\n(.*?)<!-- end of options table -->", text, re.DOTALL)
+        self.assertEqual(found[1], self.printed(), "run scripts/options_table")
+
+    def test_the_schema_of_the_documentation_is_that_of_the_program(self):
+        text = (ROOT / "docs/options.schema.json").read_text(encoding="utf-8")
+        self.assertEqual(text, self.printed("--json"), "run scripts/options_table")
+
+    def test_every_option_of_the_schema_is_read_and_no_other(self):
+        """A value that the schema allows is accepted for each option; each name is known in its own group only."""
+        schema = json.loads(self.printed("--json"))
+        self.write("motion.csv", "0,0,0\n1,1,1\n")
+        lines = []
+        for group, description in schema["$defs"].items():
+            if group == "stage":
+                continue  # until_step and until_time exclude each other
+            rows = [f"{name} = {self.value(row)}" for name, row in description["properties"].items()]
+            lines.append(f"&{group} {', '.join(rows)} /\n")
+        lines.append("&stage until_step = 1, k01 = 0, gravity = 1, release = 1 / &stage until_time = 1 /\n")
+        self.write("all.nml", "".join(lines))
+        outcome = self.run_program("check", "all.nml")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        for group in schema["$defs"]:
+            self.write("one.nml", f"&{group} zzzzzz = 1 /\n")
+            outcome = self.run_program("check", "one.nml")
+            self.assertIn(f"error: unknown name 'zzzzzz' in &{group}", outcome.err)
+
+    @staticmethod
+    def value(row):
+        if row.get("x-file"):
+            return "'motion.csv'"
+        if "enum" in row:
+            return repr(row["enum"][-1])
+        if row["type"] == "string":
+            return "'x'"
+        if row["type"] == "boolean":
+            return ".true."
+        if "array" in row["type"]:
+            return ", ".join(str(i + 1) for i in range(row.get("minItems", 1)))
+        low = row.get("minimum", row.get("exclusiveMinimum", 0) + 0.5)
+        return str(low)
+
+    def test_bounds_of_the_schema_are_those_of_the_reader(self):
+        schema = json.loads(self.printed("--json"))
+        n_tried = 0
+        for group, description in schema["$defs"].items():
+            for name, row in description["properties"].items():
+                outside = [row[key] - 1 for key in ("minimum",) if key in row]
+                outside += [row[key] for key in ("exclusiveMinimum", "exclusiveMaximum") if key in row]
+                outside += [row[key] + 1 for key in ("maximum",) if key in row]
+                for value in outside:
+                    self.write("bad.nml", f"&{group} {name} = {value} /\n")
+                    outcome = self.run_program("check", "bad.nml")
+                    column = len(f"&{group} {name} = ") + 1
+                    self.assertRegex(outcome.err, rf"bad\.nml:1:{column}: error: {name}: must ")
+                    n_tried += 1
+        self.assertGreater(n_tried, 25)
+
+    def test_the_log_has_every_number_that_the_run_uses(self):
+        self.write("motion.csv", "0,0,0\n1,2,0.5\n")
+        self.write(
+            "all.nml",
+            "&run steps = 2, max_wall = 500 / &contact open_tolerance = 0.125 /\n"
+            "&load base_acceleration = 'motion.csv', harmonic = 1, 0, 2, 0.25, 0.75 /\n"
+            "&joint_law material = 1, damping_ratio = 0.1 /\n"
+            "&line_load ends = 0, 0, 1, 0, force_start = 0, 3, table = 0, 0, 1, 4 /\n"
+            "&stage until_step = 1, release = 1 / &stage k01 = 0 / &output energy = .true. /\n",
+        )
+        outcome = self.run_program("run", "block.dc", "block.df", "--config", "all.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        log = self.path("block.log").read_text()
+        w0 = float(re.search(r"reference length w0 += (\S+)\n", log)[1])
+        self.assertIn(f"opening tolerance                  = {0.125 * w0:g}\n", log)
+        for text in (
+            "base acceleration                  = 2 rows of t, ax, ay: (0 0 0) (1 2 0.5)\n",
+            "harmonic base acceleration         = 1 row of ax, ay, f, phase, t0: (1 0 2 0.25 0.75)\n",
+            "joint_law 1                        = material 1, law coulomb, damping_ratio 0.1\n",
+            "line_load 1                        = ends (0 0 1 0), force_start (0 3), force_end (0 3), "
+            "table 2 rows of t, factor: (0 0) (1 4)\n",
+            "stage 1                            = until_step 1, gravity 1, release (1)\n",
+            "stage 2                            = k01 0, gravity 1\n",
+            "max_wall                           = 500\n",
+            "energy balance                     = .true.\n",
+        ):
+            self.assertIn("\n  " + text, log)
+
+    def test_the_old_name_of_dda_windows_is_read(self):
+        logs = []
+        for word in ("peer", "dda_windows"):
+            self.write("run.nml", f"&run steps = 1 / &contact preset = '{word}' /\n")
+            outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml", "--force")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            logs.append(re.findall(r"^  .* = .*$", self.path("block.log").read_text(), re.MULTILINE))
+        self.assertEqual(logs[0], logs[1])
+        self.assertIn("  contact preset                     = dda_windows", logs[0])
+        self.assertIn("  close_tolerance                    = 0.0002", logs[0])
+
+    def test_no_source_but_the_table_spells_an_option(self):
+        """Names of options stand in quotes in the table and nowhere else in what reads, writes and logs them."""
+        names = {name for group in json.loads(self.printed("--json"))["$defs"].values() for name in group["properties"]}
+        sources = [path for folder in ("model", "io/options") for path in (ROOT / "src" / folder).glob("*.f90")]
+        sources += [ROOT / "src/io/text/parameter_text.f90", ROOT / "src/io/text/log.f90"]
+        sources += [ROOT / f"src/io/storage/{name}.f90" for name in ("checkpoint_model", "parameter_exchange")]
+        found = []
+        for path in sources:
+            # joint statistics have groups and names of their own
+            if path == TABLE or path.name.startswith("statistics"):
+                continue
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                code = line if line.lstrip()[:1] != "!" else ""
+                found += [
+                    f"{path.name}:{number}: {word}"
+                    for word in re.findall(r"'(\w+)'", code)
+                    if word in names and (path.name, word) not in OTHERS
+                ]
+        self.assertEqual(found, [])
+
+
+if __name__ == "__main__":
+    unittest.main()
