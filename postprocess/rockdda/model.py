@@ -19,6 +19,7 @@ from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coor
 from .errors import InputError
 from .namelist import format_groups, format_real, parse_groups
 from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, MODEL_FILE, Session
+from .options import check_options, names_that_add_up, replace_files
 from .results import Results
 from .simulation import Simulation, run
 
@@ -76,7 +77,8 @@ class Model:
     dt_max: float = 0.01  # g1, largest time step
     stiffness: float = 0.0  # g0 of contact springs, 0 automatic
     sor_factor: float = 1.4
-    #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]}
+    #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]};
+    #: rockdda.options.options_schema describes them
     options: dict[str, Any] = field(default_factory=dict)
     #: (m, 3) rows t ax ay: motion of the base, linear in between
     base_acceleration: npt.ArrayLike | None = None
@@ -105,13 +107,9 @@ class Model:
         model = cls(Path(files[1]).stem)
         model._take_geometry(session)
         model._take_analysis(session)
-        model.options = parse_groups(session.text(CONFIG_TEXT))
-        load = model.options.get("load")
-        for group in [load] if isinstance(load, dict) else load or []:
-            if "base_acceleration" in group:
-                path = Path(files[2]).parent / group["base_acceleration"]
-                group["base_acceleration"] = os.path.abspath(path)  # noqa: PTH100
-        if session.analysis_sizes()["dialect"] == DIALECTS["peer"]:
+        model.options = parse_groups(session.text(CONFIG_TEXT), names_that_add_up())
+        replace_files(model.options, Path(files[2]).parent)
+        if session.analysis_sizes()["dialect"] == DIALECTS["dda_windows"]:
             # defaults of this dialect
             time = model.options.setdefault("time", {})
             for group in [time] if isinstance(time, dict) else time[:1]:
@@ -322,8 +320,10 @@ class Model:
     def write(self, folder: PathLike, *, force: bool = False) -> list[Path]:
         """Write the model as files that the program reads: name.dc, name.df, and name.nml where there are options.
 
-        Returns the paths. Files that are there are overwritten only with force=True.
+        Returns the paths. Files that are there are overwritten only with force=True. Options that the program would not
+        read are refused.
         """
+        check_options(self.options)
         target = Path(folder)
         texts = {f"{self.name}.dc": self.geometry_text(), f"{self.name}.df": self.analysis_text()}
         if options := self.options_text():

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,6 @@ import numpy as np
 from .errors import InputError
 
 __all__ = ["format_groups", "format_real", "parse_groups"]
-
-# Names whose values add up when they are given several times in a group.
-CUMULATIVE = ("harmonic",)
 
 _TOKEN = re.compile(
     r"""\s+ | [!\#][^\n]*                  # blanks and comments
@@ -62,8 +59,11 @@ def _format(value: Any) -> str:
     raise InputError(f"expected a number, text, or a list of them, found {value!r}")
 
 
-def parse_groups(text: str) -> dict[str, Any]:
-    """Namelist text that the program has accepted. A group that occurs once is a dictionary, else a list of them."""
+def parse_groups(text: str, cumulative: Container[str] = ()) -> dict[str, Any]:
+    """Namelist text that the program has accepted. A group that comes once is a dictionary, else a list of them.
+
+    cumulative: names whose values add up when they are given several times in a group.
+    """
     found: dict[str, list[dict[str, Any]]] = {}
     group: dict[str, list[Any]] = {}
     name = ""
@@ -75,7 +75,7 @@ def parse_groups(text: str) -> dict[str, Any]:
             found.setdefault(token["group"].lower(), []).append(group)
         elif token["word"] and following == "equals":
             name = token["word"].lower()
-            if name not in CUMULATIVE or name not in group:
+            if name not in cumulative or name not in group:
                 group[name] = []
         elif token["text"]:
             quote = token["text"][0]
