@@ -109,7 +109,8 @@ contains
          if (run%has_results()) then
             call print_error('rockdda: the results up to the last flush are kept in '//run%output)
             if (get_path_kind(run%checkpoint_file) == path_kind%file) &
-               call print_error("rockdda: 'rockdda resume "//run%checkpoint_file//"' continues from the last checkpoint")
+               call print_error("rockdda: 'rockdda resume "//run%checkpoint_file// &
+                                "' continues from the last checkpoint")
          end if
       end if
       call summarise(line, run, messages, error, exit_code, ok)

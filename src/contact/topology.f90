@@ -76,7 +76,7 @@ contains
       end do
       allocate (topology%inradius(blocks%n_blocks))
       do i = 1, blocks%n_blocks
-         topology%inradius(i) = inradius_bound(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+         topology%inradius(i) = inradius_bound(blocks%vertices(:, topology%first(i):topology%first(i + 1) - 1))
       end do
       topology%owner = [(k, k=1, nv)]
       do k = 1, nv

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Merge meetings of lines into nodes at least e0 apart; split the lines into pieces between nodes.
 !>
-!> Candidates come in the order of their rank. Each joins the nearest node closer than e0, or becomes a node. A candidate
-!> moves by less than e0, however long a chain of close candidates is.
+!> Candidates come in the order of their rank. Each joins the nearest node closer than e0, or becomes a node. A
+!> candidate moves by less than e0, however long a chain of close candidates is.
 module rockdda_cutting_nodes
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
