@@ -9,7 +9,8 @@ module rockdda_app_running
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_outcome, only : done_share
-   use rockdda_run_model_run, only : run_type, first_line
+   use rockdda_run_model_run, only : run_type
+   use rockdda_run_step_loop, only : step_observer_type, advance_run
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : print_error, print_line, set_writing, set_last_words
@@ -20,42 +21,57 @@ module rockdda_app_running
    private
    public :: step_until_done, end_run, summarise, prepare_sudden_end
 
+   !> Signals, progress and warnings of a run in a terminal.
+   type, extends(step_observer_type) :: terminal_observer_type
+      type(stop_request_type) :: request
+      type(progress_type), pointer :: progress => null()
+   contains
+      procedure :: stop_reason
+      procedure :: begin_writing
+      procedure :: end_step
+   end type terminal_observer_type
+
 contains
 
-   !> The loop over steps. On return `run%reason` says why it ended; an error is a failure of the computation or
-   !> of the output.
+   !> Compute the steps of the run. On return `run%reason` is the reason for its end; an error is a failure of the
+   !> computation or of the output.
    subroutine step_until_done(run, progress, error)
       type(run_type), intent(inout) :: run
-      type(progress_type), intent(inout) :: progress
+      type(progress_type), intent(inout), target :: progress
       type(error_type), allocatable, intent(out) :: error
-      type(stop_request_type) :: stop_request
-      stop_request%deadline = run%deadline
-      call run%sim%set_interruption(stop_request)
-      do while (.not. run%sim%is_finished())
-         if (stop_request%is_requested()) then
-            run%reason = stop_request%reason()
-            return
-         end if
-         call run%sim%advance(error)
-         if (allocated(error)) then
-            run%reason = 'failed: '//first_line(error%message)
-            return
-         end if
-         ! the current step was dropped; the loop finds the reason
-         if (run%sim%interrupted) cycle
-         call set_writing(.true.)
-         call run%keep(error)
-         call set_writing(.false.)
-         if (allocated(error)) then
-            run%reason = trim(merge('failed', 'output', error%code == error_code%computation))//': '// &
-                         first_line(error%message)
-            return
-         end if
-         if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
-         call progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
-                              to_string(run%sim%state%time))
-      end do
+      type(terminal_observer_type) :: observer
+      observer%request%deadline = run%deadline
+      observer%progress => progress
+      call run%sim%set_interruption(observer%request)
+      call advance_run(run, observer, error)
    end subroutine step_until_done
+
+   !> A stop signal or `--max-wall` ends the run.
+   function stop_reason(self) result(text)
+      class(terminal_observer_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = self%request%reason()
+   end function stop_reason
+
+   !> While rows are written, a second SIGINT waits.
+   subroutine begin_writing(self)
+      class(terminal_observer_type), intent(inout) :: self
+      associate (unused => self%request)
+      end associate
+      call set_writing(.true.)
+   end subroutine begin_writing
+
+   !> Print warnings of the step and update the progress bar.
+   subroutine end_step(self, run, accepted)
+      class(terminal_observer_type), intent(inout) :: self
+      type(run_type), intent(in) :: run
+      logical, intent(in) :: accepted
+      call set_writing(.false.)
+      if (.not. accepted) return
+      if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
+      call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
+                                to_string(run%sim%state%time))
+   end subroutine end_step
 
    !> Set the summary that a second SIGINT prints to standard output. It names the files when they exist.
    subroutine prepare_sudden_end(line, run, messages)

@@ -7,14 +7,15 @@ module rockdda_python_session
 !$ use omp_lib, only : omp_get_max_threads, omp_set_num_threads
    use, intrinsic :: iso_c_binding, only : c_int64_t, c_intptr_t, c_ptr, c_loc, c_f_pointer
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_lines_report, only : lines_report_type
    use rockdda_model_options, only : is_set
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_model_input, only : model_input_type, run_request_type
-   use rockdda_run_model_run, only : run_type, first_line
+   use rockdda_run_model_run, only : run_type
+   use rockdda_run_step_loop, only : step_observer_type, advance_run
    use rockdda_run_stop_request, only : deadline_type
    implicit none
    private
@@ -36,6 +37,13 @@ module rockdda_python_session
       procedure :: advance
       procedure :: finish
    end type session_type
+
+   !> Collects the warnings of a run.
+   type, extends(step_observer_type) :: message_observer_type
+      type(diagnostics_type), pointer :: messages => null()
+   contains
+      procedure :: end_step
+   end type message_observer_type
 
 contains
 
@@ -106,42 +114,27 @@ contains
    !> Compute steps until their number or the wall-clock time is reached (at least one step), or the run is
    !> finished. On failure the results are closed; they keep the last accepted step.
    subroutine advance(self, n_steps, seconds, n_done)
-      class(session_type), intent(inout) :: self
+      class(session_type), intent(inout), target :: self
       integer, intent(in) :: n_steps
       real(wp), intent(in) :: seconds
       integer, intent(out) :: n_done
-      real(wp) :: deadline
+      type(message_observer_type) :: observer
       integer :: before
-      n_done = 0
-      deadline = wall_seconds() + seconds
+      observer%messages => self%messages
       call use_threads(self, before)
-      do while (n_done < n_steps)
-         if (self%run%sim%is_finished()) exit
-         call self%run%sim%advance(self%error)
-         if (allocated(self%error)) then
-            self%run%reason = 'failed: '//first_line(self%error%message)
-            exit
-         end if
-         if (self%run%sim%interrupted) exit
-         if (self%run%is_open) then
-            call self%run%keep(self%error)
-         else if (self%run%strict .and. self%run%sim%ledger%given%false_column() > 0) then
-            call make_error(self%error, error_code%computation, &
-                            self%run%sim%ledger%given%describe(self%run%sim%state%step))
-         end if
-         if (allocated(self%error)) then
-            self%run%reason = trim(merge('failed', 'output', self%error%code == error_code%computation))//': '// &
-                              first_line(self%error%message)
-            exit
-         end if
-         if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
-         n_done = n_done + 1
-         if (wall_seconds() >= deadline) exit
-      end do
+      call advance_run(self%run, observer, self%error, n_steps, seconds, n_done)
       call restore_threads(before)
       call self%run%sim%contact_forces(self%force)
       if (allocated(self%error) .and. self%run%is_open) call self%run%close(self%error)
    end subroutine advance
+
+   !> Add the warnings of a step to the messages of the session.
+   subroutine end_step(self, run, accepted)
+      class(message_observer_type), intent(inout) :: self
+      type(run_type), intent(in) :: run
+      logical, intent(in) :: accepted
+      if (accepted .and. allocated(run%warning)) call self%messages%add(severity%warning, run%warning)
+   end subroutine end_step
 
    !> Close the results; `reason` is stored unless the run has reached its end.
    subroutine finish(self, reason)

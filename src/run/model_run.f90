@@ -3,10 +3,8 @@
 !>
 !>     call run%prepare(request, input, error)           nothing is written
 !>     call run%open(request, input, messages, error)    results and log, with the start as first frame
-!>     do while (.not. run%sim%is_finished())
-!>        call run%sim%advance(error)
-!>        call run%keep(error)                           what is kept of the step
-!>     end do
+!>     call advance_run(run, observer, error)            the steps (rockdda_run_step_loop), each followed by
+!>        call run%keep(error)                           its rows of the results
 !>     call run%close(error)                             a checkpoint, the last frame, and how it ended
 !>
 !> or, to go on from a checkpoint, instead of `prepare` and `open`
@@ -32,6 +30,7 @@ module rockdda_run_model_run
    use rockdda_io_results, only : results_type
    use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_timestamp, only : utc_now, wall_seconds
+   use rockdda_run_checkpoint_timer, only : checkpoint_timer_type
    use rockdda_run_checkpointing, only : save_checkpoint, load_checkpoint
    use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_run_model_input, only : model_input_type, run_request_type
@@ -67,7 +66,7 @@ module rockdda_run_model_run
       type(frame_plan_type), private :: plan
       logical, private :: energy_was_reported = .false.
       character(len=digest_length), private :: digest = ''  !! of the checkpoint to go on from
-      real(wp), private :: last_checkpoint = 0              !! wall clock
+      type(checkpoint_timer_type), private :: timer
       integer, private :: planned_steps = 0                 !! end of the run as the checkpoint says
       real(wp), private :: planned_end = 0
       integer, private :: last_frame = -1, last_logged = -1 !! steps
@@ -115,10 +114,15 @@ contains
       self%is_open = .not. allocated(error)
    end subroutine open_run
 
-   !> What is kept of an accepted step: its row of the history, and what is due of frames, log and flushes.
+   !> Write what an accepted step adds: its row of the history and, when due, frame, log line, flush and checkpoint.
+   !> A run without results only checks its energy balance.
    subroutine keep(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
+      if (.not. self%is_open) then
+         if (self%strict) call self%judge_energy(error)
+         return
+      end if
       call take_turn()
       call self%keep_step(error)
       call end_turn()
@@ -234,7 +238,7 @@ contains
          if (error%code == error_code%input) call as_compilers_do(self%output, error)
          return
       end if
-      self%last_checkpoint = wall_seconds()
+      call self%timer%restart(wall_seconds())
       call self%log%open(self%log_file, error, append=.true.)
       if (.not. allocated(error)) call self%log%put('resumed: from step '//to_string(self%sim%state%step)// &
          ' at time '//to_string(self%sim%state%time, 10)//', '//utc_now(), error)
@@ -330,7 +334,7 @@ contains
       if (self%sim%state%step == 1 .or. mod(self%sim%state%step, every) == 0 .or. &
           self%last_frame == self%sim%state%step .or. self%sim%record%attempts > 1) call self%log_step(error)
       if (allocated(error)) return
-      if (wall_seconds() - self%last_checkpoint < self%facts%checkpoint_every .or. self%sim%is_finished()) then
+      if (.not. self%timer%is_due(wall_seconds(), self%facts%checkpoint_every, self%sim%is_finished())) then
          call self%results%flush_if_due(error)
          return
       end if
@@ -382,7 +386,7 @@ contains
       logical, intent(in) :: sync                      !! wait until it is on the disk
       type(error_type), allocatable, intent(out) :: error
       character(len=digest_length) :: digest
-      self%last_checkpoint = wall_seconds()
+      call self%timer%restart(wall_seconds())
       call self%results%flush(error)
       if (.not. allocated(error) .and. sync) call self%results%sync(error)
       if (allocated(error) .or. self%results%has_failed()) return
@@ -393,7 +397,7 @@ contains
       self%facts%frames_passed = self%plan%passed
       self%facts%last_frame = self%last_frame
       call save_checkpoint(self%output, self%sim, self%facts, sync, digest, error)
-      self%last_checkpoint = wall_seconds()
+      call self%timer%restart(wall_seconds())
       if (.not. allocated(error)) call self%results%keep_undo(digest, error)
    end subroutine save
 

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: MIT
+!> The loop over the steps of a run, the same for the program and the Python package.
+!>
+!> The caller supplies an observer, an extension of `step_observer_type`, with the reason to stop the run and what to
+!> do before and after a step is written; the defaults do nothing.
+module rockdda_run_step_loop
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_model_run, only : run_type, first_line
+   implicit none
+   private
+   public :: step_observer_type, advance_run
+
+   type :: step_observer_type
+   contains
+      procedure :: stop_reason
+      procedure :: begin_writing
+      procedure :: end_step
+   end type step_observer_type
+
+contains
+
+   !> Compute steps until the run reaches its end, the observer has a reason to stop, `max_steps` are accepted, or
+   !> `seconds` have passed and at least one step is accepted. A reason to stop and a failure become `run%reason`; an
+   !> error is a failure of the computation or of the output.
+   subroutine advance_run(run, observer, error, max_steps, seconds, n_done)
+      type(run_type), intent(inout) :: run
+      class(step_observer_type), intent(inout) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: max_steps
+      real(wp), intent(in), optional :: seconds         !! on the wall clock
+      integer, intent(out), optional :: n_done          !! accepted steps
+      character(len=:), allocatable :: reason
+      real(wp) :: deadline
+      integer :: n, n_max
+      n_max = huge(1)
+      if (present(max_steps)) n_max = max_steps
+      deadline = huge(1.0_wp)
+      if (present(seconds)) deadline = wall_seconds() + seconds
+      n = 0
+      do while (n < n_max .and. .not. run%sim%is_finished())
+         reason = observer%stop_reason()
+         if (len(reason) == 0) then
+            call run%sim%advance(error)
+            if (allocated(error)) then
+               reason = 'failed: '//first_line(error%message)
+            else if (run%sim%interrupted) then
+               ! the unfinished step is discarded
+               reason = observer%stop_reason()
+               if (len(reason) == 0) exit
+            end if
+         end if
+         if (len(reason) == 0) then
+            call observer%begin_writing()
+            call run%keep(error)
+            if (allocated(error)) reason = trim(merge('failed', 'output', error%code == error_code%computation))// &
+                                           ': '//first_line(error%message)
+            if (len(reason) == 0) n = n + 1
+            call observer%end_step(run, len(reason) == 0)
+         end if
+         if (len(reason) > 0) then
+            run%reason = reason
+            exit
+         end if
+         if (wall_seconds() >= deadline) exit
+      end do
+      if (present(n_done)) n_done = n
+   end subroutine advance_run
+
+   !> The reason to stop before the next step, for the attribute `exit_reason` of the results; '' to continue.
+   function stop_reason(self) result(text)
+      class(step_observer_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ''
+      associate (unused => self)
+      end associate
+   end function stop_reason
+
+   !> Called before the rows of an accepted step are written.
+   subroutine begin_writing(self)
+      class(step_observer_type), intent(inout) :: self
+      associate (unused => self)
+      end associate
+   end subroutine begin_writing
+
+   !> Called after the rows of a step are written, or could not be written.
+   subroutine end_step(self, run, accepted)
+      class(step_observer_type), intent(inout) :: self
+      type(run_type), intent(in) :: run
+      logical, intent(in) :: accepted          !! false: the run ends with an error
+      associate (unused => self, not_used => run%is_open, neither => accepted)
+      end associate
+   end subroutine end_step
+
+end module rockdda_run_step_loop
