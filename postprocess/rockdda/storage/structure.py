@@ -4,7 +4,7 @@ plain datasets and attributes of numbers and texts that lie in the file itself.
 
 Everything else can lead out of the file (external storage, external links, virtual datasets), load foreign code
 (filters), never end (groups that hold each other) or need memory without bound, and RockDDA writes none of it. The
-program has the same rules and words (src/io/storage/hdf5_structure_shim.c).
+program has the same rules and words (src/io/storage/file/hdf5_structure_shim.c).
 """
 
 from __future__ import annotations
