@@ -48,7 +48,7 @@ contains
       end if
       call prepare_sudden_end(line, run, messages)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call run%look_at_results(is_complete)
+      call run%check_completion(is_complete)
       if (is_complete) then
          exit_code = 0
          if (.not. line%quiet) call print_error('rockdda: nothing left to do: the run has done all its '// &

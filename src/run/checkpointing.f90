@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A simulation into a checkpoint and out of it.
+!> Write a simulation to a checkpoint and read it.
 module rockdda_run_checkpointing
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -13,18 +13,18 @@ module rockdda_run_checkpointing
       exchange_record
    use rockdda_io_checkpoint_check, only : parameters_problem, blocks_problem, facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
-   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_posix, only : get_file_size
    implicit none
    private
    public :: save_checkpoint, load_checkpoint
 
-   !> Processor time to read a checkpoint: this many seconds, and one for this many bytes.
+   !> Limit of the processor time to read a checkpoint: a constant [s], and bytes per second.
    real(wp), parameter :: least_seconds = 1, slowest_reading = 1.0e7_wp
 
 contains
 
-   !> Write a checkpoint of a simulation beside its results. On error the older one is as it was.
+   !> Write a checkpoint of a simulation beside its results. On error the older one is unchanged.
    subroutine save_checkpoint(results, sim, facts, sync, digest, error)
       character(len=*), intent(in) :: results             !! path
       type(simulation_type), intent(inout) :: sim         !! not changed
@@ -43,8 +43,8 @@ contains
       digest = checkpoint%digest
    end subroutine save_checkpoint
 
-   !> The simulation of a checkpoint, and what else it says. The work is tried in a child first: HDF5 does not survive
-   !> every file.
+   !> Read simulation and facts from a checkpoint. A child process tries it first, because HDF5 does not survive every
+   !> damaged file.
    subroutine load_checkpoint(path, sim, facts, digest, error)
       character(len=*), intent(in) :: path
       type(simulation_type), intent(inout) :: sim
@@ -53,13 +53,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: of_child
       integer :: outcome
-      call try_first(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
+      call run_in_child(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
       select case (outcome)
       case (guard%in_child)
          call load_values(path, sim, facts, digest, error)
-         call leave_child(error)
+         call end_child(error)
       case (guard%crashed)
-         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 does not get through it')
+         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 cannot read it')
          return
       case (guard%no_memory)
          call move_alloc(of_child, error)
@@ -97,7 +97,7 @@ contains
       if (.not. allocated(error) .and. allocated(problem)) call move_alloc(problem, error)
    end subroutine load_values
 
-   !> Loading fails when there is a problem.
+   !> End loading with an error, if there is a problem.
    subroutine refuse(archive, problem)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: problem       !! '': none
@@ -105,7 +105,7 @@ contains
                                             ': the checkpoint is damaged: '//problem)
    end subroutine refuse
 
-   !> Everything that the steps to come depend on besides the model.
+   !> Write or read the state that the following steps depend on.
    subroutine exchange_simulation(archive, sim, facts)
       type(archive_type), intent(inout) :: archive
       type(simulation_type), intent(inout) :: sim

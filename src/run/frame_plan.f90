@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Which steps become frames.
+!> Plan of the steps that are saved as frames.
 !>
 !> save_every = K: frame k is step k*K. save_dt = T: the first step at or after each multiple of T. Both: both.
 !> Neither: K so that the run has about 100 frames.
@@ -37,7 +37,7 @@ contains
       plan%every = max(1, int(min(steps/usual_frames, 1.0e9_wp)))
    end function new_frame_plan
 
-   !> Is this accepted step a frame? To be asked once for each step, in order.
+   !> Is this accepted step a frame? Call it once for each step, in order.
    logical function is_due(self, step, time)
       class(frame_plan_type), intent(inout) :: self
       integer, intent(in) :: step
@@ -46,7 +46,7 @@ contains
       is_due = .false.
       if (self%every > 0) is_due = mod(step, self%every) == 0
       if (.not. self%interval > 0) return
-      ! a step that lands on a multiple up to rounding has reached it
+      ! a step that ends on a multiple up to rounding has reached it
       reached = int(min(time/self%interval*(1 + 1.0e-12_wp), real(huge(1), wp)))
       if (reached > self%passed) is_due = .true.
       self%passed = max(self%passed, reached)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> From files, or texts in memory, to a model and the parameters of its run.
+!> Read the files of a run, or texts in memory, into a model and the parameters of its run.
 module rockdda_run_model_input
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -29,7 +29,7 @@ module rockdda_run_model_input
    public :: model_input_type, run_request_type
    public :: find_files, read_model, read_blocks, count_points, recognise_file, stem_of
 
-   !> What is asked of a run beside its files; wins over the options file.
+   !> Options of the command line or of the Python call; they override the options file.
    type :: run_request_type
       character(len=:), allocatable :: output        !! '' when not given, and so below
       character(len=:), allocatable :: config
@@ -41,7 +41,7 @@ module rockdda_run_model_input
       real(wp) :: t_end = unset_real
       real(wp) :: max_wall = unset_real
       real(wp) :: checkpoint_every = unset_real
-      logical :: strict = .false.                    !! energy from nowhere ends the run
+      logical :: strict = .false.                    !! a false energy balance ends the run
       logical :: force = .false.                     !! overwrite an older result
    end type run_request_type
 
@@ -51,8 +51,8 @@ module rockdda_run_model_input
       character(len=:), allocatable :: analysis_file   !! '' when there is none, and so below
       character(len=:), allocatable :: config_file
       integer :: model_kind = 0                        !! file_kind%geometry or file_kind%blocks
-      logical :: in_memory = .false.                   !! the texts are given, the files are but names for messages
-      ! what they say
+      logical :: in_memory = .false.                   !! the texts are given; file names are for messages only
+      ! their content
       character(len=:), allocatable :: model_text, analysis_text, config_text
       type(geometry_input_type) :: geometry
       type(cut_report_type) :: cut
@@ -96,7 +96,7 @@ contains
 
    contains
 
-      !> A file that is not what its place asks for.
+      !> An error about a file of the wrong kind.
       subroutine wrong_kind(path, kind, expected)
          character(len=*), intent(in) :: path, expected
          integer, intent(in) :: kind               !! found
@@ -112,7 +112,7 @@ contains
 
    end subroutine find_files
 
-   !> The files of a folder; an options file of the command line wins over the folder's.
+   !> Find the files of a folder; an options file of the command line overrides that of the folder.
    subroutine find_in_folder(folder, input, error)
       character(len=*), intent(in) :: folder
       type(model_input_type), intent(inout) :: input
@@ -124,8 +124,8 @@ contains
       call recognise(input%model_file, input%model_kind, error)
    end subroutine find_in_folder
 
-   !> Read everything, cut if need be, and put the parameters of the run together. Every problem goes into
-   !> `messages`; `error` is what cutting says about a geometry that it cannot cut.
+   !> Read all files, cut a geometry into blocks, and resolve the parameters of the run. Every problem is added to
+   !> `messages`; `error` is a failure of the cutting.
    subroutine read_model(request, input, messages, error)
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(inout) :: input
@@ -183,7 +183,7 @@ contains
       if (ok) text = source%text
    end subroutine get_source
 
-   !> What is asked for wins over the options file.
+   !> Override options of the file by those of the request.
    pure subroutine apply_to_options(request, options)
       class(run_request_type), intent(in) :: request
       type(run_options_type), intent(inout) :: options
@@ -227,7 +227,7 @@ contains
       input%has_blocks = messages%n_errors == before .and. .not. allocated(error)
    end subroutine read_blocks
 
-   !> Read the analysis file; the number of points of the model decides between dialects when it is known.
+   !> Read the analysis file; the number of points of the model, when available, decides between dialects.
    subroutine read_analysis(way, input, messages)
       integer, intent(in) :: way                   !! one of dialect%...
       type(model_input_type), intent(inout) :: input
@@ -241,7 +241,7 @@ contains
       call read_analysis_source(source, n_fixed, n_loading, way, input%analysis, messages)
    end subroutine read_analysis
 
-   !> Fixed and loading points of the model; as far as a geometry with errors lets them be known, else -1.
+   !> Numbers of fixed and loading points of the model; -1 when a geometry with errors does not determine them.
    subroutine count_points(input, n_fixed, n_loading)
       type(model_input_type), intent(in) :: input
       integer, intent(out) :: n_fixed, n_loading
@@ -251,14 +251,14 @@ contains
          n_fixed = input%blocks%fixed%n
          n_loading = input%blocks%loading%n
       else if (allocated(input%geometry%fixed_lines)) then
-         ! fixed lines that are points stay as many when they are cut
+         ! cutting does not change the number of fixed lines that are points
          if (any(abs(input%geometry%fixed_lines(1:2, :) - input%geometry%fixed_lines(3:4, :)) > 0)) return
          n_fixed = size(input%geometry%fixed_lines, 2)
          n_loading = size(input%geometry%loading_points, 2)
       end if
    end subroutine count_points
 
-   !> Without a choice of the user: the default of this build.
+   !> Set the default solver of this build, unless the user chose one.
    subroutine choose_solver(options, messages)
       type(run_options_type), intent(inout) :: options
       type(diagnostics_type), intent(inout) :: messages

@@ -1,19 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> A run with its results: what the program and the Python package have in common.
+!> A run with its results, for the program and the Python package.
 !>
 !>     call run%prepare(request, input, error)           nothing is written
-!>     call run%open(request, input, messages, error)    results and log, with the start as first frame
+!>     call run%open(request, input, messages, error)    results and log; frame 0 is the start
 !>     call advance_run(run, observer, error)            the steps (rockdda_run_step_loop), each followed by
 !>        call run%keep(error)                           its rows of the results
-!>     call run%close(error)                             a checkpoint, the last frame, and how it ended
+!>     call run%close(error)                             checkpoint, last frame and exit reason
 !>
-!> or, to go on from a checkpoint, instead of `prepare` and `open`
+!> To continue from a checkpoint, instead of `prepare` and `open`:
 !>
 !>     call run%load(path, messages, error)              nothing is written
-!>     run%sim%parameters%n_steps = …                    perhaps another end
+!>     run%sim%parameters%n_steps = …                    optional: another end
 !>     call run%reopen(messages, error)                  results and log as they were at the checkpoint
 !>
-!> Several runs may go on at a time in threads of one process: HDF5 is then used by one after the other.
+!> Several threads of one process may compute runs at the same time; a lock lets one of them at a time use HDF5.
 module rockdda_run_model_run
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -36,27 +36,27 @@ module rockdda_run_model_run
    use rockdda_run_model_input, only : model_input_type, run_request_type
    use rockdda_run_outcome, only : short_run_warning, cuts_text
    use rockdda_run_output_choice, only : choose_output
-   use rockdda_run_turn, only : take_turn, end_turn
+   use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private
    public :: run_type, first_line
 
-   !> The results are flushed at least this often [s], whatever the user says.
+   !> Longest time between flushes of the results, whatever the options [s].
    real(wp), parameter :: longest_flush_interval = 2
-   !> Seconds between checkpoints when the user says nothing.
+   !> Default time between checkpoints [s].
    real(wp), parameter :: usual_checkpoint_interval = 60
-   !> The log has about this many lines for steps.
+   !> Approximate number of lines for steps in the log.
    integer, parameter :: log_lines = 1000
 
    type :: run_type
       type(simulation_type) :: sim
       character(len=:), allocatable :: output, log_file, checkpoint_file
-      character(len=:), allocatable :: reason      !! 'finished' or why it stopped
-      character(len=:), allocatable :: warning     !! of the last `keep` or `close`: what does not end the run
+      character(len=:), allocatable :: reason      !! 'finished' or the reason of the stop
+      character(len=:), allocatable :: warning     !! of the last `keep` or `close`
       type(diagnostics_type) :: warnings           !! all of them, for the summary
-      logical :: strict = .false.                  !! energy from nowhere ends the run
-      type(checkpoint_facts_type) :: facts         !! what a checkpoint says about the run
-      integer :: first_step = 0                    !! after which this process began
+      logical :: strict = .false.                  !! a false energy balance ends the run
+      type(checkpoint_facts_type) :: facts         !! facts about the run in its checkpoints
+      integer :: first_step = 0                    !! step at which this process began
       integer :: n_frames = 0                      !! in the file
       real(wp) :: start = 0                        !! wall clock
       real(wp) :: deadline = huge(1.0_wp)          !! wall clock, for the caller's loop
@@ -65,9 +65,9 @@ module rockdda_run_model_run
       type(log_type), private :: log
       type(frame_plan_type), private :: plan
       logical, private :: energy_was_reported = .false.
-      character(len=digest_length), private :: digest = ''  !! of the checkpoint to go on from
+      character(len=digest_length), private :: digest = ''  !! of the loaded checkpoint
       type(checkpoint_timer_type), private :: timer
-      integer, private :: planned_steps = 0                 !! end of the run as the checkpoint says
+      integer, private :: planned_steps = 0                 !! end of the run in the checkpoint
       real(wp), private :: planned_end = 0
       integer, private :: last_frame = -1, last_logged = -1 !! steps
       character(len=:), allocatable, private :: last_choice !! of the automatic solver, as logged
@@ -77,12 +77,12 @@ module rockdda_run_model_run
       procedure :: open => open_run
       procedure :: load => load_run
       procedure :: reopen => reopen_run
-      procedure :: look_at_results
+      procedure :: check_completion
       procedure :: has_results
       procedure :: keep
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: warn, judge_energy
+      procedure, private :: warn, check_energy
       procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, save, &
          reopen_files, end_files
    end type run_type
@@ -100,17 +100,17 @@ contains
       if (.not. allocated(error)) call self%sim%init(input%blocks, input%parameters, error)
    end subroutine prepare
 
-   !> Create results and log with everything known at the start, the first frame, and the first checkpoint: from here
-   !> on there is something to go on from, whatever happens.
+   !> Create results and log with header, model and frame 0, and write the first checkpoint: from now on the run can be
+   !> resumed.
    subroutine open_run(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(in) :: input
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
-      call take_turn()
+      call lock_hdf5()
       call self%begin_files(request, input, messages, error)
-      call end_turn()
+      call unlock_hdf5()
       self%is_open = .not. allocated(error)
    end subroutine open_run
 
@@ -120,22 +120,22 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       if (.not. self%is_open) then
-         if (self%strict) call self%judge_energy(error)
+         if (self%strict) call self%check_energy(error)
          return
       end if
-      call take_turn()
+      call lock_hdf5()
       call self%keep_step(error)
-      call end_turn()
+      call unlock_hdf5()
    end subroutine keep
 
-   !> Write checkpoint and last frame, say how the run ended (`reason`), close the files. The first failure, of the run
-   !> so far or of the output, is the one to report; a failure of the output becomes the reason.
+   !> Write checkpoint, last frame and exit reason, and close the files. Returns the first failure, of the run so far or
+   !> of the output; a failure of the output becomes the reason.
    subroutine close_run(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
-      call take_turn()
+      call lock_hdf5()
       call self%end_files(error)
-      call end_turn()
+      call unlock_hdf5()
       self%is_open = .false.
    end subroutine close_run
 
@@ -146,11 +146,11 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       self%reason = 'finished'
-      call take_turn()
+      call lock_hdf5()
       call load_checkpoint(path, self%sim, self%facts, self%digest, error)
-      call end_turn()
+      call unlock_hdf5()
       if (allocated(error)) then
-         call as_compilers_do(path, error)
+         call format_as_compiler(path, error)
          if (len(results_path(path, '.h5')) > 0) return
          if (get_path_kind(checkpoint_path(path)) == path_kind%file) &
             error%message = error%message//'; the checkpoint of these results is '//checkpoint_path(path)
@@ -159,7 +159,7 @@ contains
       if (self%facts%header%program_version /= version) then
          call make_error(error, error_code%input, path//': error: was written by version '// &
                          self%facts%header%program_version//' of the program, this is version '//version// &
-                         '; continue with the version that began the run')
+                         '; resume with the version that began the run')
          return
       end if
       if (self%facts%build /= build_description()) call messages%add(severity%warning, path// &
@@ -168,7 +168,7 @@ contains
       self%output = results_path(path, self%facts%results_ending)
       if (len(self%output) == 0) then
          call make_error(error, error_code%input, path//": error: the name of a checkpoint ends in '.ckpt.h5': "// &
-                         'that tells where its results are')
+                         'the path of its results follows from it')
          return
       end if
       self%log_file = log_path(self%output)
@@ -183,50 +183,50 @@ contains
       self%last_logged = self%sim%state%step
    end subroutine load_run
 
-   !> Are the results of this run in their place? Files may go, and others take their names.
+   !> Does the output file exist and belong to this run? It may have been removed or replaced.
    logical function has_results(self)
       class(run_type), intent(in) :: self
       type(results_info_type) :: info
       type(error_type), allocatable :: unreadable
-      call take_turn()
+      call lock_hdf5()
       call read_results_info(self%output, info, unreadable)
-      call end_turn()
+      call unlock_hdf5()
       has_results = .not. allocated(unreadable)
       if (has_results) has_results = info%created == self%facts%header%created
    end function has_results
 
-   !> Has a run that was loaded done everything, and do its results say so? Then what helps to go on goes away.
-   subroutine look_at_results(self, is_complete)
+   !> Has a loaded run reached its end, and are its results complete? Then remove its undo file.
+   subroutine check_completion(self, is_complete)
       class(run_type), intent(inout) :: self
       logical, intent(out) :: is_complete
       type(results_info_type) :: info
       type(error_type), allocatable :: unreadable
       is_complete = .false.
       if (.not. self%sim%is_finished()) return
-      call take_turn()
+      call lock_hdf5()
       call read_results_info(self%output, info, unreadable)
-      call end_turn()
+      call unlock_hdf5()
       if (allocated(unreadable)) return
       is_complete = info%complete .and. info%last_step == self%sim%state%step .and. &
                     info%created == self%facts%header%created
       if (.not. is_complete) return
       self%n_frames = int(info%n_frames)
-      ! left behind by a kill in the last moment of the run
+      ! left by a kill after the results were complete
       call remove_file(undo_path(self%output))
-   end subroutine look_at_results
+   end subroutine check_completion
 
-   !> Take the results of a run that was loaded back to the checkpoint, and go on with the log.
+   !> Return the results of a loaded run to the checkpoint and continue the log.
    subroutine reopen_run(self, messages, error)
       class(run_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
-      call take_turn()
+      call lock_hdf5()
       call self%reopen_files(messages, error)
-      call end_turn()
+      call unlock_hdf5()
       self%is_open = .not. allocated(error)
    end subroutine reopen_run
 
-   !> Results and log as they were.
+   !> Reopen results and log at the checkpoint.
    subroutine reopen_files(self, messages, error)
       class(run_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: messages
@@ -235,7 +235,7 @@ contains
       call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, self%sim%blocks, &
                                self%sim%record, error)
       if (allocated(error)) then
-         if (error%code == error_code%input) call as_compilers_do(self%output, error)
+         if (error%code == error_code%input) call format_as_compiler(self%output, error)
          return
       end if
       call self%timer%restart(wall_seconds())
@@ -244,21 +244,21 @@ contains
          ' at time '//to_string(self%sim%state%time, 10)//', '//utc_now(), error)
       if (.not. allocated(error)) call self%log%put_messages(messages, error)
       if (.not. allocated(error)) call self%log%put_columns(error)
-      ! were the run killed before its next checkpoint, a new end would be forgotten
+      ! save a new end of the run, which a kill before the next checkpoint would lose
       if (allocated(error)) return
       if (self%sim%parameters%n_steps /= self%planned_steps .or. &
           abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%save(.true., error)
    end subroutine reopen_files
 
    !> "FILE: error: what" for messages about a file.
-   subroutine as_compilers_do(path, error)
+   subroutine format_as_compiler(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
       if (index(error%message, path//': ') /= 1 .or. index(error%message, ': error: ') > 0) return
       error%message = path//': error: '//error%message(len(path) + 3:)
-   end subroutine as_compilers_do
+   end subroutine format_as_compiler
 
-   !> Begin results and log.
+   !> Create results, log and the first checkpoint.
    subroutine begin_files(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
       class(run_request_type), intent(in) :: request
@@ -286,7 +286,7 @@ contains
          call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
       end associate
       if (allocated(error)) return
-      ! one of an older run that was here
+      ! that of an older run
       call remove_file(self%checkpoint_file)
       call self%log%open(self%log_file, error)
       if (.not. allocated(error)) call self%write_log_head(input, messages, error)
@@ -295,7 +295,7 @@ contains
       if (.not. allocated(error)) call self%save(.false., error)
    end subroutine begin_files
 
-   !> Head of the log.
+   !> Write the head of the log.
    subroutine write_log_head(self, input, messages, error)
       class(run_type), intent(inout) :: self
       type(model_input_type), intent(in) :: input
@@ -317,7 +317,7 @@ contains
       if (.not. allocated(error)) call self%log%flush(error)
    end subroutine write_log_head
 
-   !> What is kept of an accepted step.
+   !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due.
    subroutine keep_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -325,7 +325,7 @@ contains
       integer :: every
       if (allocated(self%warning)) deallocate (self%warning)
       call self%results%append_history(self%sim%record, error)
-      if (.not. allocated(error)) call self%judge_energy(error)
+      if (.not. allocated(error)) call self%check_energy(error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time)) call self%save_frame(error)
       if (allocated(error)) return
@@ -338,7 +338,7 @@ contains
          call self%results%flush_if_due(error)
          return
       end if
-      ! a checkpoint that cannot be written does not end a run that can go on: it is said, and tried again later
+      ! a failed checkpoint ends the run only if the results failed too: otherwise warn, and try again at the next one
       call self%save(.true., problem)
       if (.not. allocated(problem)) return
       if (self%results%has_failed()) then
@@ -346,11 +346,11 @@ contains
          return
       end if
       call self%warn('no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
-                     '; the run goes on, an older checkpoint is as it was', error)
+                     '; the run continues, and the older checkpoint is unchanged', error)
    end subroutine keep_step
 
-   !> Energy from nowhere: a warning, once; with `strict` the run ends.
-   subroutine judge_energy(self, error)
+   !> Report a false energy balance: one warning; with `strict` an error.
+   subroutine check_energy(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
@@ -363,9 +363,9 @@ contains
          call self%warn(text, error)
       end if
       self%energy_was_reported = .true.
-   end subroutine judge_energy
+   end subroutine check_energy
 
-   !> A warning: for the caller at once, in the log, and in the summary.
+   !> Add a warning to the log, to the summary and to `warning` for the caller.
    subroutine warn(self, text, error)
       class(run_type), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -379,8 +379,8 @@ contains
       call self%log%put('warning: '//text, error)
    end subroutine warn
 
-   !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they never end before
-   !> it. On error the older checkpoint is as it was, and so is the way back to it.
+   !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they contain all its rows.
+   !> On error the older checkpoint and its undo file are unchanged.
    subroutine save(self, sync, error)
       class(run_type), intent(inout) :: self
       logical, intent(in) :: sync                      !! wait until it is on the disk
@@ -401,7 +401,7 @@ contains
       if (.not. allocated(error)) call self%results%keep_undo(digest, error)
    end subroutine save
 
-   !> One line in the log.
+   !> Write the line of a step to the log.
    subroutine log_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -410,7 +410,7 @@ contains
       self%last_logged = self%sim%state%step
    end subroutine log_step
 
-   !> A line in the log when the automatic solver has gone over to another one.
+   !> Write a line to the log when the automatic solver has changed its method.
    subroutine log_choice(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -424,7 +424,7 @@ contains
       self%last_choice = name
    end subroutine log_choice
 
-   !> One frame.
+   !> Save a frame.
    subroutine save_frame(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -436,10 +436,10 @@ contains
       self%n_frames = self%n_frames + 1
    end subroutine save_frame
 
-   !> The checkpoint, the last frame, the last words, the end of the files.
+   !> Write the checkpoint, the last frame and the exit reason, and close the files.
    !>
-   !> The checkpoint comes before the frame of the last step: in a run that goes on that step may be no frame. After a
-   !> step that failed the older checkpoint stays, because the failed attempts have left their mark on the solver.
+   !> The checkpoint precedes the frame of the last step, which may be no frame of a continued run. After a failed step
+   !> the older checkpoint stays, because the failed attempts have changed the starting vectors of the solver.
    subroutine end_files(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error   !! of the run so far
@@ -471,7 +471,7 @@ contains
 
    contains
 
-      !> The first failure is the one to report.
+      !> Keep the first failure.
       subroutine keep_first(other)
          type(error_type), allocatable, intent(inout) :: other
          if (allocated(other) .and. .not. allocated(error)) then

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the end of a run has to say about it: how much of the planned time was computed, and why steps were short.
+!> Report at the end of a run: computed share of the planned time, and reasons for short steps.
 module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -9,7 +9,7 @@ module rockdda_run_outcome
    private
    public :: done_share, short_run_warning, cuts_text
 
-   !> A run that has done all its steps in less than this share of the planned time is reported.
+   !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
@@ -26,7 +26,7 @@ contains
       if (sim%planned_time() > 0) done_share = min(1.0_wp, sim%state%time/sim%planned_time())
    end function done_share
 
-   !> Warning about a run that has done all its steps but only part of the planned time; else ''.
+   !> Warning about a run whose steps cover only part of the planned time; '' otherwise.
    function short_run_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text

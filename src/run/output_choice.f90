@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Where a new run writes: the name of its results, and that nothing that is there is lost by it.
+!> Choose the output of a new run without overwriting other files.
 module rockdda_run_output_choice
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_checkpoint, only : checkpoint_path, results_path
@@ -8,15 +8,15 @@ module rockdda_run_output_choice
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_run_model_input, only : model_input_type, run_request_type, stem_of
-   use rockdda_run_turn, only : take_turn, end_turn
+   use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private
    public :: choose_output, require_folder
 
 contains
 
-   !> Where the results go: the command line, the options, or the analysis file's stem; never over an input file,
-   !> and over an older result only by force.
+   !> Path of the results: from the command line, the options, or the stem of the analysis file; never an input file,
+   !> and an existing file only with `force`.
    subroutine choose_output(request, input, output, error)
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(in) :: input
@@ -26,10 +26,10 @@ contains
       if (allocated(input%options%output_file)) then
          if (len_trim(input%options%output_file) > 0) output = trim(input%options%output_file)
       end if
-      if (.not. input%in_memory) call keep_apart(output)
-      if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(log_path(output))
-      if (.not. allocated(error) .and. .not. input%in_memory) call keep_apart(checkpoint_path(output))
-      if (.not. allocated(error)) call keep_neighbour(output, error)
+      if (.not. input%in_memory) call protect_inputs(output)
+      if (.not. allocated(error) .and. .not. input%in_memory) call protect_inputs(log_path(output))
+      if (.not. allocated(error) .and. .not. input%in_memory) call protect_inputs(checkpoint_path(output))
+      if (.not. allocated(error)) call protect_neighbour(output, error)
       if (.not. allocated(error)) call require_folder(output, error)
       if (allocated(error)) return
       if (request%force) return
@@ -38,19 +38,19 @@ contains
 
    contains
 
-      !> An output is no input.
-      subroutine keep_apart(path)
+      !> An error when this output is an input file.
+      subroutine protect_inputs(path)
          character(len=*), intent(in) :: path
          logical :: same(3)
          same(1) = is_same_file(path, input%model_file)
          same(2) = is_same_file(path, input%analysis_file)
          same(3) = is_same_file(path, input%config_file)
          if (any(same)) call make_error(error, error_code%input, path//': the output would overwrite an input file')
-      end subroutine keep_apart
+      end subroutine protect_inputs
 
    end subroutine choose_output
 
-   !> The folder of an output must be there: it is not made, because a mistyped name would leave one.
+   !> An error when the folder of an output is missing. It is not created, because a mistyped name would create one.
    subroutine require_folder(output, error)
       character(len=*), intent(in) :: output
       type(error_type), allocatable, intent(out) :: error
@@ -61,9 +61,9 @@ contains
          ": the folder '"//output(1:slash - 1)//"' does not exist; make it first: mkdir -p '"//output(1:slash - 1)//"'")
    end subroutine require_folder
 
-   !> Names of results that differ in nothing but the ending have one checkpoint: one of other results that are there
-   !> stays, whatever the user says about overwriting these.
-   subroutine keep_neighbour(output, error)
+   !> Results whose names differ only in the ending share the name of the checkpoint: an error when that checkpoint
+   !> belongs to other existing results, also with `force`.
+   subroutine protect_neighbour(output, error)
       character(len=*), intent(in) :: output
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_info_type) :: info
@@ -71,15 +71,15 @@ contains
       character(len=:), allocatable :: checkpoint, neighbour
       checkpoint = checkpoint_path(output)
       if (get_path_kind(checkpoint) /= path_kind%file) return
-      call take_turn()
+      call lock_hdf5()
       call read_checkpoint_info(checkpoint, info, no_checkpoint)
-      call end_turn()
+      call unlock_hdf5()
       if (allocated(no_checkpoint)) return
       neighbour = results_path(checkpoint, info%facts%results_ending)
       if (neighbour == output) return
       if (get_path_kind(neighbour) /= path_kind%file) return
       call make_error(error, error_code%input, output//': these results would have the checkpoint '//checkpoint// &
                       ', which is that of '//neighbour//'; take another name')
-   end subroutine keep_neighbour
+   end subroutine protect_neighbour
 
 end module rockdda_run_output_choice

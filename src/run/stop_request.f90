@@ -1,7 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> When a run has to stop before its end: at a time of the wall clock.
-!>
-!> The program extends it by signals.
+!> Stop request at a time of the wall clock. The program extends it by signals.
 module rockdda_run_stop_request
    use rockdda_base_kinds, only : wp
    use rockdda_base_interruption, only : interruption_type
@@ -18,7 +16,7 @@ module rockdda_run_stop_request
 
 contains
 
-   !> Is it time to stop? A deadline that is no number has passed.
+   !> Has the deadline passed? NaN counts as passed.
    logical function is_late(self)
       class(deadline_type), intent(in) :: self
       is_late = .not. wall_seconds() < self%deadline

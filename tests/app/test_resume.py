@@ -221,7 +221,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: checkpoints of format version 99 are not known to this program, only 3",
+            "block.ckpt.h5: error: this program reads checkpoints of format version 3, not 99",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))
@@ -246,7 +246,7 @@ class Refused(ResumeTest):
     def test_results_that_do_not_belong(self):
         results = self.path("block.h5").read_bytes()
         self.path("block.h5").unlink()
-        self.refused("block.h5: error: the results of this checkpoint are not there", "block.ckpt.h5", "--steps", "2")
+        self.refused("block.h5: error: the results of this checkpoint are missing", "block.ckpt.h5", "--steps", "2")
         self.good(*BLOCK, "-o", "short.h5", "--steps", "2")
         with h5py.File(self.path("short.h5"), "r+") as file, h5py.File(self.write("block.h5", results)) as long:
             file.attrs["created"] = long.attrs["created"]

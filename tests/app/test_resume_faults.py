@@ -36,7 +36,7 @@ class DamagedResults(ResumeTest):
 
     steps = 30
     refusal = (
-        r"\Ablock\.h5: error: (these results are damaged: .+|the file is damaged: HDF5 does not get through it|"
+        r"\Ablock\.h5: error: (these results are damaged: .+|the file is damaged: HDF5 cannot read it|"
         r"these results are not those of the checkpoint; .+|these results end before the checkpoint .+|"
         r"the file is not as RockDDA writes it: .+|cannot open the file .+)\n\Z"
     )
@@ -187,7 +187,7 @@ class DamagedResults(ResumeTest):
         good = {path.name: path.read_bytes() for path in self.folder.glob("block.*")}
         undo = good["block.h5.undo"]
         message = (
-            "block.h5.undo: error: this file is damaged, and without it the results do not lead back to the checkpoint"
+            "block.h5.undo: error: this file is damaged; without it the results cannot be returned to the checkpoint"
         )
         generator = random.Random(5)
         places = [0, 8, 16, 48, 56, 64, 72, 80, 88, len(undo) - 1, *(generator.randrange(len(undo)) for _ in range(10))]
@@ -285,7 +285,7 @@ class Interrupted(ResumeTest):
         self.assertEqual(self.good("info", "out.ckpt.h5", "--json").json["files"][0]["last_step_of_run"], 100000005)
 
     def test_checkpoint_that_cannot_be_written(self):
-        # a folder in its place: the run goes on and says so, the end of it fails
+        # a folder in its place: the run continues with a warning, and its end fails
         process = self.start_program(*BLOCK, "--steps", "100000000", "-o", "a.h5", "--checkpoint-every", "0.02")
         self.wait_for(process, "a.ckpt.h5")
         # stopped, so that no checkpoint comes in between
@@ -295,7 +295,7 @@ class Interrupted(ResumeTest):
         self.path("a.ckpt.h5").mkdir()
         process.send_signal(signal.SIGCONT)
         warning = process.stderr.readline().decode()
-        self.assertRegex(warning, r"rockdda: warning: no checkpoint of step \d+: a\.ckpt\.h5: .*; the run goes on")
+        self.assertRegex(warning, r"rockdda: warning: no checkpoint of step \d+: a\.ckpt\.h5: .*; the run continues, and the older checkpoint is unchanged")
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, 5)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Text going to a file or a standard stream, with every failure reported (the Fortran run-time library is silent
-!> about a full disk).
+!> Write text to a file or a standard stream and report every failure (the Fortran run-time library does not report a
+!> full disk).
 module rockdda_io_file_sink
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_long_long, c_null_char
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -48,14 +48,14 @@ module rockdda_io_file_sink
 
 contains
 
-   !> Create a file in the place of an existing one, or go on at its end, or write to what is there. Only the last way
+   !> Create a file in the place of an existing one, append to it, or write to it in place. Only writing in place
    !> follows a symbolic link.
    subroutine open_sink(self, path, error, name, append, in_place)
       class(file_sink_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: name       !! for messages, when it is not the path
-      logical, intent(in), optional :: append              !! true: go on at the end
+      logical, intent(in), optional :: append              !! true: write behind its end
       logical, intent(in), optional :: in_place            !! true: a device or a pipe
       integer(c_int) :: how
       how = new_file
@@ -99,7 +99,7 @@ contains
       end if
    end subroutine put
 
-   !> Hand everything to the system.
+   !> Write everything to the system.
    subroutine flush_sink(self, error)
       class(file_sink_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -109,7 +109,7 @@ contains
       call explain(self, error)
    end subroutine flush_sink
 
-   !> Finish. Nothing happens when no file is open.
+   !> Write the rest and close. Without an open file nothing happens.
    subroutine close_sink(self, error, sync)
       class(file_sink_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -127,7 +127,7 @@ contains
       if (.not. allocated(error)) call explain(self, error)
    end subroutine close_sink
 
-   !> Is there a file to write to?
+   !> Is a file open?
    pure logical function is_open(self)
       class(file_sink_type), intent(in) :: self
       is_open = self%handle >= 0

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: write text and learn when it fails (the Fortran run-time library does not tell of a full disk). */
+/* Thin POSIX shim: write text and report failures (the Fortran run-time library does not report a full disk). */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -8,9 +8,8 @@
 
 enum { NEW_FILE = 0, AT_END = 1, IN_PLACE = 2 };
 
-/* Open for writing: a new file in the place of what is there (a link is replaced, not followed), or go on at the end of
- * a file (not through a link), or write to what the path leads to, a device or a pipe. The descriptor, or minus an errno
- * value. */
+/* Open for writing: a new file that replaces an existing one (a link is replaced, not followed), the end of a file (not
+ * through a link), or the target of the path, a device or a pipe. The descriptor, or minus an errno value. */
 int rockdda_sink_open(const char *path, int how)
 {
    struct stat info;
@@ -43,7 +42,7 @@ int rockdda_sink_write(int fd, const char *bytes, long long n)
    return 0;
 }
 
-/* Close, after handing everything to the disk when asked to. 0 or an errno value. */
+/* Close; with `sync` wait until everything is on the disk. 0 or an errno value. */
 int rockdda_sink_close(int fd, int sync)
 {
    int problem = 0;

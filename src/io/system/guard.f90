@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Work that may crash or never end is tried in a child process first.
+!> Try work that may crash or never end in a child process first.
 !>
-!> HDF5 is not made for files that are damaged: a wrong byte in the heap of its texts, and it reads for ever. Usage:
+!> HDF5 does not survive every damaged file: a wrong byte in the heap of its texts makes it read for ever. Usage:
 !>
-!>     call try_first(0.5_wp, outcome, error)
+!>     call run_in_child(0.5_wp, outcome, error)
 !>     select case (outcome)
 !>     case (guard%in_child)
-!>        ... the work, its results dropped ...
-!>        call leave_child(error)
+!>        ... the work, whose results are discarded ...
+!>        call end_child(error)
 !>     case (guard%crashed)
 !>        ... refuse ...
 !>     end select
@@ -17,17 +17,17 @@ module rockdda_io_guard
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: try_first, leave_child, guard
+   public :: run_in_child, end_child, guard
 
    type :: guard_enum
       integer :: in_child = 0
-      integer :: came_through = 1
+      integer :: passed = 1
       integer :: crashed = 2         !! or did not end
-      integer :: no_process = 3      !! there could be no child: nothing was tried
+      integer :: no_process = 3      !! no child could be made: nothing was tried
       integer :: refused = 4         !! with an error
-      integer :: no_memory = 5       !! with an error: the work needs more than there is
+      integer :: no_memory = 5       !! with an error: the memory does not suffice
    end type guard_enum
-   !> What `try_first` returns.
+   !> What `run_in_child` returns.
    type(guard_enum), parameter :: guard = guard_enum()
 
    !> Bytes of a message at most.
@@ -49,8 +49,8 @@ module rockdda_io_guard
 
 contains
 
-   !> Make a child, in which this returns guard%in_child. In the parent wait for its end.
-   subroutine try_first(seconds, outcome, error)
+   !> Make a child process and return guard%in_child in it. In the parent wait for the end of the child.
+   subroutine run_in_child(seconds, outcome, error)
       real(wp), intent(in) :: seconds  !! processor time that the work may take
       integer, intent(out) :: outcome  !! one of guard%...
       type(error_type), allocatable, intent(out) :: error   !! that of the child
@@ -59,16 +59,16 @@ contains
       outcome = int(c_begin(real(seconds, c_double), message, int(longest, c_int)))
       if (outcome == guard%refused) call make_error(error, error_code%input, trim(message))
       if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_fatal=.true.)
-   end subroutine try_first
+   end subroutine run_in_child
 
    !> End the child; an error goes to the parent. Does not return.
-   subroutine leave_child(error)
+   subroutine end_child(error)
       type(error_type), allocatable, intent(in) :: error
       if (allocated(error)) then
          call c_end(error%message, len(error%message, c_int))
       else
          call c_end('', 0_c_int)
       end if
-   end subroutine leave_child
+   end subroutine end_child
 
 end module rockdda_io_guard

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: work that may crash is tried in a child first. Called through rockdda_io_guard only. */
+/* Thin POSIX shim: run work that may crash in a child process. Called through rockdda_io_guard only. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -14,19 +14,19 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { IN_CHILD = 0, CAME_THROUGH = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4, NO_MEMORY = 5 };
+enum { IN_CHILD = 0, PASSED = 1, CRASHED = 2, NO_PROCESS = 3, REFUSED = 4, NO_MEMORY = 5 };
 
-/* How the child ends when its work is done; no library that gives up ends so. */
+/* Exit codes of the child at the end of its work, which no aborting library uses. */
 enum { DONE = 117, NOT_DONE = 118, REFUSED_MEMORY = 119 };
 
 void rockdda_leave(int code);
 int rockdda_memory_is_gone(void);
 
-/* In the child: where its message goes. */
+/* In the child: descriptor for its message. */
 static int report = -1;
 
-/* Read what the child has to say until its end. */
-static void listen_to(int from, char *message, int room)
+/* Read the message of the child until its end. */
+static void read_message(int from, char *message, int room)
 {
    int used = 0;
    memset(message, ' ', (size_t)room);
@@ -39,8 +39,8 @@ static void listen_to(int from, char *message, int room)
    }
 }
 
-/* IN_CHILD in a child that is to do the work. In the parent, when the child has ended: CAME_THROUGH, CRASHED (or it
- * did not end), REFUSED with its message, blank behind it, NO_MEMORY. */
+/* Returns IN_CHILD in the child. In the parent, after the end of the child: PASSED, CRASHED (or it exceeded its time),
+ * REFUSED with its message, padded with blanks, or NO_MEMORY. */
 int rockdda_guard_begin(double seconds, char *message, int room)
 {
    static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGPROF, SIGALRM};
@@ -58,11 +58,11 @@ int rockdda_guard_begin(double seconds, char *message, int room)
    }
    if (child > 0) {
       close(ends[1]);
-      listen_to(ends[0], message, room);
+      read_message(ends[0], message, room);
       close(ends[0]);
       while (waitpid(child, &status, 0) < 0)
          if (errno != EINTR) return NO_PROCESS;
-      if (WIFEXITED(status) && WEXITSTATUS(status) == DONE) return CAME_THROUGH;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == DONE) return PASSED;
       if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_DONE) return REFUSED;
       if (WIFEXITED(status) && WEXITSTATUS(status) == REFUSED_MEMORY) return NO_MEMORY;
       return rockdda_memory_is_gone() ? NO_MEMORY : CRASHED;
@@ -70,7 +70,7 @@ int rockdda_guard_begin(double seconds, char *message, int room)
    close(ends[0]);
    report = ends[1];
 #ifdef __linux__
-   /* nobody would listen when the parent is killed */
+   /* end with the parent */
    prctl(PR_SET_PDEATHSIG, SIGKILL);
    if (getppid() != parent) _exit(NOT_DONE);
 #else
@@ -93,13 +93,13 @@ int rockdda_guard_begin(double seconds, char *message, int room)
 
 void rockdda_guard_out_of_memory(void);
 
-/* Memory is refused: the end of the child; nothing is done in the parent. */
+/* Memory is refused: end the child; in the parent nothing happens. */
 void rockdda_guard_out_of_memory(void)
 {
    if (report >= 0) rockdda_leave(REFUSED_MEMORY);
 }
 
-/* The end of the child; with a message the work is refused. */
+/* End the child; with a message the outcome is REFUSED. */
 void rockdda_guard_end(const char *message, int n)
 {
    int done = 0;

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Ownership of an output file: never overwrite by accident, never write together with another run.
+!> Lock of an output file: no file is overwritten by accident, no two runs write the same file.
 !>
-!> The lock lies on the output file itself and ends with the process, however it ends. It is invisible to
-!> readers. A new file is written as `part_path` until `publish` gives it its name, so that nobody finds one that
-!> cannot be read yet, however early the process is killed.
+!> The lock is on the output file itself, ends with the process, and does not affect readers. A new file is written as
+!> `part_path` until `publish` renames it, so that it is readable at any moment, however early the process is killed.
 module rockdda_io_output_lock
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -14,10 +13,10 @@ module rockdda_io_output_lock
    type :: output_lock_type
       private
       integer(c_int) :: handle = -1
-      integer(c_int) :: replaced = -1                !! the file whose place it will take
+      integer(c_int) :: replaced = -1                !! the file that it will replace
       logical :: force = .false.
-      character(len=:), allocatable :: path          !! where the file is now
-      character(len=:), allocatable :: target        !! where it is to be
+      character(len=:), allocatable :: path          !! present path of the file
+      character(len=:), allocatable :: target        !! final path
    contains
       procedure :: create => create_output
       procedure :: publish => publish_output
@@ -80,14 +79,14 @@ module rockdda_io_output_lock
 
 contains
 
-   !> Name of an output file until it is whole enough to be read.
+   !> Name of an output file until it is readable.
    pure function part_path(path) result(part)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: part
       part = path//'.part'
    end function part_path
 
-   !> Create an empty file as part_path(path) and own it. An existing file at `path` is an input error without `force`;
+   !> Create and lock an empty file part_path(path). An existing file at `path` is an input error without `force`;
    !> with it `publish` replaces the file, unless a running process writes it.
    subroutine create_output(self, path, force, error)
       class(output_lock_type), intent(inout) :: self
@@ -105,7 +104,7 @@ contains
       self%replaced = -1
    end subroutine create_output
 
-   !> Give the file its name.
+   !> Rename the file to its final name.
    subroutine publish_output(self, error)
       class(output_lock_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -118,7 +117,7 @@ contains
       self%replaced = -1
    end subroutine publish_output
 
-   !> Remove a file that was not published, and give it free.
+   !> Remove a file that was not published, and release its lock.
    subroutine discard_output(self)
       class(output_lock_type), intent(inout) :: self
       integer(c_int) :: status
@@ -130,7 +129,7 @@ contains
       call self%release()
    end subroutine discard_output
 
-   !> Own an existing file that is to be continued.
+   !> Lock an existing file that is continued.
    subroutine reopen_output(self, path, error)
       class(output_lock_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -142,7 +141,7 @@ contains
       if (allocated(error)) self%handle = -1
    end subroutine reopen_output
 
-   !> Make sure that the file is still where it was.
+   !> An error when the file was removed or replaced.
    subroutine check_place(self, error)
       class(output_lock_type), intent(in) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -151,7 +150,7 @@ contains
          self%path//': the file was removed or replaced while it was being written')
    end subroutine check_place
 
-   !> Give the file free. Nothing happens when none is held.
+   !> Release the lock, if one is held.
    subroutine release_output(self)
       class(output_lock_type), intent(inout) :: self
       if (self%handle >= 0) call c_release(self%handle)
@@ -187,7 +186,7 @@ contains
       end select
    end subroutine explain
 
-   !> The system's words for an error number.
+   !> The system's message for an error number.
    function errno_text(code) result(text)
       integer(c_int), intent(in) :: code
       character(len=:), allocatable :: text

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: create an output file that nobody else writes, see that it is still there. A new file is begun as
- * PATH.part and takes its name when it is whole enough to be read; nothing is written through a symbolic link.
- * Locks are open-file-description locks: they die with the process, leave no file behind and do not disturb
- * readers, which use flock. */
+/* Thin POSIX shim: create and lock an output file, and check that it was not replaced. A new file is written as
+ * PATH.part and renamed when it is readable; nothing is written through a symbolic link. Locks are open-file-description locks:
+ * they end with the process, need no file of their own and do not affect readers, which use flock. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -25,7 +24,7 @@ static int lock_whole_file(int fd)
 #else
    if (fcntl(fd, F_SETLK, &lock) == 0) return OUTPUT_OK;
 #endif
-   /* a file system without locks: go on unprotected rather than refuse to run */
+   /* a file system without locks: run without protection */
    return (errno == EAGAIN || errno == EACCES) ? OUTPUT_BUSY : OUTPUT_OK;
 }
 
@@ -62,8 +61,8 @@ static int lock_existing(const char *path, int *fd)
    return OUTPUT_BUSY;
 }
 
-/* Create and lock a file under a name that only runs use; what a run that was killed has left there is removed. 0,
- * OUTPUT_BUSY when a running process writes it, or an errno value. */
+/* Create and lock a file under a name that only runs use; the file of a killed run is removed first. 0, OUTPUT_BUSY
+ * when a running process writes it, or an errno value. */
 static int create_part(const char *part, int *fd)
 {
    struct stat info;
@@ -73,7 +72,7 @@ static int create_part(const char *part, int *fd)
       if (*fd >= 0) {
          problem = lock_whole_file(*fd);
          if (problem == OUTPUT_OK && rockdda_output_is_there(part, *fd)) return OUTPUT_OK;
-         close(*fd); /* another run has taken it for one that was left */
+         close(*fd); /* another run has removed it */
          continue;
       }
       if (errno != EEXIST) return errno;
@@ -92,9 +91,9 @@ static int create_part(const char *part, int *fd)
    return OUTPUT_BUSY;
 }
 
-/* Begin an output file: create and lock `part`. A file at `path` is an error without force; with it the file stays
- * until the new one takes its place, locked as `old`, unless a running process writes it. 0, OUTPUT_EXISTS,
- * OUTPUT_BUSY, OUTPUT_SPECIAL or an errno value. */
+/* Begin an output file: create and lock `part`. A file at `path` is an error without force; with it the file stays,
+ * locked as `old`, until the new one replaces it, unless a running process writes it. 0, OUTPUT_EXISTS, OUTPUT_BUSY,
+ * OUTPUT_SPECIAL or an errno value. */
 int rockdda_output_create(const char *path, const char *part, int force, int *fd, int *old)
 {
    struct stat info;
@@ -102,7 +101,7 @@ int rockdda_output_create(const char *path, const char *part, int force, int *fd
    *fd = *old = -1;
    if (lstat(path, &info) == 0) {
       if (S_ISDIR(info.st_mode)) return EISDIR;
-      /* /dev/null, a pipe: not to be removed by anybody */
+      /* /dev/null, a pipe: must not be removed */
       if (!S_ISREG(info.st_mode) && !S_ISLNK(info.st_mode)) return OUTPUT_SPECIAL;
       if (!force) return OUTPUT_EXISTS;
       if (S_ISREG(info.st_mode)) {
@@ -118,8 +117,7 @@ int rockdda_output_create(const char *path, const char *part, int force, int *fd
    return problem;
 }
 
-/* Give the file that was begun its name; what is there is replaced with force only. 0, OUTPUT_EXISTS or an errno
- * value. */
+/* Rename `part` to `path`; an existing file is replaced with force only. 0, OUTPUT_EXISTS or an errno value. */
 int rockdda_output_publish(const char *part, const char *path, int force)
 {
    struct stat info;
@@ -133,7 +131,7 @@ int rockdda_output_publish(const char *part, const char *path, int force)
    return rename(part, path) == 0 ? OUTPUT_OK : errno;
 }
 
-/* Lock a file that is to be continued. 0, OUTPUT_BUSY, OUTPUT_LINK or an errno value. */
+/* Lock a file that is continued. 0, OUTPUT_BUSY, OUTPUT_LINK or an errno value. */
 int rockdda_output_reopen(const char *path, int *fd)
 {
    return lock_existing(path, fd);
@@ -145,7 +143,7 @@ void rockdda_output_release(int fd)
    if (fd >= 0) close(fd);
 }
 
-/* The system's words for an errno value, cut to size - 1 characters. */
+/* The system's message for an errno value, cut to size - 1 characters. */
 void rockdda_errno_text(int code, char *text, int size)
 {
    const char *words = code == ELOOP ? "this is a symbolic link, and nothing is written through it" : strerror(code);

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What Fortran cannot ask the system: kinds of paths, permissions, directory listings, renaming.
+!> Services of the system that Fortran lacks: kinds of paths, permissions, directory listings, renaming.
 !> The C side is posix_shim.c.
 module rockdda_io_posix
    use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_null_char, c_ptr, &
@@ -15,7 +15,7 @@ module rockdda_io_posix
       integer :: file = 1       !! a regular file
       integer :: directory = 2
       integer :: other = 3      !! a device, a pipe, ...
-      integer :: unknown = -1   !! cannot be told, no permission on the way
+      integer :: unknown = -1   !! not accessible, no permission along the path
    end type path_kind_enum
    type(path_kind_enum), parameter :: path_kind = path_kind_enum()
 
@@ -90,7 +90,7 @@ contains
       get_path_kind = int(c_path_kind(trim(path)//c_null_char))
    end function get_path_kind
 
-   !> Size in bytes, -1 when it cannot be told.
+   !> Size in bytes, -1 when it is not accessible.
    integer(i8) function get_file_size(path)
       character(len=*), intent(in) :: path
       get_file_size = int(c_file_size(trim(path)//c_null_char), i8)

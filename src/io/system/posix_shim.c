@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: what Fortran 2008 cannot ask the system. Called through rockdda_io_posix only. */
+/* Thin POSIX shim: services of the system that Fortran 2008 lacks. Called through rockdda_io_posix only. */
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <errno.h>
@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Kind of a path: 0 missing, 1 regular file, 2 directory, 3 anything else, -1 cannot be told (no permission). */
+/* Kind of a path: 0 missing, 1 regular file, 2 directory, 3 anything else, -1 not accessible (no permission). */
 int rockdda_posix_path_kind(const char *path)
 {
    struct stat info;
@@ -22,7 +22,7 @@ int rockdda_posix_path_kind(const char *path)
    return S_ISDIR(info.st_mode) ? 2 : 3;
 }
 
-/* Size of a file in bytes, -1 when it cannot be told. */
+/* Size of a file in bytes, -1 when it is not accessible. */
 int64_t rockdda_posix_file_size(const char *path)
 {
    struct stat info;
@@ -76,7 +76,7 @@ int rockdda_posix_rename(const char *from, const char *to)
    return rename(from, to) == 0 ? 0 : errno;
 }
 
-/* Is there a regular file or a symbolic link, wherever it leads? */
+/* Is the path a regular file or a symbolic link, whatever its target? */
 int rockdda_posix_is_removable(const char *path)
 {
    struct stat info;

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Values that go to an HDF5 file and come back from it, each under its name, by one and the same call:
+!> Values written to an HDF5 file and read from it by the same call, each under its name:
 !>
 !>     call archive%section('state')
-!>     call archive%item('time', state%time)           ! written to state/time, or read from there
-!>     call archive%item('vertices', state%vertices)   ! allocated when read; not there: not allocated
+!>     call archive%item('time', state%time)           ! written to or read from state/time
+!>     call archive%item('vertices', state%vertices)   ! allocated when read; missing: not allocated
 !>
-!> so that what is written and what is read cannot differ. Reals come back bit by bit. After a failure, which is kept
-!> in `error`, nothing more happens.
+!> so that writer and reader cannot differ. Reals are restored bit by bit. After the first failure, kept in `error`, all
+!> calls return at once.
 module rockdda_io_archive
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -17,7 +17,7 @@ module rockdda_io_archive
 
    type :: archive_type
       type(hdf5_file_type) :: file
-      logical :: saving = .false.                      !! else loading
+      logical :: saving = .false.                      !! otherwise loading
       type(error_type), allocatable :: error           !! the first failure
       character(len=:), allocatable, private :: prefix !! 'state/'
    contains
@@ -37,7 +37,7 @@ module rockdda_io_archive
 
 contains
 
-   !> The items that follow belong together under this name.
+   !> Begin a section: the group of the items that follow.
    subroutine section(self, name)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -67,7 +67,7 @@ contains
       value = values(1)
    end subroutine real_item
 
-   !> Yes or no.
+   !> A logical, stored as 0 or 1.
    subroutine logical_item(self, name, value)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -93,7 +93,7 @@ contains
       end if
    end subroutine text_item
 
-   !> A list of integers of the same size in the file and here.
+   !> A list of integers whose size in the file must be that of `values`.
    subroutine fixed_integers(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -113,7 +113,7 @@ contains
       end if
    end subroutine fixed_integers
 
-   !> A list of reals of the same size in the file and here.
+   !> A list of reals whose size in the file must be that of `values`.
    subroutine fixed_reals(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -213,7 +213,7 @@ contains
       end if
    end subroutine real_rows_item
 
-   !> A list of yes and no.
+   !> A list of logicals.
    subroutine logicals_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -229,7 +229,7 @@ contains
       if (allocated(numbers)) values = numbers /= 0
    end subroutine logicals_item
 
-   !> The first n entries of a list that may be longer; it is long enough when they are read.
+   !> The first n entries of an allocated list.
    subroutine integer_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -247,7 +247,7 @@ contains
       call self%fixed(name, values(1:n))
    end subroutine real_part
 
-   !> As integer_part, for yes and no.
+   !> As integer_part, for logicals.
    subroutine logical_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -260,14 +260,14 @@ contains
       values(1:n) = numbers /= 0
    end subroutine logical_part
 
-   !> Is there such an item?
+   !> Does the file contain this item?
    logical function is_there(self, name)
       class(archive_type), intent(in) :: self
       character(len=*), intent(in) :: name
       is_there = self%file%exists(self%prefix//name)
    end function is_there
 
-   !> Is there such an item in the present section? For loading.
+   !> Does the present section contain this item? For loading.
    logical function has_item(self, name)
       class(archive_type), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -275,7 +275,7 @@ contains
       if (.not. allocated(self%error)) has_item = self%is_there(name)
    end function has_item
 
-   !> Values of a list, rows of a table; -1 when it is not there. For loading.
+   !> Number of values of a list or rows of a table; -1 when it is missing. For loading.
    integer(i8) function length(self, name)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -287,7 +287,7 @@ contains
       if (size(shape_there) > 0) length = shape_there(size(shape_there))
    end function length
 
-   !> Loading fails: a value of the present section makes no sense.
+   !> End loading with an error about a value of the present section.
    subroutine refuse(self, name, what)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -297,7 +297,7 @@ contains
                       self%prefix//name//' '//what)
    end subroutine refuse
 
-   !> An item that does not fit.
+   !> End loading with an error about the shape of an item.
    subroutine wrong_size(self, name)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Checkpoints: all that a run needs to go on as if it had never stopped (docs/file-formats.md, "checkpoints").
+!> Checkpoints: the state from which a run continues as if it had never stopped (docs/file-formats.md, "checkpoints").
 !>
-!> A checkpoint is an HDF5 file and, behind what HDF5 sees of it, one line with the SHA-256 digest of all bytes before.
-!> It is written under a temporary name in the same folder and then takes the place of the older one in one step: at
-!> any moment there is a whole checkpoint. A file whose digest does not fit is refused before HDF5 looks at it.
+!> A checkpoint is an HDF5 file, followed by one line with the SHA-256 digest of all bytes before it (HDF5 ignores it).
+!> It is written under a temporary name in the same folder and then renamed over the older one: at any moment a complete
+!> checkpoint exists. A file with another digest is refused before HDF5 opens it.
 !>
 !>     call checkpoint%begin_saving(path, facts, error)            call checkpoint%begin_loading(path, facts, error)
 !>     … the exchange_… procedures on checkpoint%archive …         … the same procedures …
@@ -33,14 +33,14 @@ module rockdda_io_checkpoint
    !> Endings of results files for which the checkpoint's name does not hold the ending.
    character(len=*), parameter :: endings(3) = [character(len=5) :: '.h5', '.hdf5', '.hdf']
 
-   !> The run that a checkpoint belongs to, and where it stands.
+   !> The run of a checkpoint and its progress.
    type :: checkpoint_facts_type
       type(results_header_type) :: header         !! of the results
       type(results_rows_type) :: rows             !! of the results
       character(len=:), allocatable :: results_ending            !! '.h5' for OUT.h5
       character(len=:), allocatable :: build                     !! of the program that wrote it
       character(len=:), allocatable :: written                   !! UTC
-      character(len=:), allocatable :: model_file, analysis_file, config_file !! as the user named them
+      character(len=:), allocatable :: model_file, analysis_file, config_file !! as given by the user
       integer :: frame_every = 0                  !! see rockdda_run_frame_plan
       real(wp) :: frame_interval = 0
       integer :: frames_passed = 0
@@ -141,7 +141,7 @@ contains
       if (allocated(error)) call give_up(self)
    end subroutine begin_saving
 
-   !> Finish the checkpoint: it takes the place of the older one. On error the older one is as it was.
+   !> Finish the checkpoint and rename it over the older one. On error the older one is unchanged.
    subroutine end_saving(self, sync, error)
       class(checkpoint_type), intent(inout) :: self
       logical, intent(in) :: sync                   !! wait until it is on the disk
@@ -170,15 +170,15 @@ contains
 
    end subroutine end_saving
 
-   !> Leave no half-made file.
+   !> Remove the incomplete file.
    subroutine give_up(self)
       class(checkpoint_type), intent(inout) :: self
       call self%archive%file%abandon()
       call remove_file(part_path(self%path))
    end subroutine give_up
 
-   !> Open a checkpoint after all tests; the values follow. Nothing is read from a damaged file or one of another
-   !> version (code input).
+   !> Check digest and version, then open the checkpoint; the values follow. Nothing is read from a file that is damaged
+   !> or of another version (code input).
    subroutine begin_loading(self, path, facts, error)
       class(checkpoint_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -200,8 +200,8 @@ contains
          end if
          if (.not. allocated(error)) call file%get_attribute('/', 'format_version', number, error)
          if (.not. allocated(error)) then
-            if (number /= checkpoint_format_version) call refuse('checkpoints of format version '// &
-               to_string(number)//' are not known to this program, only '//to_string(checkpoint_format_version))
+            if (number /= checkpoint_format_version) call refuse('this program reads checkpoints of format version '// &
+               to_string(checkpoint_format_version)//', not '//to_string(number))
          end if
          if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, &
                                                              error)
@@ -221,7 +221,7 @@ contains
 
    end subroutine begin_loading
 
-   !> All values were taken.
+   !> Close the checkpoint after the last value.
    subroutine end_loading(self, error)
       class(checkpoint_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -253,7 +253,7 @@ contains
       close (unit)
    end subroutine read_last_line
 
-   !> The last line, and whether all bytes before it fit.
+   !> Read the last line and compare it with the digest of all bytes before it.
    subroutine check_seal(path, digest, error)
       character(len=*), intent(in) :: path
       character(len=digest_length), intent(out) :: digest
@@ -276,7 +276,7 @@ contains
       call digest_of_file(path, get_file_size(path) - seal_length, digest, error)
       if (allocated(error)) return
       if (line(len(seal_start) + 1:) /= hexadecimal(digest)//new_line('a')) &
-         call refuse('the checkpoint is damaged: its content does not fit its digest')
+         call refuse('the checkpoint is damaged: its content does not match its digest')
 
    contains
 
@@ -288,7 +288,7 @@ contains
 
    end subroutine check_seal
 
-   !> What is known about the run besides model and state.
+   !> Write or read the facts about the run: inputs, numbers of rows, plan of frames.
    subroutine exchange_facts(archive, facts)
       type(archive_type), intent(inout) :: archive
       type(checkpoint_facts_type), intent(inout) :: facts

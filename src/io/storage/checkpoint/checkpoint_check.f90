@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Can a run go on from what a checkpoint holds? Shapes, ranges of numbers and indices, finite values, and that the
-!> parts belong together.
+!> Validate the values of a checkpoint: shapes, ranges of numbers and indices, finite values, consistency of its parts.
 !>
-!> The digest of a checkpoint finds damage, but anybody can compute it: nothing here trusts a value because the digest
-!> fits. The procedures return the first problem, as "model/vertices has an unexpected shape", or ''. Each may rely on
-!> what the ones before have checked: parameters, blocks, facts, state.
+!> The digest of a checkpoint finds damage but is no signature: a value is not trusted because the digest matches. The
+!> procedures return the first problem, as "model/vertices has an unexpected shape", or ''. Each relies on the checks of
+!> those before it: parameters, blocks, facts, state.
 module rockdda_io_checkpoint_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -114,7 +113,7 @@ contains
       problem = check%problem()
    end function parameters_problem
 
-   !> A table of m columns: finite, times in order. One that is not there is empty.
+   !> A table of m columns: finite, times in order. A missing table is empty.
    subroutine check_table(check, name, m, rows)
       type(value_check_type), intent(inout) :: check
       character(len=*), intent(in) :: name
@@ -275,7 +274,7 @@ contains
       end associate
    end subroutine check_bolts
 
-   !> What a checkpoint says about its run. `results_ending` becomes part of a path.
+   !> Facts about the run. `results_ending` becomes part of a path.
    function facts_problem(facts) result(problem)
       type(checkpoint_facts_type), intent(in) :: facts
       character(len=:), allocatable :: problem
@@ -310,7 +309,7 @@ contains
       problem = check%problem()
    end function facts_problem
 
-   !> Moving blocks, contacts, step control, energies, the last record, and what the solver goes on from.
+   !> Moving blocks, contacts, step control, energies, the last record, and the memory of the solver.
    function state_problem(blocks, p, facts, state, contacts, control, ledger, record, line_ends, solution, memory) &
       result(problem)
       type(block_system_type), intent(in) :: blocks         !! checked
@@ -446,7 +445,7 @@ contains
          owns = k > blocks%vertex_offset(i) .and. k <= blocks%vertex_offset(i + 1)
       end function owns
 
-      !> Does row r come after the row before it?
+      !> Is row r in order after row r - 1?
       pure logical function in_order(r)
          integer, intent(in) :: r
          integer :: one(4), other(4), i

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> What a checkpoint says about itself.
+!> Summary of a checkpoint.
 module rockdda_io_checkpoint_info
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
    use rockdda_io_checkpoint_check, only : facts_problem
    use rockdda_io_digest, only : digest_of_text, hexadecimal, digest_length
-   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_posix, only : get_file_size
    implicit none
    private
@@ -37,13 +37,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: of_child
       integer :: outcome
-      call try_first(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
+      call run_in_child(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
       select case (outcome)
       case (guard%in_child)
          call read_all(path, info, error)
-         call leave_child(error)
+         call end_child(error)
       case (guard%crashed)
-         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 does not get through it')
+         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 cannot read it')
          return
       case (guard%no_memory)
          call move_alloc(of_child, error)

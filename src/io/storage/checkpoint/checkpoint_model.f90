@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The model and the numbers of a run, to and from a checkpoint. Where the values came from in the input files
-!> (needed for messages about the input only) is not kept.
+!> Write model and parameters of a run to a checkpoint, and read them. Their places in the input files, which only
+!> messages about the input need, are not kept.
 !>
 !> What the table of options describes follows from there (parameter_exchange.f90). Another component that is added
 !> to these types has to be added here; tests/app/test_resume.py then has to see it change the results of a resumed run.
@@ -124,7 +124,7 @@ contains
       end do
    end subroutine exchange_materials
 
-   !> Tables of points, of which there may be many: all rows one after another, and where each table ends.
+   !> Time tables of points: the rows of all tables in sequence, and the last row of each table.
    subroutine exchange_tables(archive, name, tables)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> SHA-256 of texts and files; check sums of lists that grow.
+!> SHA-256 of texts and files; checksums of growing lists.
 module rockdda_io_digest
    use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_int64_t, c_long_long, c_null_char
    use rockdda_base_kinds, only : wp, i8
@@ -10,7 +10,7 @@ module rockdda_io_digest
    private
    public :: digest_of_text, digest_of_file, hexadecimal, digest_length, fold
 
-   !> The check sum of a list after more values; it begins with 0.
+   !> The checksum of a list after more values; it begins with 0.
    interface fold
       module procedure fold_reals, fold_integers
    end interface fold

@@ -76,8 +76,8 @@ static void finish(sha256_t *sha, unsigned char *digest)
    for (i = 0; i < 32; i++) digest[i] = (unsigned char)(sha->state[i / 4] >> (24 - 8 * (i % 4)));
 }
 
-/* Check sums of a list to which values are added: one step a value, so that it does not matter how many come at a
- * time. A changed value always changes the sum. */
+/* Checksum of a growing list, updated once per value, so that it does not depend on the number of values per call. A
+ * changed value always changes the sum. */
 static uint64_t fold(uint64_t sum, uint64_t value)
 {
    sum = (sum ^ value) * 0x9e3779b97f4a7c15u;

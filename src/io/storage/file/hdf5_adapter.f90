@@ -27,7 +27,7 @@ module rockdda_io_hdf5_adapter
 
    !> Compression level: most of the gain for the least time.
    integer, parameter :: gzip_level = 1
-   !> Bytes of memory in which a text is turned over; the library takes and clears 1 MiB if it is not told.
+   !> Size of the conversion buffer for a text [bytes]; the default of the library is 1 MiB, cleared each time.
    integer(hsize_t), parameter :: text_buffer = 4096
 
    type, extends(hdf5_attributes_type) :: hdf5_file_type
@@ -241,8 +241,8 @@ contains
       call close_rows(dataset, memory, space)
    end subroutine write_integer_rows
 
-   !> Write a whole chunk of reals as it is, neither shuffled nor compressed: written again it stays in its place.
-   !> Readers see no difference.
+   !> Write a whole chunk of reals, neither shuffled nor compressed, so that its address does not change when it is
+   !> written again. Readers see no difference.
    subroutine write_plain_reals(self, name, skip, values, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -389,7 +389,7 @@ contains
       call close_rows(dataset, memory, space)
    end subroutine check_kind
 
-   !> Open a dataset and its space and look at its shape.
+   !> Open a dataset and its space and get its shape.
    subroutine open_rows(self, name, dataset, space, dims, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name

@@ -107,7 +107,7 @@ contains
       call h5aclose_f(attribute, status)
    end subroutine set_integers_attribute
 
-   !> Open an attribute, creating it when it is not there; dims of size 0: scalar.
+   !> Open an attribute, creating a missing one; dims of size 0: scalar.
    subroutine open_attribute(self, object, name, type, dims, attribute, status)
       class(hdf5_attributes_type), intent(in) :: self
       character(len=*), intent(in) :: object, name

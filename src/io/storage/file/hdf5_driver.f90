@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Results files that are written in commits: all that was written since the last commit reaches the file, or
-!> nothing does; a reader sees every row of the last commit at any moment; after a kill the file can be put back to
-!> the state of a checkpoint. The work is done by a file driver of the HDF5 library, hdf5_driver_shim.c, which tells
-!> how. Used by rockdda_io_hdf5_file.
+!> Results files that are written in commits: all changes since the last commit reach the file, or none; a reader finds
+!> every row of the last commit at any moment; after a kill the file can be returned to the state of a checkpoint. The
+!> HDF5 file driver in hdf5_driver_shim.c does the work and describes it. Used by rockdda_io_hdf5_file.
 module rockdda_io_hdf5_driver
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_int64_t, c_null_char
    use rockdda_base_kinds, only : i8
@@ -70,7 +69,7 @@ module rockdda_io_hdf5_driver
 
 contains
 
-   !> Where the undo file of a results file lies.
+   !> Path of the undo file of a results file.
    pure function undo_path(results) result(path)
       character(len=*), intent(in) :: results
       character(len=:), allocatable :: path
@@ -84,8 +83,8 @@ contains
       status = int(c_set(int(access, c_int64_t)))
    end subroutine use_driver
 
-   !> Files opened with these access properties look as they were at the checkpoint with this digest, and what is
-   !> written to them stays in memory; or as the trial before has left them.
+   !> Files opened with these access properties show their state at the checkpoint with this digest, or after the
+   !> preceding trial, and what is written to them remains in memory.
    subroutine use_driver_for_trial(access, results, digest, again, status)
       integer(i8), intent(in) :: access     !! property list
       character(len=*), intent(in) :: results
@@ -96,14 +95,14 @@ contains
                                merge(1_c_int, 0_c_int, again)))
    end subroutine use_driver_for_trial
 
-   !> Go through all objects and attributes of a file.
+   !> Open every object and attribute of a file.
    subroutine walk(file, status)
       integer(i8), intent(in) :: file       !! of the library
-      integer, intent(out) :: status        !! < 0: not all of them can be reached
+      integer, intent(out) :: status        !! < 0: at least one cannot be opened
       status = int(c_walk(int(file, c_int64_t)))
    end subroutine walk
 
-   !> Write all that waits, or nothing. The library was flushed before.
+   !> Write all waiting changes, or none. The library was flushed before.
    subroutine commit_pieces(file, path, error)
       integer(i8), intent(in) :: file       !! of the library
       character(len=*), intent(in) :: path  !! for messages
@@ -119,7 +118,7 @@ contains
       call explain(c_sync(int(file, c_int64_t)), path, error)
    end subroutine sync_pieces
 
-   !> Commit nothing any more, not even at the end.
+   !> Discard all changes from now on, also those at the close.
    subroutine drop_pieces(file)
       integer(i8), intent(in) :: file
       call c_abandon(int(file, c_int64_t))
@@ -145,16 +144,16 @@ contains
          call make_error(error, error_code%input, undo_path(results)//': error: '//errno_text(status))
       else if (whole == 0) then
          call make_error(error, error_code%input, undo_path(results)// &
-                         ': error: this file is damaged, and without it the results do not lead back to the checkpoint')
+                         ': error: this file is damaged; without it the results cannot be returned to the checkpoint')
       end if
    end subroutine check_undo
 
-   !> Put a results file that nobody has open back to the state of the checkpoint with this digest. Nothing happens
-   !> when there is no undo file of that checkpoint.
+   !> Return a closed results file to the state of the checkpoint with this digest. Without an undo file of that
+   !> checkpoint nothing is changed.
    subroutine roll_back(results, digest, done, error)
       character(len=*), intent(in) :: results
       character(len=digest_length), intent(in) :: digest
-      logical, intent(out) :: done          !! there was one
+      logical, intent(out) :: done          !! an undo file was applied
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: status, was_there
       status = c_roll_back(results//c_null_char, undo_path(results)//c_null_char, digest, was_there)

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-/* HDF5 file driver of the results: what the library writes waits in memory until all of it is committed.
+/* HDF5 file driver of the results: the writes of the library wait in memory until all of them are committed.
  *
  * A commit
- *   1. takes the room on the disk, so that a full disk is found out before the file is touched;
- *   2. saves the pages it is going to change in the undo file, if one is kept;
- *   3. writes what lies behind the old end of the file, to which nothing points yet; then the superblock, which names
- *      the end; then data and chunk indices, index nodes near the root first; object headers, which hold the numbers
- *      of rows, last.
- * A reader that comes in the midst of it, or after a kill, finds every row that was there before; when a write fails,
- * what was changed is put back.
+ *   1. reserves the space on the disk, so that a full disk is detected before the file is changed;
+ *   2. saves the pages that it will change in the undo file, if one is kept;
+ *   3. writes the part behind the old end of the file, to which nothing refers yet; then the superblock, which contains
+ *      the end; then data and chunk indices, index nodes near the root first; last the object headers, which contain
+ *      the numbers of rows.
+ * A reader that opens the file during a commit, or after a kill, finds every row of the commit before. When a write
+ * fails, the old bytes are restored.
  *
  * The undo file holds the pages of the results that have changed since the last checkpoint, as they were then. It
- * reaches the disk before the results are changed, so that they can be put back exactly, whatever ended the run:
+ * reaches the disk before the results are changed, so that they can be restored exactly, whatever ended the run:
  *
- *   header  "RDDAUND2", length of the results then (8 bytes), digest of the checkpoint (32), check sum (8)
- *   count   number of the finished records (8), check sum (8)
- *   record  number of the page (8), check sum (8), the page (4096)          as many as were saved
+ *   header  "RDDAUND2", length of the results then (8 bytes), digest of the checkpoint (32), checksum (8)
+ *   count   number of the finished records (8), checksum (8)
+ *   record  number of the page (8), checksum (8), the page (4096)          as many as were saved
  *
  * Records behind those that are counted may be unfinished: the results were not changed after them.
  * Numbers are little endian or as the machine has them: an undo file is for the machine that wrote it. */
@@ -34,7 +34,7 @@
 #include <H5FDdevelop.h>
 #endif
 
-/* One piece that waits. */
+/* One write that waits. */
 typedef struct {
    haddr_t addr;
    size_t size;
@@ -56,17 +56,17 @@ typedef struct {
    rockdda_undo_t undo;
 } results_t;
 
-/* What the access properties tell the driver. */
+/* Settings of the driver in the access properties. */
 typedef struct {
-   int trial; /* 1: look at the file as it was at a checkpoint and change it in memory only; 2: go on with the trial that
+   int trial; /* 1: show the file in its state at a checkpoint and change it in memory only; 2: continue the trial that
                  was closed last */
    unsigned char digest[ROCKDDA_DIGEST]; /* of that checkpoint */
    char undo[4096];                      /* path of the undo file */
-} wishes_t;
+} settings_t;
 
 static hid_t driver = -1;
 
-/* What the last trial has changed. */
+/* The changes of the last trial. */
 static results_t last_trial;
 
 /* Place of the first piece that ends behind addr. */
@@ -117,8 +117,8 @@ static void drop_pieces(results_t *file)
 static herr_t results_write(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr_t addr, size_t size,
                             const void *buffer);
 
-/* A page of an undo file, before the file on the disk. 0 or -1. */
-static int lay_over(void *file, uint64_t addr, const unsigned char *bytes, size_t n)
+/* Overlay the file on the disk with a page of the undo file. 0 or -1. */
+static int overlay_page(void *file, uint64_t addr, const unsigned char *bytes, size_t n)
 {
    return results_write(file, H5FD_MEM_DEFAULT, H5P_DEFAULT, addr, n, bytes) < 0 ? -1 : 0;
 }
@@ -127,14 +127,14 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
 {
    struct stat info;
    results_t *file;
-   const wishes_t *wishes = H5Pget_driver_info(fapl);
-   int trial = wishes ? wishes->trial : 0, mode = flags & H5F_ACC_RDWR && !trial ? O_RDWR : O_RDONLY, fd;
+   const settings_t *settings = H5Pget_driver_info(fapl);
+   int trial = settings ? settings->trial : 0, mode = flags & H5F_ACC_RDWR && !trial ? O_RDWR : O_RDONLY, fd;
    uint64_t length;
    (void)maxaddr;
    if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
    if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
    if (flags & H5F_ACC_EXCL) mode |= O_EXCL;
-   if (mode & O_RDWR) mode |= O_NOFOLLOW; /* nothing is written through a link that somebody has put there */
+   if (mode & O_RDWR) mode |= O_NOFOLLOW; /* never write through a symbolic link */
    fd = open(name, mode | O_CLOEXEC, 0666);
    if (fd < 0) return NULL;
    file = calloc(1, sizeof *file);
@@ -160,8 +160,8 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
          memset(&last_trial, 0, sizeof last_trial);
       } else {
          length = file->eof;
-         problem = rockdda_undo_show(wishes->undo, wishes->digest, &length, lay_over, file);
-         if (length > file->committed) problem = ENODATA; /* cut by somebody else */
+         problem = rockdda_undo_each_page(settings->undo, settings->digest, &length, overlay_page, file);
+         if (length > file->committed) problem = ENODATA; /* shortened by another program */
       }
       if (problem) {
          drop_pieces(file);
@@ -175,7 +175,7 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
    return (H5FD_t *)file;
 }
 
-/* Order of writing within what was there before. */
+/* Order of writing before the old end of the file. */
 static int rank_of(const piece_t *piece)
 {
    switch (piece->type) {
@@ -206,9 +206,9 @@ static int take_room(int fd, haddr_t from, haddr_t to)
    return ftruncate(fd, (off_t)to) == 0 ? 0 : errno;
 }
 
-/* Write the pieces in place, keeping what was there; put it back when that fails, or say that it could not be put
- * back: what was written then stays, a reader finds its rows. 0 or an errno value. */
-static int write_in_place(results_t *file, piece_t **in_place, size_t n, int *stays)
+/* Write the pieces in place. When that fails restore the old bytes; where that fails too, `restore_failed` is set: what
+ * was written then remains, and a reader finds its rows. 0 or an errno value. */
+static int write_in_place(results_t *file, piece_t **in_place, size_t n, int *restore_failed)
 {
    unsigned char **before = calloc(n ? n : 1, sizeof *before);
    size_t done = 0, i;
@@ -222,7 +222,7 @@ static int write_in_place(results_t *file, piece_t **in_place, size_t n, int *st
       problem = rockdda_write_at(file->fd, piece->bytes, piece->size, piece->addr);
    }
    for (i = done; problem && i-- > 0;)
-      if (rockdda_write_at(file->fd, before[i], in_place[i]->size, in_place[i]->addr)) *stays = 1;
+      if (rockdda_write_at(file->fd, before[i], in_place[i]->size, in_place[i]->addr)) *restore_failed = 1;
    for (i = 0; before && i < n; i++) free(before[i]);
    free(before);
    return problem;
@@ -253,14 +253,14 @@ static int write_behind(results_t *file, haddr_t old)
    return problem;
 }
 
-/* Write all that waits. 0 or an errno value. */
+/* Write all waiting pieces. 0 or an errno value. */
 static int commit(results_t *file)
 {
    haddr_t old = file->committed, new = file->eof;
    piece_t **in_place;
    size_t i, n = 0;
-   int problem = 0, stays = 0;
-   /* what may have to be put back is not cut off */
+   int problem = 0, restore_failed = 0;
+   /* keep the length that the undo file restores */
    if (file->undo.fd >= 0 && new < file->undo.length) new = file->undo.length;
    if (!file->writable || file->abandoned || (file->n == 0 && new == old)) return 0;
    in_place = malloc((file->n ? file->n : 1) * sizeof *in_place);
@@ -273,10 +273,11 @@ static int commit(results_t *file)
       problem = rockdda_undo_save(&file->undo, file->fd, in_place[i]->addr, in_place[i]->size);
    if (!problem) problem = rockdda_undo_flush(&file->undo);
    if (!problem) problem = write_behind(file, old);
-   if (!problem) problem = write_in_place(file, in_place, n, &stays);
+   if (!problem) problem = write_in_place(file, in_place, n, &restore_failed);
    free(in_place);
    if (problem) {
-      if (new > old && !stays && ftruncate(file->fd, (off_t)old) != 0) errno = 0; /* zeros at the end disturb no reader */
+      /* zeros behind the end are harmless */
+      if (new > old && !restore_failed && ftruncate(file->fd, (off_t)old) != 0) errno = 0;
       return problem;
    }
    if (new < old && ftruncate(file->fd, (off_t)new) != 0) return errno;
@@ -288,8 +289,8 @@ static int commit(results_t *file)
 static herr_t results_close(H5FD_t *base)
 {
    results_t *file = (results_t *)base;
-   /* All is committed but what the library changes while it closes, a smaller end of the file: the file is whole
-    * without it, and the library does not survive a failure here. */
+   /* The library may have reduced the end of the file while it closes. The file is complete without this last commit,
+    * and the library does not survive a failure here: ignore one. */
    if (commit(file) != 0) errno = 0;
    if (file->trial) {
       drop_pieces(&last_trial);
@@ -410,7 +411,7 @@ static const H5FD_class_t results_class = {
    .name = "rockdda",
    .maxaddr = (haddr_t)INT64_MAX,
    .fc_degree = H5F_CLOSE_STRONG,
-   .fapl_size = sizeof(wishes_t),
+   .fapl_size = sizeof(settings_t),
    .open = results_open,
    .close = results_close,
    .cmp = results_compare,
@@ -425,30 +426,30 @@ static const H5FD_class_t results_class = {
    .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
-static int set(int64_t access, const wishes_t *wishes)
+static int set(int64_t access, const settings_t *settings)
 {
    if (driver < 0 || H5Iis_valid(driver) <= 0) driver = H5FDregister(&results_class);
-   return driver < 0 || H5Pset_driver((hid_t)access, driver, wishes) < 0 ? -1 : 0;
+   return driver < 0 || H5Pset_driver((hid_t)access, driver, settings) < 0 ? -1 : 0;
 }
 
 /* Files opened with these access properties go through this driver. 0 or -1. */
 int rockdda_pieces_set(int64_t access)
 {
-   static const wishes_t none;
+   static const settings_t none;
    return set(access, &none);
 }
 
-/* As rockdda_pieces_set, for a trial: the file looks as it was at the checkpoint with this digest, and whatever is
- * done to it stays in memory. With `again` it looks as the trial before has left it. */
+/* As rockdda_pieces_set, for a trial: the file shows its state at the checkpoint with this digest, or with `again` the
+ * changes of the preceding trial, and what is written remains in memory. */
 int rockdda_pieces_set_trial(int64_t access, const char *undo, const unsigned char *digest, int again)
 {
-   wishes_t wishes;
-   memset(&wishes, 0, sizeof wishes);
-   wishes.trial = again ? 2 : 1;
-   memcpy(wishes.digest, digest, ROCKDDA_DIGEST);
-   if (strlen(undo) >= sizeof wishes.undo) return -1;
-   strcpy(wishes.undo, undo);
-   return set(access, &wishes);
+   settings_t settings;
+   memset(&settings, 0, sizeof settings);
+   settings.trial = again ? 2 : 1;
+   memcpy(settings.digest, digest, ROCKDDA_DIGEST);
+   if (strlen(undo) >= sizeof settings.undo) return -1;
+   strcpy(settings.undo, undo);
+   return set(access, &settings);
 }
 
 static results_t *file_of(int64_t id)
@@ -458,7 +459,7 @@ static results_t *file_of(int64_t id)
    return handle;
 }
 
-/* Write all that waits in memory; the library has been flushed. 0 or an errno value. */
+/* Write all waiting pieces; the library has been flushed. 0 or an errno value. */
 int rockdda_pieces_commit(int64_t id)
 {
    results_t *file = file_of(id);
@@ -473,7 +474,7 @@ int rockdda_pieces_sync(int64_t id)
    return rockdda_sync(file->fd);
 }
 
-static herr_t see_attribute(hid_t owner, const char *name, const H5A_info_t *info, void *nothing)
+static herr_t open_attribute(hid_t owner, const char *name, const H5A_info_t *info, void *nothing)
 {
    hid_t attribute = H5Aopen(owner, name, H5P_DEFAULT);
    (void)info;
@@ -481,32 +482,32 @@ static herr_t see_attribute(hid_t owner, const char *name, const H5A_info_t *inf
    return attribute < 0 ? -1 : H5Aclose(attribute);
 }
 
-static herr_t see_object(hid_t group, const char *name, const H5L_info_t *info, void *nothing)
+static herr_t open_object(hid_t group, const char *name, const H5L_info_t *info, void *nothing)
 {
    hid_t object = H5Oopen(group, name, H5P_DEFAULT);
    herr_t status;
    (void)info;
    if (object < 0) return -1;
-   status = H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, see_attribute, nothing);
+   status = H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, open_attribute, nothing);
    return H5Oclose(object) < 0 ? -1 : status;
 }
 
-/* Go through all objects and attributes, as a reader does who does not know their names. 0 or -1. */
+/* Open all objects and attributes. 0 or -1. */
 int rockdda_pieces_walk(int64_t id)
 {
-   if (H5Aiterate2((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, NULL, see_attribute, NULL) < 0) return -1;
-   return H5Lvisit((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, see_object, NULL) < 0 ? -1 : 0;
+   if (H5Aiterate2((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, NULL, open_attribute, NULL) < 0) return -1;
+   return H5Lvisit((hid_t)id, H5_INDEX_NAME, H5_ITER_INC, open_object, NULL) < 0 ? -1 : 0;
 }
 
-/* Write nothing any more, not even when the file is closed. */
+/* Discard all changes from now on, also those at the close. */
 void rockdda_pieces_abandon(int64_t id)
 {
    results_t *file = file_of(id);
    if (file) file->abandoned = 1;
 }
 
-/* Keep an undo file from now on: the state to go back to is the present one, that of the checkpoint with this digest;
- * if the undo file is already of that checkpoint, it is continued. 0 or an errno value. */
+/* Begin an undo file that returns to the present state, that of the checkpoint with this digest; an undo file of that
+ * checkpoint is continued. 0 or an errno value. */
 int rockdda_pieces_keep_undo(int64_t id, const char *path, const unsigned char *digest)
 {
    results_t *file = file_of(id);

@@ -17,7 +17,7 @@ typedef struct {
    size_t n_waiting, room;
 } rockdda_undo_t;
 
-/* Can the undo file of that checkpoint be trusted? One that is missing, or of another checkpoint, is not needed. */
+/* Is the undo file of that checkpoint undamaged? One that is missing, or of another checkpoint, counts as undamaged. */
 int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *whole);
 
 /* Continue the undo file of this checkpoint, or begin one whose state is the present one. */
@@ -26,17 +26,17 @@ int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned cha
 /* Save the pages that hold these bytes, unless they are saved; `fd` is the results. Nothing happens without a file. */
 int rockdda_undo_save(rockdda_undo_t *undo, int fd, uint64_t addr, size_t size);
 
-/* Bring what was saved to the disk. */
+/* Write the saved pages to the disk and wait for it. */
 int rockdda_undo_flush(rockdda_undo_t *undo);
 
 void rockdda_undo_close(rockdda_undo_t *undo);
 
-/* Show `take` every page of the undo file of that checkpoint (the bytes of it that belong to the results as they were
- * then), and give their length. Nothing happens when there is no such file. */
-int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *length,
+/* Call `take` for every page of the undo file of that checkpoint (the bytes within the length of the results then), and
+ * return that length. Without such a file nothing happens. */
+int rockdda_undo_each_page(const char *path, const unsigned char *digest, uint64_t *length,
                       int (*take)(void *context, uint64_t addr, const unsigned char *bytes, size_t n), void *context);
 
-/* Read or write at a place of a file; what lies behind its end reads as zeros. */
+/* Read or write at an address of a file; bytes behind its end read as zeros. */
 int rockdda_read_at(int fd, unsigned char *bytes, size_t n, uint64_t addr);
 int rockdda_write_at(int fd, const unsigned char *bytes, size_t n, uint64_t addr);
 

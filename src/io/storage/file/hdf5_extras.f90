@@ -20,7 +20,7 @@ module rockdda_io_hdf5_extras
       type(c_ptr) :: function_name, file_name, description
    end type hdf5_error_type
 
-   !> Where the walk leaves what it found.
+   !> Result of the walk along the error stack.
    type, bind(C) :: reason_type
       character(kind=c_char, len=1) :: text(longest)
    end type reason_type
@@ -57,7 +57,7 @@ module rockdda_io_hdf5_extras
 
 contains
 
-   !> Files opened with these access properties take no lock.
+   !> Files opened with these access properties are not locked.
    subroutine disable_file_locking(access, status)
       integer(i8), intent(in) :: access     !! property list
       integer, intent(out) :: status        !! < 0: failed
@@ -77,7 +77,7 @@ contains
       write_chunk = int(c_write_chunk(dataset, 0_c_int64_t, all_filters, offset, int(n_bytes, c_size_t), values))
    end function write_chunk
 
-   !> The deepest message on HDF5's error stack: the system's words when there are any, else the library's.
+   !> The deepest message on HDF5's error stack: that of the system if present, otherwise that of the library.
    function get_reason() result(reason)
       character(len=:), allocatable :: reason
       type(reason_type), target :: found

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> HDF5 files: opening, closing and groups. Attributes are in rockdda_io_hdf5_attributes, datasets in
-!> rockdda_io_hdf5_adapter, which is what everybody else uses.
+!> rockdda_io_hdf5_adapter, the module for all other code.
 module rockdda_io_hdf5_file
    use, intrinsic :: iso_c_binding, only : c_ptr, c_char, c_f_pointer, c_associated, c_int, c_size_t
    use hdf5, only : hid_t, hsize_t, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_SCOPE_GLOBAL_F, &
@@ -24,7 +24,7 @@ module rockdda_io_hdf5_file
       logical :: is_open = .false.
       integer(hid_t) :: id = -1                !! for the extensions of this type
       integer, private :: failure = 5          !! error code of this file's failures: output, or input when only read
-      logical, private :: in_commits = .false. !! what is written waits for `flush`, see rockdda_io_hdf5_driver
+      logical, private :: in_commits = .false. !! changes wait for `flush`, see rockdda_io_hdf5_driver
    contains
       procedure :: create => create_file
       procedure :: open => open_file
@@ -34,7 +34,7 @@ module rockdda_io_hdf5_file
       procedure :: flush => flush_file
       procedure :: sync => sync_file
       procedure :: keep_undo
-      procedure :: see_all
+      procedure :: visit_all
       procedure :: create_group
       procedure :: exists
       procedure :: fail
@@ -42,7 +42,7 @@ module rockdda_io_hdf5_file
 
 contains
 
-   !> Create a file, replacing what is there. The caller has made sure that it may be replaced.
+   !> Create a file, replacing an existing one. The caller has checked that it may be replaced.
    subroutine create_file(self, path, error, in_commits, name)
       class(hdf5_handle_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -79,13 +79,13 @@ contains
       if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_file
 
-   !> Open an existing file as it was at the checkpoint with this digest, and change it in memory only: nothing that
-   !> is done to it reaches the disk. All failures are those of the file (code input).
+   !> Open an existing file in its state at the checkpoint with this digest and change it in memory only: no change
+   !> reaches the disk. Every failure is one of the file (code input).
    subroutine open_for_trial(self, path, digest, again, error)
       class(hdf5_handle_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       character(len=digest_length), intent(in) :: digest
-      logical, intent(in) :: again                  !! as the trial before, which was closed, has left it
+      logical, intent(in) :: again                  !! with the changes of the preceding, closed trial
       type(error_type), allocatable, intent(out) :: error
       integer(hid_t) :: access
       integer :: status
@@ -99,7 +99,7 @@ contains
       if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_for_trial
 
-   !> The end of each way to open a file.
+   !> Last part of all procedures that open a file: status to error, properties released.
    subroutine end_opening(self, failure, access, status, error)
       class(hdf5_handle_type), intent(inout) :: self
       character(len=*), intent(in) :: failure       !! what it would be
@@ -115,7 +115,7 @@ contains
       call h5pclose_f(access, ignored)
    end subroutine end_opening
 
-   !> Close a file again, with an error (code input), that consists of more than plain data of its own.
+   !> Close a file with an error (code input) when it contains anything but plain data of its own.
    subroutine check_structure(self, error)
       class(hdf5_handle_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -126,7 +126,7 @@ contains
       call make_error(error, error_code%input, self%path//': the file is not as RockDDA writes it: '//problem)
    end subroutine check_structure
 
-   !> Write what is left and close. Nothing happens when no file is open.
+   !> Write the waiting changes and close. Without an open file nothing happens.
    subroutine close_file(self, error)
       class(hdf5_handle_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -142,7 +142,7 @@ contains
       if (status /= 0) call self%fail('cannot finish the file', error)
    end subroutine close_file
 
-   !> Close without writing what is left and without an error. A file in commits stays as the last flush left it.
+   !> Close without writing the waiting changes and without an error. A file in commits remains as after the last flush.
    subroutine abandon(self)
       class(hdf5_handle_type), intent(inout) :: self
       integer :: status
@@ -152,7 +152,7 @@ contains
       call h5fclose_f(self%id, status)
    end subroutine abandon
 
-   !> Hand everything to the system, so that it survives a kill; in commits: all or nothing.
+   !> Write everything to the system, so that it survives a kill; in commits: all changes or none.
    subroutine flush_file(self, error)
       class(hdf5_handle_type), intent(in) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -172,8 +172,8 @@ contains
       call sync_pieces(int(self%id, i8), self%path, error)
    end subroutine sync_file
 
-   !> From now on keep what is needed to go back to the state of the last flush, that of the checkpoint with this
-   !> digest. For files in commits.
+   !> Begin the undo file that returns to the last flush, the state of the checkpoint with this digest. For files in
+   !> commits.
    subroutine keep_undo(self, undo_path, digest, error)
       class(hdf5_handle_type), intent(in) :: self
       character(len=*), intent(in) :: undo_path
@@ -182,14 +182,14 @@ contains
       call begin_undo(int(self%id, i8), undo_path, digest, error)
    end subroutine keep_undo
 
-   !> Go through all objects and attributes, also those that nobody here asks for.
-   subroutine see_all(self, error)
+   !> Open every object and attribute, also those that RockDDA does not use.
+   subroutine visit_all(self, error)
       class(hdf5_handle_type), intent(in) :: self
       type(error_type), allocatable, intent(out) :: error
       integer :: status
       call walk(int(self%id, i8), status)
       if (status < 0) call self%fail('cannot list what is in the file', error)
-   end subroutine see_all
+   end subroutine visit_all
 
    !> Create a group; its parents exist.
    subroutine create_group(self, name, error)
@@ -203,7 +203,7 @@ contains
       if (status /= 0) call self%fail('cannot create group '//name, error)
    end subroutine create_group
 
-   !> Does the object exist? Every part of the path is looked at.
+   !> Does the object exist? Tests every part of the path.
    logical function exists(self, name)
       class(hdf5_handle_type), intent(in) :: self
       character(len=*), intent(in) :: name      !! without leading slash
@@ -244,8 +244,8 @@ contains
       if (status == 0) call h5tset_cset_f(type, H5T_CSET_UTF8_F, status)
    end subroutine new_text_type
 
-   !> Start the library and make the access properties of every file: no file locking (readers may look on
-   !> while a run writes; runs are kept apart by rockdda_io_output_lock), everything closed with the file.
+   !> Start the library and make the access properties of every file: no file locking (readers may read while a run
+   !> writes; rockdda_io_output_lock excludes a second run), all objects closed with the file.
    subroutine start_library(in_commits, access, status)
       logical, intent(in) :: in_commits
       integer(hid_t), intent(out) :: access

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What an HDF5 file may consist of to be opened: groups, and plain datasets and attributes of numbers and texts that
-!> lie in the file itself. External storage, links other than hard ones, virtual datasets, unknown filters, groups that
-!> hold each other and sizes that the file cannot hold are refused before anything is read or written:
-!> hdf5_structure_shim.c. Used by the other modules of that name only.
+!> Permitted structure of an HDF5 file: groups, and plain datasets and attributes of numbers and texts in the file.
+!> External storage, links other than hard ones, virtual datasets, unknown filters, groups that contain each other and
+!> sizes that the file cannot contain are refused before anything is read or written: hdf5_structure_shim.c. Used by the
+!> hdf5_… modules only.
 module rockdda_io_hdf5_structure
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_int64_t, c_null_char
    use rockdda_base_kinds, only : i8
@@ -38,7 +38,7 @@ module rockdda_io_hdf5_structure
 
 contains
 
-   !> What is wrong with the structure of an open file; '' when nothing is.
+   !> The first problem of the structure of an open file; '' without one.
    function structure_problem(file) result(problem)
       integer(i8), intent(in) :: file       !! of the library
       character(len=:), allocatable :: problem

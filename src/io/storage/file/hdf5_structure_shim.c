@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* What an HDF5 file that RockDDA opens may consist of: groups, each reached on one path, and in them plain datasets and
- * attributes of numbers and texts that lie in the file itself. Everything else HDF5 offers can lead out of the file (external
- * storage, external links, virtual datasets), load foreign code (filters, user-defined links), never end (groups that
- * hold each other) or need memory without bound, and none of it is written by RockDDA. Checked right after opening,
- * before anything is read or written. The Python package has the same rules (postprocess/rockdda/storage/structure.py). */
+/* Permitted structure of an HDF5 file that RockDDA opens: groups, each with one path, and in them plain datasets and
+ * attributes of numbers and texts in the file itself. All other features of HDF5 can lead out of the file (external
+ * storage, external links, virtual datasets), load external code (filters, user-defined links), never end (groups that
+ * contain each other) or need unlimited memory, and RockDDA writes none of them. Checked right after opening, before
+ * anything is read or written. The Python package has the same rules (postprocess/rockdda/storage/structure.py). */
 #define _GNU_SOURCE
 #include <hdf5.h>
 #include <stdint.h>
@@ -31,17 +31,17 @@ enum { DEEPEST = 8, MOST_ATTRIBUTES = 1000, MOST_VALUES = 1000000, LARGEST_CHUNK
 static const double best_compression = 1032, small = 1 << 26, usual_compression = 16;
 
 typedef struct {
-   char *message; /* what is wrong, zero-terminated */
+   char *message; /* the problem, zero-terminated */
    size_t room;
    char path[1024];
    size_t length; /* of the path */
    int depth;
    hsize_t file_size;
-   uint64_t *seen; /* addresses of the objects, open addressing; 0: free */
+   uint64_t *seen; /* addresses of the visited objects, open addressing; 0: free */
    size_t n, size;
 } check_t;
 
-/* Keep the first problem. Always -1. */
+/* Keep the first problem. Returns -1. */
 static int refuse(check_t *check, const char *what)
 {
    if (check->message[0] == '\0')
@@ -49,7 +49,7 @@ static int refuse(check_t *check, const char *what)
    return -1;
 }
 
-/* Note an address. 1: it is there already; 0; -1: no memory. */
+/* Record an address. 1: already recorded; 0: new; -1: no memory. */
 static int note_address(check_t *check, uint64_t address)
 {
    uint64_t key = address + 1;
@@ -115,7 +115,7 @@ static int check_filters(check_t *check, hid_t creation)
    for (i = 0; i < n; i++) {
       unsigned flags;
       size_t none = 0;
-      /* without its name and configuration no foreign code is loaded */
+      /* without a query of its name and configuration no external code is loaded */
       H5Z_filter_t filter = H5Pget_filter2(creation, (unsigned)i, &flags, &none, NULL, 0, NULL, NULL);
       if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32)
          return refuse(check, "is packed with an unknown filter");
@@ -123,7 +123,7 @@ static int check_filters(check_t *check, hid_t creation)
    return 0;
 }
 
-/* Is the data set as large as what lies in the file allows? */
+/* Can the stored bytes expand to the size of the data set? */
 static int check_size(check_t *check, hid_t dataset, hid_t creation, hid_t type, hid_t space, H5D_layout_t layout)
 {
    hsize_t dims[H5S_MAX_RANK];
@@ -228,7 +228,7 @@ static int check_group(check_t *check, hid_t group)
    return bad;
 }
 
-/* Go through an open file. 0: it consists of nothing else; -1 with what is wrong, zero-terminated. Nothing is changed. */
+/* Check the structure of an open file. 0: permitted; -1 with the problem, zero-terminated. Nothing is changed. */
 int rockdda_structure_check(int64_t file, char *message, int room)
 {
    check_t check;
@@ -247,7 +247,7 @@ int rockdda_structure_check(int64_t file, char *message, int room)
    return bad;
 }
 
-/* What kind of values a dataset holds: 1 integers of 32 bits, 2 reals of 64 bits, 3 one text, 0 anything else. */
+/* Kind of the values of a dataset: 1 integers of 32 bits, 2 reals of 64 bits, 3 one text, 0 anything else. */
 int rockdda_structure_kind(int64_t dataset)
 {
    hid_t type = H5Dget_type((hid_t)dataset), space = H5Dget_space((hid_t)dataset);

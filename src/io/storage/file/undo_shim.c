@@ -49,7 +49,7 @@ int rockdda_sync(int fd)
 }
 
 /* FNV-1a, 64 bits */
-static uint64_t check_sum(const unsigned char *bytes, size_t n, uint64_t sum)
+static uint64_t checksum(const unsigned char *bytes, size_t n, uint64_t sum)
 {
    size_t i;
    for (i = 0; i < n; i++) sum = (sum ^ bytes[i]) * 1099511628211u;
@@ -75,10 +75,10 @@ static uint64_t pages_of(uint64_t length)
    return (length + ROCKDDA_PAGE - 1) / ROCKDDA_PAGE;
 }
 
-/* Is the fixed part of a header that of an undo file, with no byte wrong? */
+/* Is the fixed part of a header that of an undo file, with a valid checksum? */
 static int is_header(const unsigned char *header)
 {
-   return memcmp(header, magic, 8) == 0 && get_number(header + COUNT - 8) == check_sum(header, COUNT - 8, start_sum);
+   return memcmp(header, magic, 8) == 0 && get_number(header + COUNT - 8) == checksum(header, COUNT - 8, start_sum);
 }
 
 /* Is this the undo file of that checkpoint? Its length of the results. */
@@ -91,21 +91,21 @@ static int is_of(int fd, const unsigned char *digest, uint64_t *length)
    return 1;
 }
 
-/* The number of finished records with its check sum. */
+/* The number of finished records with its checksum. */
 static void put_count(unsigned char *place, uint64_t count)
 {
    put_number(place, count);
-   put_number(place + 8, check_sum(place, 8, start_sum));
+   put_number(place + 8, checksum(place, 8, start_sum));
 }
 
-/* Read record k. 1: there is one; 0: the end, or a record that was not finished (then nothing was changed after it). */
+/* Read record k. 1: valid; 0: the end, or an unfinished record (the results were not changed after it). */
 static int read_record(int fd, uint64_t k, unsigned char *record)
 {
    struct stat info;
    uint64_t place = HEADER + k * RECORD;
    if (fstat(fd, &info) != 0 || place + RECORD > (uint64_t)info.st_size) return 0;
    if (rockdda_read_at(fd, record, RECORD, place) != 0) return 0;
-   return get_number(record + 8) == check_sum(record + 16, ROCKDDA_PAGE, check_sum(record, 8, start_sum));
+   return get_number(record + 8) == checksum(record + 16, ROCKDDA_PAGE, checksum(record, 8, start_sum));
 }
 
 int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *whole)
@@ -124,10 +124,10 @@ int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *wh
       return problem;
    }
    if (!is_header(header)) {
-      /* it reached the disk before the first record was finished: not there after a crash of the machine, or spoiled */
+      /* without a valid header, an empty file is left from a crash of the machine; a longer one is damaged */
       *whole = info.st_size <= HEADER || memcmp(header, zeros, HEADER) == 0;
    } else if (memcmp(header + 16, digest, ROCKDDA_DIGEST) == 0) {
-      if (get_number(header + COUNT + 8) != check_sum(header + COUNT, 8, start_sum))
+      if (get_number(header + COUNT + 8) != checksum(header + COUNT, 8, start_sum))
          *whole = 0;
       else
          while (*whole && k < get_number(header + COUNT)) *whole = read_record(fd, k++, record);
@@ -136,7 +136,7 @@ int rockdda_undo_is_whole(const char *path, const unsigned char *digest, int *wh
    return 0;
 }
 
-/* Open a file of one's own, or create it: neither a link nor a second name of another file is written to. */
+/* Open or create a file; a symbolic link or a file with several names is replaced, not written to. */
 static int open_own(const char *path)
 {
    struct stat info;
@@ -173,7 +173,7 @@ int rockdda_undo_open(rockdda_undo_t *undo, const char *path, const unsigned cha
       memcpy(header, magic, 8);
       put_number(header + 8, length);
       memcpy(header + 16, digest, ROCKDDA_DIGEST);
-      put_number(header + COUNT - 8, check_sum(header, COUNT - 8, start_sum));
+      put_number(header + COUNT - 8, checksum(header, COUNT - 8, start_sum));
       put_count(header + COUNT, 0);
       undo->count = 0;
       if (ftruncate(undo->fd, 0) != 0) problem = errno;
@@ -202,7 +202,7 @@ int rockdda_undo_save(rockdda_undo_t *undo, int fd, uint64_t addr, size_t size)
       put_number(record, page);
       problem = rockdda_read_at(fd, record + 16, ROCKDDA_PAGE, page * ROCKDDA_PAGE);
       if (problem) return problem;
-      put_number(record + 8, check_sum(record + 16, ROCKDDA_PAGE, check_sum(record, 8, start_sum)));
+      put_number(record + 8, checksum(record + 16, ROCKDDA_PAGE, checksum(record, 8, start_sum)));
       undo->n_waiting += RECORD;
       undo->saved[page / 8] |= (unsigned char)(1 << (page % 8));
    }
@@ -220,8 +220,8 @@ int rockdda_undo_flush(rockdda_undo_t *undo)
    problem = rockdda_write_at(undo->fd, undo->waiting, undo->n_waiting, (uint64_t)end);
    if (!problem && fdatasync(undo->fd) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP) problem = errno;
    if (!problem) {
-      /* From here on a record that is missing or wrong has been spoiled by somebody. Where this number does not reach
-       * the disk before a crash of the machine it is too small, which does no harm. */
+      /* From here on a missing or wrong record is damage. If a crash of the machine keeps this number from the disk, it
+       * is too small, which is harmless. */
       put_count(count, undo->count + undo->n_waiting / RECORD);
       problem = rockdda_write_at(undo->fd, count, sizeof count, COUNT);
    }
@@ -229,7 +229,7 @@ int rockdda_undo_flush(rockdda_undo_t *undo)
       undo->count += undo->n_waiting / RECORD;
       undo->n_waiting = 0;
    } else if (ftruncate(undo->fd, end) != 0) {
-      errno = 0; /* what is left of it is no record */
+      errno = 0; /* the rest is no valid record */
    }
    return problem;
 }
@@ -243,7 +243,7 @@ void rockdda_undo_close(rockdda_undo_t *undo)
    undo->fd = -1;
 }
 
-int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *length,
+int rockdda_undo_each_page(const char *path, const unsigned char *digest, uint64_t *length,
                       int (*take)(void *context, uint64_t addr, const unsigned char *bytes, size_t n), void *context)
 {
    unsigned char record[RECORD];
@@ -261,8 +261,8 @@ int rockdda_undo_show(const char *path, const unsigned char *digest, uint64_t *l
    return problem;
 }
 
-/* Put the results back to where they were at the checkpoint with this digest. `done` says whether there was an undo
- * file of that checkpoint. The undo file stays: doing it again does no harm. */
+/* Return the results to the state of the checkpoint with this digest. `done`: an undo file of that checkpoint was
+ * applied. The undo file stays: applying it again is harmless. */
 int rockdda_undo_roll_back(const char *results, const char *path, const unsigned char *digest, int *done)
 {
    unsigned char record[RECORD];
@@ -277,7 +277,7 @@ int rockdda_undo_roll_back(const char *results, const char *path, const unsigned
    }
    fd = open(results, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
    if (fd < 0 || fstat(fd, &info) != 0) problem = errno;
-   if (!problem && (uint64_t)info.st_size < length) problem = ENODATA; /* cut by somebody else */
+   if (!problem && (uint64_t)info.st_size < length) problem = ENODATA; /* shortened by another program */
    for (k = 0; !problem && read_record(undo, k, record); k++)
       problem = rockdda_write_at(fd, record + 16, ROCKDDA_PAGE, get_number(record) * ROCKDDA_PAGE);
    if (!problem && ftruncate(fd, (off_t)length) != 0) problem = errno;

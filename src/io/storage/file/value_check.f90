@@ -5,7 +5,7 @@
 !>     call check%in_range(block, 1, n_blocks, 'fixed_block')   ! 'model/fixed_block holds an impossible number'
 !>     if (.not. check%passed()) return
 !>
-!> The Python package has the same words (postprocess/rockdda/storage/check.py).
+!> The Python package has the same messages (postprocess/rockdda/storage/check.py).
 module rockdda_io_value_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -14,7 +14,7 @@ module rockdda_io_value_check
    public :: value_check_type
 
    type :: value_check_type
-      character(len=:), allocatable :: group    !! what the names that follow are in
+      character(len=:), allocatable :: group    !! group of the names that follow
       character(len=:), allocatable, private :: first   !! what is wrong
    contains
       procedure :: passed
@@ -35,13 +35,13 @@ module rockdda_io_value_check
 
 contains
 
-   !> Has nothing been wrong so far?
+   !> Have all checks passed so far?
    pure logical function passed(self)
       class(value_check_type), intent(in) :: self
       passed = .not. allocated(self%first)
    end function passed
 
-   !> The first thing that has been wrong; '' when nothing has.
+   !> The first problem; '' without one.
    pure function problem(self) result(text)
       class(value_check_type), intent(in) :: self
       character(len=:), allocatable :: text
@@ -88,7 +88,7 @@ contains
       call self%need(ok, name, 'cannot be read: it holds no '//trim(merge('reals   ', 'integers', reals)))
    end subroutine has_type
 
-   !> The shape of a value must be that which other values ask for.
+   !> The shape of a value must match that of other values.
    subroutine has_shape(self, ok, name)
       class(value_check_type), intent(inout) :: self
       logical, intent(in) :: ok

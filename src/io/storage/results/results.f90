@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Writer of the results file, format version 1 (docs/file-formats.md, "results").
 !>
-!> Rows of history and frames wait in memory and are written together at each flush, all or nothing; after a kill at
-!> any moment the file holds everything up to the last flush, and `reopen` takes it back to a checkpoint. Block numbers
-!> in the file count from 0, material numbers from 1. While a run goes on, and after a kill, `complete` is 0 and
-!> `exit_reason` is "running".
+!> Rows of history and frames wait in memory; each flush writes all of them or none. After a kill at any moment the file
+!> contains all rows up to the last flush, and `reopen` returns it to a checkpoint. Block numbers start at 0, material
+!> numbers at 1. During a run, and after a kill, `complete` is 0 and `exit_reason` is "running".
 module rockdda_io_results
    use, intrinsic :: iso_fortran_env, only : int64
    use rockdda_base_kinds, only : wp, i8
@@ -62,8 +61,8 @@ module rockdda_io_results
 
 contains
 
-   !> Create the file with everything that is known before the first step, flush it, and only then give it its name.
-   !> An existing file is an input error without `force`; a file that another run writes always is.
+   !> Create the file with header and model, flush it, then rename it to its final name. An existing file is an input
+   !> error without `force`; a file that another run writes is always one.
    subroutine create(self, path, force, header, blocks, state, error)
       class(results_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -96,7 +95,7 @@ contains
          call remove_file(undo_path(path))   ! of the run that was here
          return
       end if
-      ! leave no half-made file behind
+      ! remove the incomplete file
       self%failed = .true.
       call self%file%abandon()
       call self%lock%discard()
@@ -310,7 +309,7 @@ contains
       call self%write_if_large(error)
    end subroutine append_frame
 
-   !> How far the file goes, with the rows that wait.
+   !> Numbers of rows of the file, including those in memory.
    pure type(results_rows_type) function rows(self)
       class(results_type), intent(in) :: self
       rows = self%so_far
@@ -323,8 +322,7 @@ contains
       has_failed = self%failed
    end function has_failed
 
-   !> Write all waiting rows and hand them to the system. When that fails the file stays as the last flush left it
-   !> and nothing is written any more.
+   !> Write all waiting rows. After a failure the file remains as after the last flush, and nothing is written any more.
    subroutine flush(self, error)
       class(results_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -346,7 +344,7 @@ contains
       if (.not. self%failed) call self%file%sync(error)
    end subroutine sync
 
-   !> The last flush is the state of the checkpoint with this digest: from now on keep what is needed to go back to it.
+   !> Begin the undo file that returns the results to the last flush, the state of the checkpoint with this digest.
    subroutine keep_undo(self, digest, error)
       class(results_type), intent(in) :: self
       character(len=digest_length), intent(in) :: digest
@@ -363,7 +361,7 @@ contains
       if (real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp)) call self%flush(error)
    end subroutine flush_if_due
 
-   !> Write when much waits, to bound the memory in use.
+   !> Write when the waiting rows exceed the memory limit.
    subroutine write_if_large(self, error)
       class(results_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -380,11 +378,11 @@ contains
       end do
    end function waiting_bytes
 
-   !> Write what waits, say how the run ended, and give the file free.
+   !> Write the waiting rows and the reason for the end of the run, close the file and release its lock.
    subroutine close_results(self, complete, exit_reason, error, planned_time)
       class(results_type), intent(inout) :: self
-      logical, intent(in) :: complete                    !! the run came to its end
-      character(len=*), intent(in) :: exit_reason        !! 'finished' or why it stopped
+      logical, intent(in) :: complete                    !! the run reached its end
+      character(len=*), intent(in) :: exit_reason        !! 'finished' or the reason of the stop
       type(error_type), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: planned_time     !! of the run when no step is cut
       if (.not. self%file%is_open) then
@@ -402,7 +400,7 @@ contains
          self%failed = allocated(error)
       end if
       if (self%failed) then
-         ! on the disk everything is as at the last flush
+         ! the file remains as after the last flush
          call self%file%abandon()
       else
          call self%file%close(error)
@@ -411,8 +409,8 @@ contains
       call self%lock%release()
    end subroutine close_results
 
-   !> Continue the file of a run from a checkpoint: everything behind it goes. The file is left alone when it is not
-   !> the one that belongs to the checkpoint (code input).
+   !> Return the file of a run to a checkpoint and continue it. A file that does not belong to the checkpoint is not
+   !> changed (code input).
    subroutine reopen(self, path, header, digest, rows, blocks, record, error)
       class(results_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -429,7 +427,7 @@ contains
       self%so_far = rows
       self%failed = .false.
       if (get_path_kind(path) == path_kind%missing) then
-         call make_error(error, error_code%input, path//': the results of this checkpoint are not there')
+         call make_error(error, error_code%input, path//': the results of this checkpoint are missing')
          return
       end if
       call self%lock%reopen(path, error)

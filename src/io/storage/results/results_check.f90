@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> Are these the results of a checkpoint, are they whole, and can a run go on with them?
+!> Check that results belong to a checkpoint, are undamaged, and can be continued.
 !>
-!> HDF5 notices some damage of a file when it comes across it, in the midst of writing perhaps, and some never. So all
-!> that a run will do to its results is done beforehand, in memory, and what they hold is compared with check sums.
+!> HDF5 detects some damage only when it reads or overwrites the damaged place, and some never. Therefore a trial first
+!> performs in memory all operations that the run will perform on the file, then compares all rows with checksums.
 module rockdda_io_results_check
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_model_state, only : step_record_type, energy_names, n_energies
    use rockdda_io_digest, only : digest_length, fold
-   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
@@ -20,14 +20,14 @@ module rockdda_io_results_check
    private
    public :: check_results, cut_tables, total_of_model
 
-   !> Processor time that may be taken: this many seconds, and one for this many bytes of the tables when they are
-   !> unpacked, or of the file. Some tens of milliseconds and a tenth or less of that for the bytes are usual.
+   !> Limit of the processor time [s]: a constant and a share per byte, of the uncompressed tables or of the file. Usual
+   !> are some tens of milliseconds and at most a tenth of that share.
    real(wp), parameter :: least_seconds = 1
    real(wp), parameter :: slowest_reading = 1.0e7_wp
 
 contains
 
-   !> Look at results beside a checkpoint; an error (code input) when a run cannot go on with them. Nothing is changed.
+   !> Check the results of a checkpoint; an error (code input) when a run cannot continue them. Nothing is changed.
    subroutine check_results(path, lock, digest, header, rows, length, record, series, error)
       character(len=*), intent(in) :: path
       type(output_lock_type), intent(inout) :: lock      !! held on the file
@@ -41,24 +41,24 @@ contains
       real(wp) :: bytes
       integer :: outcome
       bytes = max(real(get_file_size(path), wp), sum(8*real(length, wp)*series%row_size))
-      call try_first(least_seconds + bytes/slowest_reading, outcome, error)
+      call run_in_child(least_seconds + bytes/slowest_reading, outcome, error)
       select case (outcome)
       case (guard%in_child)
-         ! else the file stayed locked for as long as the child outlives a parent that is killed
+         ! otherwise the lock would outlive a killed parent until the child ends
          call lock%release()
-         call try_all(path, digest, header, rows, length, record, series, error)
-         call leave_child(error)
+         call run_trial(path, digest, header, rows, length, record, series, error)
+         call end_child(error)
       case (guard%no_process)
-         call try_all(path, digest, header, rows, length, record, series, error)
+         call run_trial(path, digest, header, rows, length, record, series, error)
       case (guard%crashed)
-         call make_error(error, error_code%input, path//': the file is damaged: HDF5 does not get through it')
+         call make_error(error, error_code%input, path//': the file is damaged: HDF5 cannot read it')
       case (guard%no_memory)
          error%message = path//': '//error%message//' while it is read'
       end select
    end subroutine check_results
 
-   !> All that a run will do to the file, in memory.
-   subroutine try_all(path, digest, header, rows, length, record, series, error)
+   !> Perform in memory all operations of the run on the file, then verify its content.
+   subroutine run_trial(path, digest, header, rows, length, record, series, error)
       character(len=*), intent(in) :: path
       character(len=digest_length), intent(in) :: digest
       type(results_header_type), intent(in) :: header
@@ -84,14 +84,14 @@ contains
          end do
          if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'finished', error)
          if (.not. allocated(error)) call file%flush(error)
-         if (allocated(error)) call say_damaged(path, error)
+         if (allocated(error)) call mark_as_damaged(path, error)
       end if
       call file%abandon()
-      ! what it would look like then: a wrong address or length may have let something overwrite something else
+      ! verify the changed file: with a damaged address or length, new rows may have overwritten old ones
       if (.not. allocated(error)) call file%open_for_trial(path, digest, .true., error)
       if (.not. allocated(error)) call check_content(file, rows, length, series, error)
       call file%abandon()
-   end subroutine try_all
+   end subroutine run_trial
 
    !> Cut the tables of an open file back to a checkpoint.
    subroutine cut_tables(file, length, rows, series, error)
@@ -108,7 +108,7 @@ contains
       if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
    end subroutine cut_tables
 
-   !> Is this open file of the run with this header?
+   !> Does this open file belong to the run with this header?
    subroutine check_belongs(file, header, series, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_header_type), intent(in) :: header
@@ -130,7 +130,7 @@ contains
       if (.not. allocated(error)) call file%get_attribute('/', 'format_version', version, error)
       if (.not. allocated(error) .and. version /= results_format_version) &
          call not_as_written(file%path, 'format_version', error)
-      ! a run that goes on sets these two anew
+      ! a continued run overwrites these two
       if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', found, error)
       call compare_text('/', 'program_version', header%program_version)
@@ -151,7 +151,7 @@ contains
          if (same) same = all(shape(1:size(shape) - 1) == series(i)%row_shape)
          if (.not. same) call not_as_written(file%path, series(i)%name, error)
       end do
-      if (allocated(error)) call say_damaged(file%path, error)
+      if (allocated(error)) call mark_as_damaged(file%path, error)
 
    contains
 
@@ -165,14 +165,14 @@ contains
             call file%read(object, found, error)
          end if
          if (allocated(error)) return
-         ! with == blanks at the end do not count
+         ! == ignores trailing blanks
          if (found /= text .or. len(found) /= len(text)) &
             call not_as_written(file%path, trim(object//' '//attribute), error)
       end subroutine compare_text
 
    end subroutine check_belongs
 
-   !> Does an open file hold all rows of the checkpoint, in all tables, and the same last one?
+   !> Does an open file contain all rows of the checkpoint in all tables, and the same last row?
    subroutine check_reaches(file, rows, length, record, series, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_rows_type), intent(in) :: rows
@@ -200,11 +200,11 @@ contains
       call file%get_attribute('/', 'exit_reason', reason, error)
       if (allocated(error)) return
       do i = 2, n_tables
-         ! a kill in the midst of a flush leaves some tables longer than others
+         ! after a kill during a flush some tables are longer than others
          if (reason == 'running' .or. group_of(series(i)%name) /= group_of(series(i - 1)%name)) cycle
          if (beyond(i) /= beyond(i - 1)) then
             call not_as_written(file%path, 'the numbers of rows', error)
-            call say_damaged(file%path, error)
+            call mark_as_damaged(file%path, error)
             return
          end if
       end do
@@ -213,7 +213,7 @@ contains
       call file%read('history/time', time, error, n - 1, 1_i8)
       if (.not. allocated(error)) call file%read('history/energy', energy, error, n - 1, 1_i8)
       if (allocated(error)) then
-         call say_damaged(file%path, error)
+         call mark_as_damaged(file%path, error)
          return
       end if
       same = .not. abs(time(1) - record%time) > 0
@@ -231,7 +231,7 @@ contains
       if (index(name, 'frames/contact_') == 1 .and. name /= 'frames/contact_offset') group_of = 3
    end function group_of
 
-   !> Is everything up to the checkpoint as it was written?
+   !> Compare model and all rows up to the checkpoint with their checksums.
    subroutine check_content(file, rows, length, series, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_rows_type), intent(in) :: rows
@@ -240,7 +240,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: total
       integer :: i
-      call file%see_all(error)
+      call file%visit_all(error)
       if (.not. allocated(error)) call total_of_model(file, total, error)
       if (.not. allocated(error) .and. total /= rows%totals(n_totals)) &
          call not_as_written(file%path, 'the model', error)
@@ -250,10 +250,10 @@ contains
          if (.not. allocated(error) .and. total /= rows%totals(i)) &
             call not_as_written(file%path, series(i)%name, error)
       end do
-      if (allocated(error)) call say_damaged(file%path, error)
+      if (allocated(error)) call mark_as_damaged(file%path, error)
    end subroutine check_content
 
-   !> The check sum of what a file says about the model at the start.
+   !> Checksum of the model in a results file.
    subroutine total_of_model(file, total, error)
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(out) :: total
@@ -288,7 +288,7 @@ contains
       if (.not. allocated(error)) total = fold(total, integers)
    end subroutine total_of_model
 
-   !> Something that can be read is wrong.
+   !> An error about readable values that are wrong.
    subroutine not_as_written(path, what, error)
       character(len=*), intent(in) :: path, what
       type(error_type), allocatable, intent(out) :: error
@@ -296,13 +296,13 @@ contains
    end subroutine not_as_written
 
    !> "FILE: what" becomes "FILE: these results are damaged: what".
-   subroutine say_damaged(path, error)
+   subroutine mark_as_damaged(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: what
       what = error%message
       if (index(what, path//': ') == 1) what = what(len(path) + 3:)
       call make_error(error, error_code%input, path//': these results are damaged: '//what)
-   end subroutine say_damaged
+   end subroutine mark_as_damaged
 
 end module rockdda_io_results_check

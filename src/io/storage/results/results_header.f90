@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What a results file says about its run, and how far it goes.
+!> Header of a results file and its numbers of rows.
 module rockdda_io_results_header
    use rockdda_base_kinds, only : wp, i8
    implicit none
@@ -7,26 +7,26 @@ module rockdda_io_results_header
    public :: results_header_type, results_rows_type, results_format_version, n_tables, n_totals
 
    integer, parameter :: results_format_version = 1
-   !> Growing tables, and check sums: one for each table, one for the model.
+   !> Growing tables, and checksums: one for each table, one for the model.
    integer, parameter :: n_tables = 27, n_totals = n_tables + 1
 
-   !> What the file says about itself and where it came from.
+   !> Header: origin and options of the file.
    type :: results_header_type
       character(len=:), allocatable :: title
       character(len=:), allocatable :: program_version
       character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
-      character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' when there was none
+      character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' without one
       logical :: frames = .true.                         !! keep frames
       logical :: contacts = .true.                       !! keep the contacts of each frame
       real(wp) :: flush_interval = 2                     !! seconds between flushes
    end type results_header_type
 
-   !> How far a results file goes.
+   !> Numbers of rows of a results file.
    type :: results_rows_type
       integer :: steps = 0             !! rows of history
       integer :: frames = 0
       integer :: contacts = 0          !! rows of the contacts of all frames
-      integer(i8) :: totals(n_totals) = 0   !! check sums of the tables' rows; the last one of the model
+      integer(i8) :: totals(n_totals) = 0   !! checksums of the tables' rows; the last one of the model
    end type results_rows_type
 
 end module rockdda_io_results_header

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> What a results file says about itself, without reading the results.
+!> Summary of a results file, without reading the results.
 module rockdda_io_results_info
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
-   use rockdda_io_guard, only : try_first, leave_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_results_header, only : results_format_version
@@ -25,8 +25,7 @@ module rockdda_io_results_info
       real(wp) :: first_frame = 0, last_frame = 0   !! times
    end type results_info_type
 
-   !> Reading a summary takes milliseconds of processor time; who needs this many seconds, and one for this many bytes
-   !> of the file, is lost in a damaged file.
+   !> Limit of the processor time for a summary: a constant [s] and a share per byte. Usual are milliseconds.
    real(wp), parameter :: seconds_to_read = 0.5_wp, slowest_reading = 1.0e8_wp
 
 contains
@@ -39,14 +38,14 @@ contains
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
       integer :: outcome
-      call try_first(seconds_to_read + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, ignored)
+      call run_in_child(seconds_to_read + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, ignored)
       select case (outcome)
       case (guard%in_child)
          call file%open(path, .false., error)
          if (.not. allocated(error)) call read_all(file, info, error)
-         call leave_child(error)
+         call end_child(error)
       case (guard%crashed)
-         call make_error(error, error_code%input, path//': error: the file is damaged: HDF5 does not get through it')
+         call make_error(error, error_code%input, path//': error: the file is damaged: HDF5 cannot read it')
          return
       case (guard%no_memory)
          call move_alloc(ignored, error)

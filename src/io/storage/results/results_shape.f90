@@ -2,7 +2,7 @@
 !> Do the arrays of a results file fit each other? Names, types and shapes of all tables, and the numbers by which
 !> others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are not read.
 !>
-!> The Python package has the same rules and words (postprocess/rockdda/storage/check.py).
+!> The Python package has the same rules and messages (postprocess/rockdda/storage/check.py).
 module rockdda_io_results_shape
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -124,7 +124,7 @@ contains
       if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
    end subroutine check_bolts
 
-   !> Tables with a row per step. A kill leaves some longer than others.
+   !> Tables with a row per step. After a kill some may be longer than others.
    subroutine check_history(file, check, points)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
@@ -177,7 +177,7 @@ contains
       if (check%passed()) call check%are_offsets(offsets, offsets(m), 0, 'contact_offset')
    end subroutine check_frames
 
-   !> Rows of a table of the present group, 0 after a failure: it must be there, and have rows of this shape.
+   !> Number of rows of a table of the present group, 0 after a failure: it must exist and have rows of this shape.
    integer function rows_of(file, check, name, of_reals, row_shape) result(n)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check

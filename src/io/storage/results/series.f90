@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> A table of a results file that grows by rows: rows wait in memory until they are written together.
 !>
-!> A compressed chunk that is written again changes its size and thus its place, and the place that it leaves may be
-!> taken by another before the file's tables say so: a reader would find the wrong rows. So a chunk is compressed only
-!> if it is complete when it is first written; one that is begun stays uncompressed, in its place.
+!> A compressed chunk that is written again changes its size and therefore its address, and another chunk may occupy the
+!> old address before the index is updated: a reader would find the wrong rows. A chunk is therefore compressed only if
+!> it is complete when it is first written; an incomplete chunk stays uncompressed at its address.
 !>
-!>     rows     | chunk: complete | chunk: complete | last chunk: begun  .  .  . |
-!>              |  compressed     |  compressed     |  as it is, zeros behind    |
+!>     rows     | chunk: complete | chunk: complete | last chunk: incomplete . . |
+!>              |  compressed     |  compressed     |  uncompressed, then zeros  |
 module rockdda_io_series
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
@@ -16,7 +16,7 @@ module rockdda_io_series
    private
    public :: series_type
 
-   !> Bytes of a chunk to aim at, and the largest.
+   !> Preferred and largest size of a chunk [bytes].
    integer, parameter :: usual_chunk = 4096, largest_chunk = 1048576
    !> Rows of a chunk at most.
    integer, parameter :: most_chunk_rows = 1024
@@ -30,8 +30,8 @@ module rockdda_io_series
       integer :: row_size = 1                       !! entries in a row
       integer(i8) :: n_written = 0                  !! rows in the file
       integer :: n_waiting = 0                      !! rows in memory
-      integer(i8) :: total = 0                      !! check sum of all rows, those that wait too
-      integer, private :: n_begun = 0               !! rows of the last chunk that are in the file
+      integer(i8) :: total = 0                      !! checksum of all rows, including those in memory
+      integer, private :: n_begun = 0               !! rows of the last, incomplete chunk in the file
       real(wp), allocatable, private :: reals(:)    !! rows of the last chunk, then rows waiting
       integer, allocatable, private :: integers(:)
    contains
@@ -77,12 +77,12 @@ contains
       call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), error)
    end subroutine create
 
-   !> Cut the table of a file back to its first rows, to go on behind them.
+   !> Shorten the table of a file to its first rows; the next rows are appended behind them.
    subroutine cut(self, file, n_rows, total, error)
       class(series_type), intent(inout) :: self
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(in) :: n_rows
-      integer(i8), intent(in) :: total       !! check sum of these rows
+      integer(i8), intent(in) :: total       !! checksum of these rows
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: first
       call file%resize(self%name, n_rows, error)
@@ -162,7 +162,7 @@ contains
       if (.not. self%is_real) call self%add([(0, i=1, n*self%row_size)], n)
    end subroutine add_zeros
 
-   !> The check sum of the first rows of the table, as they are read from a file.
+   !> The checksum of the first rows of the table, as they are read from a file.
    subroutine total_in_file(self, file, n_rows, total, error)
       class(series_type), intent(in) :: self
       type(hdf5_file_type), intent(in) :: file
@@ -192,7 +192,7 @@ contains
       end do
    end subroutine total_in_file
 
-   !> Append the waiting rows to the file. When that fails the table is to be left alone.
+   !> Append the waiting rows to the file. After a failure the table must not be used.
    subroutine write_waiting(self, file, error)
       class(series_type), intent(inout) :: self
       type(hdf5_file_type), intent(in) :: file
@@ -241,7 +241,7 @@ contains
       end if
    end subroutine write_complete
 
-   !> Write a chunk of which n rows are known, after the first `done` in memory.
+   !> Write an incomplete chunk of n rows, which follow the first `done` rows in memory.
    subroutine write_begun(self, file, first, n, done, error)
       class(series_type), intent(in) :: self
       type(hdf5_file_type), intent(in) :: file
@@ -264,7 +264,7 @@ contains
       end if
    end subroutine write_begun
 
-   !> Keep the rows of the chunk that is begun, drop those before.
+   !> Keep the rows of the incomplete chunk in memory and remove those before.
    subroutine keep_last(self, n_rows, done)
       class(series_type), intent(inout) :: self
       integer, intent(in) :: n_rows, done       !! in memory; of complete chunks
@@ -280,7 +280,7 @@ contains
       end if
    end subroutine keep_last
 
-   !> Rows of a chunk. Rows that are cut into several chunks are one row a chunk, always complete.
+   !> Number of rows of a chunk. A row divided into several chunks has one row per chunk, which is always complete.
    pure integer function rows_of_chunk(self)
       class(series_type), intent(in) :: self
       integer :: shape(size(self%row_shape) + 1)
