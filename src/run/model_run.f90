@@ -4,7 +4,7 @@
 !>     call run%prepare(request, input, error)           nothing is written
 !>     call run%open(request, input, messages, error)    results and log; frame 0 is the start
 !>     call advance_run(run, observer, error)            the steps (rockdda_run_step_loop), each followed by
-!>        call run%keep(error)                           its rows of the results
+!>        call run%write_step(error)                     its rows of the results
 !>     call run%close(error)                             checkpoint, last frame and exit reason
 !>
 !> To continue from a checkpoint, instead of `prepare` and `open`:
@@ -52,7 +52,7 @@ module rockdda_run_model_run
       type(simulation_type) :: sim
       character(len=:), allocatable :: output, log_file, checkpoint_file
       character(len=:), allocatable :: reason      !! 'finished' or the reason of the stop
-      character(len=:), allocatable :: warning     !! of the last `keep` or `close`
+      character(len=:), allocatable :: warning     !! of the last `write_step` or `close`
       type(diagnostics_type) :: warnings           !! all of them, for the summary
       logical :: strict = .false.                  !! a false energy balance ends the run
       type(checkpoint_facts_type) :: facts         !! facts about the run in its checkpoints
@@ -79,11 +79,11 @@ module rockdda_run_model_run
       procedure :: reopen => reopen_run
       procedure :: check_completion
       procedure :: has_results
-      procedure :: keep
+      procedure :: write_step
       procedure :: close => close_run
       procedure :: fraction_done
       procedure, private :: warn, check_energy
-      procedure, private :: begin_files, write_log_head, keep_step, log_step, log_choice, save_frame, save, &
+      procedure, private :: begin_files, write_log_head, write_rows, log_step, log_choice, save_frame, save, &
          reopen_files, end_files
    end type run_type
 
@@ -116,7 +116,7 @@ contains
 
    !> Write what an accepted step adds: its row of the history and, when due, frame, log line, flush and checkpoint.
    !> A run without results only checks its energy balance.
-   subroutine keep(self, error)
+   subroutine write_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       if (.not. self%is_open) then
@@ -124,9 +124,9 @@ contains
          return
       end if
       call lock_hdf5()
-      call self%keep_step(error)
+      call self%write_rows(error)
       call unlock_hdf5()
-   end subroutine keep
+   end subroutine write_step
 
    !> Write checkpoint, last frame and exit reason, and close the files. Returns the first failure, of the run so far or
    !> of the output; a failure of the output becomes the reason.
@@ -318,7 +318,7 @@ contains
    end subroutine write_log_head
 
    !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due.
-   subroutine keep_step(self, error)
+   subroutine write_rows(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: problem
@@ -347,7 +347,7 @@ contains
       end if
       call self%warn('no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
                      '; the run continues, and the older checkpoint is unchanged', error)
-   end subroutine keep_step
+   end subroutine write_rows
 
    !> Report a false energy balance: one warning; with `strict` an error.
    subroutine check_energy(self, error)

@@ -53,7 +53,7 @@ contains
          end if
          if (len(reason) == 0) then
             call observer%begin_writing()
-            call run%keep(error)
+            call run%write_step(error)
             if (allocated(error)) reason = trim(merge('failed', 'output', error%code == error_code%computation))// &
                                            ': '//first_line(error%message)
             if (len(reason) == 0) n = n + 1

@@ -32,8 +32,7 @@ module rockdda_io_series
       integer :: n_waiting = 0                      !! rows in memory
       integer(i8) :: total = 0                      !! checksum of all rows, including those in memory
       integer, private :: n_begun = 0               !! rows of the last, incomplete chunk in the file
-      real(wp), allocatable, private :: reals(:)    !! rows of the last chunk, then rows waiting
-      integer, allocatable, private :: integers(:)
+      real(wp), allocatable, private :: values(:)   !! rows of the last chunk, then rows waiting; integers are exact
    contains
       procedure :: init
       generic :: add => add_reals, add_integers
@@ -43,7 +42,7 @@ module rockdda_io_series
       procedure :: add_zeros
       procedure :: total_in_file
       procedure :: waiting_bytes
-      procedure, private :: add_reals, add_integers, chunk_shape, rows_of_chunk
+      procedure, private :: add_reals, add_integers, store, chunk_shape, rows_of_chunk
       procedure, private :: write_complete, write_begun, keep_last
    end type series_type
 
@@ -63,10 +62,8 @@ contains
       self%n_waiting = 0
       self%n_begun = 0
       self%total = 0
-      if (allocated(self%reals)) deallocate (self%reals)
-      if (allocated(self%integers)) deallocate (self%integers)
-      if (is_real) allocate (self%reals(max(1, self%row_size)))
-      if (.not. is_real) allocate (self%integers(max(1, self%row_size)))
+      if (allocated(self%values)) deallocate (self%values)
+      allocate (self%values(max(1, self%row_size)))
    end subroutine init
 
    !> Create the table in a file.
@@ -84,6 +81,7 @@ contains
       integer(i8), intent(in) :: n_rows
       integer(i8), intent(in) :: total       !! checksum of these rows
       type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: integers(:)
       integer(i8) :: first
       call file%resize(self%name, n_rows, error)
       if (allocated(error)) return
@@ -96,9 +94,10 @@ contains
       if (self%n_begun == 0) return
       first = n_rows - self%n_begun
       if (self%is_real) then
-         call file%read(self%name, self%reals, error, first, int(self%n_begun, i8))
+         call file%read(self%name, self%values, error, first, int(self%n_begun, i8))
       else
-         call file%read(self%name, self%integers, error, first, int(self%n_begun, i8))
+         call file%read(self%name, integers, error, first, int(self%n_begun, i8))
+         if (.not. allocated(error)) self%values = real(integers, wp)
       end if
    end subroutine cut
 
@@ -122,17 +121,8 @@ contains
       class(series_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)       !! (row_size*n_rows)
       integer, intent(in) :: n_rows
-      real(wp), allocatable :: larger(:)
-      integer :: n
-      n = self%row_size*(self%n_begun + self%n_waiting)
-      if (n + size(values) > size(self%reals)) then
-         allocate (larger(2*(n + size(values))))
-         larger(1:n) = self%reals(1:n)
-         call move_alloc(larger, self%reals)
-      end if
-      self%reals(n + 1:n + size(values)) = values
       self%total = fold(self%total, values)
-      self%n_waiting = self%n_waiting + n_rows
+      call self%store(values, n_rows)
    end subroutine add_reals
 
    !> Add rows of integers.
@@ -140,18 +130,26 @@ contains
       class(series_type), intent(inout) :: self
       integer, intent(in) :: values(:)        !! (row_size*n_rows)
       integer, intent(in) :: n_rows
-      integer, allocatable :: larger(:)
+      self%total = fold(self%total, values)
+      call self%store(real(values, wp), n_rows)
+   end subroutine add_integers
+
+   !> Store rows in memory.
+   subroutine store(self, values, n_rows)
+      class(series_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: n_rows
+      real(wp), allocatable :: larger(:)
       integer :: n
       n = self%row_size*(self%n_begun + self%n_waiting)
-      if (n + size(values) > size(self%integers)) then
+      if (n + size(values) > size(self%values)) then
          allocate (larger(2*(n + size(values))))
-         larger(1:n) = self%integers(1:n)
-         call move_alloc(larger, self%integers)
+         larger(1:n) = self%values(1:n)
+         call move_alloc(larger, self%values)
       end if
-      self%integers(n + 1:n + size(values)) = values
-      self%total = fold(self%total, values)
+      self%values(n + 1:n + size(values)) = values
       self%n_waiting = self%n_waiting + n_rows
-   end subroutine add_integers
+   end subroutine store
 
    !> Add as many rows of zeros as a chunk has.
    subroutine add_zeros(self)
@@ -235,9 +233,9 @@ contains
       a = self%row_size*done + 1
       b = self%row_size*(done + n)
       if (self%is_real) then
-         call file%write_rows(self%name, first + done, n, self%reals(a:b), error)
+         call file%write_rows(self%name, first + done, n, self%values(a:b), error)
       else
-         call file%write_rows(self%name, first + done, n, self%integers(a:b), error)
+         call file%write_rows(self%name, first + done, n, int(self%values(a:b)), error)
       end if
    end subroutine write_complete
 
@@ -248,19 +246,16 @@ contains
       integer(i8), intent(in) :: first
       integer, intent(in) :: n, done
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: reals(:)
-      integer, allocatable :: integers(:)
+      real(wp), allocatable :: chunk(:)
       integer :: a, b
       a = self%row_size*done
       b = self%row_size*n
+      allocate (chunk(self%row_size*self%rows_of_chunk()), source=0.0_wp)
+      chunk(1:b) = self%values(a + 1:a + b)
       if (self%is_real) then
-         allocate (reals(self%row_size*self%rows_of_chunk()), source=0.0_wp)
-         reals(1:b) = self%reals(a + 1:a + b)
-         call file%write_plain_chunk(self%name, first + done, reals, error)
+         call file%write_plain_chunk(self%name, first + done, chunk, error)
       else
-         allocate (integers(self%row_size*self%rows_of_chunk()), source=0)
-         integers(1:b) = self%integers(a + 1:a + b)
-         call file%write_plain_chunk(self%name, first + done, integers, error)
+         call file%write_plain_chunk(self%name, first + done, int(chunk), error)
       end if
    end subroutine write_begun
 
@@ -272,12 +267,7 @@ contains
       a = self%row_size*done
       b = self%row_size*(n_rows - done)
       self%n_begun = n_rows - done
-      if (done == 0) return
-      if (self%is_real) then
-         self%reals(1:b) = self%reals(a + 1:a + b)
-      else
-         self%integers(1:b) = self%integers(a + 1:a + b)
-      end if
+      if (done > 0) self%values(1:b) = self%values(a + 1:a + b)
    end subroutine keep_last
 
    !> Number of rows of a chunk. A row divided into several chunks has one row per chunk, which is always complete.
