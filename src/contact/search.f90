@@ -237,13 +237,7 @@ contains
             table%total_slip(k) = previous%total_slip(row)
             table%energy(k) = previous%energy(row)
          else
-            table%state(k) = contact_state%open
-            table%shear(k) = 0
-            table%normal_force(k) = 0
-            table%shear_force(k) = 0
-            table%slip_sign(k) = 0
-            table%total_slip(k) = 0
-            table%energy(k) = 0
+            call table%open_row(k)
             table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
             ! what touches at the start is in contact; the first solve tells what stays so
             if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
@@ -257,24 +251,11 @@ contains
          if (row <= k) cycle
          if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
          if (table%gap(k) >= table%gap(row)) then
-            call open_row(table, row)
+            call table%open_row(row)
          else
-            call open_row(table, k)
+            call table%open_row(k)
          end if
       end do
    end subroutine hand_on_history
-
-   !> Forget a closed contact.
-   pure subroutine open_row(table, k)
-      type(contact_table_type), intent(inout) :: table
-      integer, intent(in) :: k
-      table%state(k) = contact_state%open
-      table%shear(k) = 0
-      table%normal_force(k) = 0
-      table%shear_force(k) = 0
-      table%slip_sign(k) = 0
-      table%total_slip(k) = 0
-      table%energy(k) = 0
-   end subroutine open_row
 
 end module rockdda_contact_search

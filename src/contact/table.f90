@@ -43,6 +43,7 @@ module rockdda_contact_table
    contains
       procedure :: resize
       procedure :: exchange
+      procedure :: open_row
    end type contact_table_type
 
 contains
@@ -67,6 +68,19 @@ contains
       allocate (self%total_slip(m), self%energy(m), source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
+
+   !> A contact that carries nothing and remembers nothing; its bond stays as it is.
+   pure subroutine open_row(self, c)
+      class(contact_table_type), intent(inout) :: self
+      integer, intent(in) :: c   !! row
+      self%state(c) = contact_state%open
+      self%shear(c) = 0
+      self%normal_force(c) = 0
+      self%shear_force(c) = 0
+      self%slip_sign(c) = 0
+      self%total_slip(c) = 0
+      self%energy(c) = 0
+   end subroutine open_row
 
    !> Exchange the contents of two tables without copying them.
    pure subroutine exchange(self, other)

@@ -15,8 +15,8 @@ module rockdda_stepping_failure
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_open_close, only : open_close_type
-   use rockdda_assembly_kinematics, only : displacement_at, displacement_gradient
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_kinematics, only : displacement_at, displacement_gradient
    implicit none
    private
    public :: attempt, find_ruined_block, report_failure

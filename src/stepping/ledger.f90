@@ -12,17 +12,16 @@ module rockdda_stepping_ledger
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, energy, n_energies
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_law, only : contact_law_type
-   use rockdda_contact_open_close, only : open_close_type
-   use rockdda_assembly_kinematics, only : mass_matrix, mass_times, displacement_at
-   use rockdda_assembly_elastic, only : strain_energy, elastic_energy, stress_of
-   use rockdda_assembly_inertia, only : new_velocity, mass_damping_dissipation
-   use rockdda_assembly_contact_spring, only : dashpot_dissipation
-   use rockdda_assembly_points, only : support_energy
-   use rockdda_assembly_bolts, only : bolt_response, bolt_energy
-   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_kinematics, only : mass_matrix, mass_times
+   use rockdda_interaction_elastic, only : strain_energy, elastic_energy, stress_of
+   use rockdda_interaction_inertia, only : new_velocity, mass_damping_dissipation
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, end_joint, spring_energy
+   use rockdda_interaction_points, only : support_energy
+   use rockdda_interaction_bolts, only : bolt_response, bolt_energy
+   use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, support_stretch
    use rockdda_stepping_given_energy, only : given_energy_type
-   use rockdda_stepping_links, only : bolt_round_type, contact_dashpots
+   use rockdda_stepping_links, only : bolt_round_type
    implicit none
    private
    public :: ledger_type
@@ -149,26 +148,22 @@ contains
       call self%given%start(self%total(energy%kinetic))
    end subroutine start
 
-   !> Contacts of an accepted step: springs, friction, dashpots, changes of state.
-   !> Also writes the table's energies, shear springs and forces: the table then is that of the step's end.
-   subroutine add_contacts(self, parameters, laws, state, trial, dt, table)
+   !> Contacts of an accepted step: springs, friction, dashpots, changes of state. The table is that of the step's start.
+   subroutine add_contacts(self, settings, trial, step, table)
       class(ledger_type), intent(inout) :: self
-      type(parameters_type), intent(in) :: parameters
-      type(contact_law_type), intent(in) :: laws(:)
-      type(block_state_type), intent(in) :: state
+      type(joint_settings_type), intent(in) :: settings
       type(open_close_type), intent(in) :: trial
-      real(wp), intent(in) :: dt   !! step [time]
-      type(contact_table_type), intent(inout) :: table
+      integer, intent(in) :: step   !! number of the step
+      type(contact_table_type), intent(in) :: table
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
       integer :: p, n, column, c
       n = n_pieces(table%n)
       self%before = self%total
       call make_room(self, table%n)
-      !$omp parallel do default(none) shared(self, parameters, laws, state, trial, dt, table, n) private(p) &
+      !$omp parallel do default(none) shared(self, settings, trial, table, n) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n
-         call end_contacts((p - 1)*piece + 1, min(p*piece, table%n), parameters, laws, state, trial, dt, table, &
-                           self%sums(:, p))
+         call measure_contacts((p - 1)*piece + 1, min(p*piece, table%n), settings, trial, table, self%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(self%sums(1, 1:n))
@@ -185,7 +180,7 @@ contains
          if (n == 0) exit
          p = maxloc(self%sums(5 + 2*column, 1:n), dim=1)
          c = nint(self%sums(6 + 2*column, p))
-         if (c > 0) call self%given%add_contact(column, self%sums(5 + 2*column, p), state%step + 1, &
+         if (c > 0) call self%given%add_contact(column, self%sums(5 + 2*column, p), step, &
                                                 table%block_a(c), table%block_b(c), table%point(:, c))
       end do
       call add(self, energy%friction, friction)
@@ -195,24 +190,19 @@ contains
    end subroutine add_contacts
 
    !> The part of `add_contacts` for some of the contacts.
-   pure subroutine end_contacts(first, last, parameters, laws, state, trial, dt, table, sums)
+   pure subroutine measure_contacts(first, last, settings, trial, table, sums)
       integer, intent(in) :: first, last
-      type(parameters_type), intent(in) :: parameters
-      type(contact_law_type), intent(in) :: laws(:)
-      type(block_state_type), intent(in) :: state
+      type(joint_settings_type), intent(in) :: settings
       type(open_close_type), intent(in) :: trial
-      real(wp), intent(in) :: dt   !! step [time]
-      type(contact_table_type), intent(inout) :: table
+      type(contact_table_type), intent(in) :: table
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(n_sums)
-      real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, limit
-      real(wp) :: damping(2), worst(4)
+      type(joint_type) :: joint
+      type(joint_end_type) :: after
+      real(wp) :: x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       integer :: c
-      logical :: was_closed, damped
-      damped = any(laws%damping_ratio > 0)
-      kn = parameters%normal_stiffness
-      ks = parameters%shear_stiffness
+      logical :: was_closed
       carried = 0
       friction = 0
       dissipated = 0
@@ -220,62 +210,45 @@ contains
       geometry = 0
       stored = 0
       worst = 0
-      do c = first, last
-         was_closed = table%state(c) /= contact_state%open
-         x0 = table%gap(c)
-         s0 = table%shear(c)
-         before = 0
-         if (was_closed) before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
-         carried = carried + table%energy(c)
-         geometry = geometry + (before - table%energy(c))
-         if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
-         if (trial%state_used(c) == contact_state%open) then
-            discarded = discarded + before
-            table%state(c) = contact_state%open
-            table%energy(c) = 0
-            table%shear(c) = 0
-            table%total_slip(c) = 0
-            table%normal_force(c) = 0
-            table%shear_force(c) = 0
-            table%slip_sign(c) = 0
-            table%bonded(c) = trial%bonded(c)
-            cycle
-         end if
-         x1 = trial%gap(c)
-         s1 = s0 + trial%slip(c)
-         if (was_closed .or. x0 < 0) then
-            dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
-            if (.not. was_closed) then
-               discarded = discarded - 0.5_wp*kn*x0**2
-               if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
+      associate (kn => settings%k_n, ks => settings%k_s)
+         do c = first, last
+            was_closed = table%state(c) /= contact_state%open
+            x0 = table%gap(c)
+            s0 = table%shear(c)
+            before = 0
+            if (was_closed) before = spring_energy(settings, x0, s0)
+            carried = carried + table%energy(c)
+            geometry = geometry + (before - table%energy(c))
+            if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
+            joint = trial%joint_used(table, c)
+            if (joint%state == contact_state%open) then
+               discarded = discarded + before
+               cycle
             end if
-         else
-            dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
-         end if
-         if (damped) damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
-                                                state%mass(table%block_b(c)))
-         if (damped) dissipated = dissipated + dashpot_dissipation(damping(1), dt, x1 - x0)
-         if (trial%state_used(c) == contact_state%locked) then
-            dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
-            if (damped) dissipated = dissipated + dashpot_dissipation(damping(2), dt, s1 - s0)
-            table%shear_force(c) = -ks*s1
-         else
-            limit = trial%friction_used(c)/ks
-            s1 = max(-limit, min(limit, s1))
-            friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
-            table%shear_force(c) = -trial%sign_used(c)*trial%friction_used(c)
-            table%total_slip(c) = table%total_slip(c) + abs(trial%slip(c))
-         end if
-         table%state(c) = trial%state(c)
-         table%slip_sign(c) = trial%slip_sign(c)
-         table%shear(c) = s1
-         table%normal_force(c) = -kn*x1
-         table%bonded(c) = trial%bonded(c)
-         table%energy(c) = 0.5_wp*kn*x1**2 + 0.5_wp*ks*s1**2
-         stored = stored + table%energy(c)
-      end do
+            x1 = trial%gap(c)
+            after = end_joint(settings, joint, x1, trial%slip(c))
+            s1 = after%shear
+            if (was_closed .or. x0 < 0) then
+               dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
+               if (.not. was_closed) then
+                  discarded = discarded - 0.5_wp*kn*x0**2
+                  if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
+               end if
+            else
+               dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
+            end if
+            dissipated = dissipated + joint%normal_drag*(x1 - x0)*(x1 - x0)
+            if (joint%state == contact_state%locked) then
+               dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
+               dissipated = dissipated + joint%drag*(s1 - s0)*(s1 - s0)
+            else
+               friction = friction + joint%slip_sign*joint%friction*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+            end if
+            stored = stored + after%energy
+         end do
+      end associate
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
-   end subroutine end_contacts
+   end subroutine measure_contacts
 
    !> Blocks of an accepted step: loads, elastic dissipation, damping; state is that of the step's start.
    subroutine add_blocks(self, blocks, parameters, matrices, state, loads, dt, d)
@@ -324,8 +297,8 @@ contains
       sums(3) = sums(3) + lost
    end subroutine end_block
 
-   !> Fixed points and bolts of an accepted step; also the support forces. state is that of the step's start.
-   pure subroutine add_supports(self, blocks, parameters, state, loads, released, bolts, d, fixed_force, bolt_plastic)
+   !> Fixed points and bolts of an accepted step; state is that of the step's start.
+   pure subroutine add_supports(self, blocks, parameters, state, loads, released, bolts, d)
       class(ledger_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -334,11 +307,9 @@ contains
       logical, intent(in) :: released(:)          !! (nf)
       type(bolt_round_type), intent(in) :: bolts
       real(wp), intent(in) :: d(:, :)             !! (6, nb)
-      real(wp), intent(out) :: fixed_force(:, :)  !! (2, nf) on the block
-      real(wp), intent(inout) :: bolt_plastic(:)  !! (bolts) yielded elongation
       real(wp) :: x0(2), x1(2), pulled(2), stored, lost, external, start_energy, end_energy, plastic, force, yielded
-      integer :: p, b, l
-      fixed_force = 0
+      integer :: p, l
+      logical :: yields
       do p = 1, blocks%fixed%n
          if (released(p)) then
             ! what its spring held when it was let go is gone
@@ -346,10 +317,7 @@ contains
             self%fixed_energy(p) = 0
             cycle
          end if
-         b = blocks%fixed%block(p)
-         x0 = state%fixed_position(:, p) - blocks%fixed%position(:, p) - loads%target_start(:, p)
-         x1 = x0 + displacement_at(d(:, b), state%fixed_position(:, p), state%centroid(:, b)) &
-              - (loads%target_end(:, p) - loads%target_start(:, p))
+         call support_stretch(p, blocks, state, loads, d, x0, x1)
          pulled = loads%target_end(:, p) - loads%target_start(:, p)
          call support_energy(parameters%fixed_stiffness, x0, x1, pulled, stored, lost, external)
          start_energy = 0.5_wp*parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
@@ -357,18 +325,16 @@ contains
          self%fixed_energy(p) = start_energy + stored
          call add(self, energy%dissipated, lost)
          call add(self, energy%external, external)
-         fixed_force(:, p) = -parameters%fixed_stiffness*x1
       end do
       start_energy = 0
       end_energy = 0
       do l = 1, blocks%bolts%n
          call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), bolts%stretch(l), &
-                            force, yielded)
+                            force, yields, yielded)
          call bolt_energy(blocks%bolts%stiffness(l), bolts%force(l), force, yielded, stored, lost, plastic)
          start_energy = start_energy + 0.5_wp*bolts%force(l)**2/blocks%bolts%stiffness(l)
          end_energy = end_energy + 0.5_wp*force**2/blocks%bolts%stiffness(l)
          call add(self, energy%dissipated, lost + plastic)
-         bolt_plastic(l) = bolt_plastic(l) + yielded
       end do
       call add(self, energy%geometry, start_energy - self%bolt_energy)
       self%bolt_energy = end_energy

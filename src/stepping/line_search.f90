@@ -17,9 +17,11 @@ module rockdda_stepping_line_search
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_table, only : contact_table_type
-   use rockdda_contact_law, only : contact_law_type
-   use rockdda_contact_open_close, only : open_close_type, judge_settings_type
-   use rockdda_assembly_equations, only : equations_type
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_joint_law, only : joint_settings_type
+   use rockdda_interaction_bolts, only : bolt_response
+   use rockdda_interaction_equations, only : equations_type
    use rockdda_linear_products, only : add_product
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    use rockdda_stepping_links, only : bolt_round_type
@@ -83,7 +85,7 @@ contains
       class(line_search_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(contact_law_type), intent(in) :: laws(:)        !! per joint material
-      type(judge_settings_type), intent(in) :: settings
+      type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
       type(open_close_type), intent(inout) :: trial
@@ -143,7 +145,7 @@ contains
       class(line_search_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(contact_law_type), intent(in) :: laws(:)        !! per joint material
-      type(judge_settings_type), intent(in) :: settings
+      type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
@@ -182,17 +184,18 @@ contains
       real(wp), intent(in) :: a
       type(block_system_type), intent(in) :: blocks
       type(contact_law_type), intent(in) :: laws(:)
-      type(judge_settings_type), intent(in) :: settings
+      type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
       type(equations_type), intent(in) :: equations
-      real(wp) :: force
+      real(wp) :: force, yielded
+      logical :: yields
       integer :: i, l
       call trial%forces_between(table, laws, settings, a, self%gap, self%slip, self%force)
       do l = 1, blocks%bolts%n
-         force = bolts%force(l) + blocks%bolts%stiffness(l)*(self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)))
-         if (blocks%bolts%strength(l) > 0) force = max(-blocks%bolts%strength(l), min(blocks%bolts%strength(l), force))
+         call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), &
+                            self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)), force, yields, yielded)
          self%force(:, table%n + l) = [force, 0.0_wp]
       end do
       !$omp parallel do default(none) private(i) shared(self, a, equations) schedule(static) &

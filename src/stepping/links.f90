@@ -6,18 +6,18 @@ module rockdda_stepping_links
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_friction_search, only : friction_search_type
-   use rockdda_contact_law, only : contact_law_type
-   use rockdda_contact_open_close, only : open_close_type
-   use rockdda_assembly_contact_spring, only : spring_vectors, dashpot_coefficient
-   use rockdda_assembly_bolts, only : bolt_vectors, bolt_force
-   use rockdda_assembly_equations, only : equations_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_interaction_friction_search, only : friction_search_type
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_contact_spring, only : spring_vectors, dashpot_coefficient
+   use rockdda_interaction_joint_law, only : joint_settings_type, linearise_joint
+   use rockdda_interaction_bolts, only : bolt_vectors, bolt_force, bolt_response
+   use rockdda_interaction_equations, only : equations_type
    implicit none
    private
    public :: bolt_round_type, set_drag, set_link_vectors, set_link_forces, set_friction_forces, &
-      predict_contacts, predict_sliding, judge_bolts
-   public :: contact_dashpots
+      predict_contacts, predict_sliding, judge_bolts, commit_bolts
 
    !> Bolts in the open-close loop.
    type :: bolt_round_type
@@ -87,7 +87,7 @@ contains
       c(2) = dashpot_coefficient(law%damping_ratio, parameters%shear_stiffness, mass_a, mass_b)
    end function contact_dashpots
 
-   !> What the open-close loop has to know of the dashpots.
+   !> Dashpots of all contacts in a step of this length.
    pure subroutine set_drag(parameters, laws, state, table, dt, trial)
       type(parameters_type), intent(in) :: parameters
       type(contact_law_type), intent(in) :: laws(:)
@@ -107,49 +107,31 @@ contains
    end subroutine set_drag
 
    !> Stiffness and force of all links for the trial states of a round.
-   subroutine set_link_forces(blocks, parameters, laws, state, table, trial, bolts, dt, equations)
+   subroutine set_link_forces(blocks, settings, table, trial, bolts, equations)
       type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(contact_law_type), intent(in) :: laws(:)
-      type(block_state_type), intent(in) :: state
+      type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       type(bolt_round_type), intent(in) :: bolts
-      real(wp), intent(in) :: dt   !! step [time]
       type(equations_type), intent(inout) :: equations
-      real(wp) :: damping(2), stiffness(2), force(2)
+      real(wp) :: stiffness(2), force(2), yielded
       integer :: c, l
-      logical :: damped
-      damped = any(laws%damping_ratio > 0)
-      !$omp parallel do default(none) shared(parameters, laws, state, table, trial, dt, equations, damped) &
-      !$omp private(c, damping, stiffness, force) schedule(static) if (table%n > parallel_contacts)
+      logical :: yields
+      !$omp parallel do default(none) shared(settings, table, trial, equations) private(c, stiffness, force) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
-         stiffness = 0
-         force = 0
-         if (trial%state(c) /= contact_state%open) then
-            damping = 0
-            if (damped) damping = contact_dashpots(laws(table%joint(c)), parameters, state%mass(table%block_a(c)), &
-                                                   state%mass(table%block_b(c)))/dt
-            stiffness(1) = parameters%normal_stiffness + damping(1)
-            force(1) = -parameters%normal_stiffness*table%gap(c)
-            if (trial%state(c) == contact_state%locked) then
-               stiffness(2) = parameters%shear_stiffness + damping(2)
-               force(2) = -parameters%shear_stiffness*table%shear(c)
-            else
-               force(2) = -trial%slip_sign(c)*trial%friction(c)
-            end if
-         end if
+         call linearise_joint(settings, trial%joint_of(table, c), stiffness, force)
          call equations%set_link(c, stiffness, force)
       end do
       !$omp end parallel do
       do l = 1, blocks%bolts%n
-         stiffness = 0
-         force = 0
+         stiffness = [blocks%bolts%stiffness(l), 0.0_wp]
+         force = [-bolts%force(l), 0.0_wp]
          if (bolts%yields(l)) then
-            force(1) = -sign(blocks%bolts%strength(l), bolts%force(l) + blocks%bolts%stiffness(l)*bolts%stretch(l))
-         else
-            stiffness(1) = blocks%bolts%stiffness(l)
-            force(1) = -bolts%force(l)
+            call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), bolts%stretch(l), &
+                               force(1), yields, yielded)
+            stiffness(1) = 0
+            force(1) = -force(1)
          end if
          call equations%set_link(table%n + l, stiffness, force)
       end do
@@ -229,18 +211,33 @@ contains
       end do
    end subroutine predict_contacts
 
-   !> A bolt yields when its elastic force would exceed its strength, and holds again when it does not.
+   !> Plastic elongation of the bolts at the end of an accepted step.
+   pure subroutine commit_bolts(blocks, bolts, plastic)
+      type(block_system_type), intent(in) :: blocks
+      type(bolt_round_type), intent(in) :: bolts
+      real(wp), intent(inout) :: plastic(:)   !! (bolts) [length]
+      real(wp) :: force, yielded
+      logical :: yields
+      integer :: l
+      do l = 1, blocks%bolts%n
+         call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), bolts%stretch(l), &
+                            force, yields, yielded)
+         plastic(l) = plastic(l) + yielded
+      end do
+   end subroutine commit_bolts
+
+   !> Which bolts yield at the predicted motion.
    pure subroutine judge_bolts(blocks, bolts, n_changes)
       type(block_system_type), intent(in) :: blocks
       type(bolt_round_type), intent(inout) :: bolts
       integer, intent(out) :: n_changes
+      real(wp) :: force, yielded
       logical :: yields
       integer :: l
       n_changes = 0
       do l = 1, blocks%bolts%n
-         yields = .false.
-         if (blocks%bolts%strength(l) > 0) yields = abs(bolts%force(l) + blocks%bolts%stiffness(l)*bolts%stretch(l)) &
-                                                    > blocks%bolts%strength(l)
+         call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), bolts%stretch(l), &
+                            force, yields, yielded)
          if (yields .neqv. bolts%yields(l)) n_changes = n_changes + 1
          bolts%yields(l) = yields
       end do

@@ -13,15 +13,15 @@ module rockdda_stepping_loads
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_assembly_kinematics, only : mass_matrix, point_load
-   use rockdda_assembly_elastic, only : elasticity, compliance, add_elastic, add_stress
-   use rockdda_assembly_inertia, only : add_inertia, add_mass_damping
-   use rockdda_assembly_loads, only : body_force, line_load, table_value, load_factor, base_acceleration
-   use rockdda_assembly_points, only : add_point_spring
+   use rockdda_interaction_kinematics, only : mass_matrix, point_load, displacement_at
+   use rockdda_interaction_elastic, only : elasticity, compliance, add_elastic, add_stress
+   use rockdda_interaction_inertia, only : add_inertia, add_mass_damping
+   use rockdda_interaction_loads, only : body_force, line_load, table_value, load_factor, base_acceleration
+   use rockdda_interaction_points, only : add_point_spring
    implicit none
    private
    public :: material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
-      attach_line_loads
+      attach_line_loads, support_stretch, support_forces
 
    !> Elasticity of the block materials.
    type :: material_matrices_type
@@ -145,6 +145,40 @@ contains
          magnitude(:, b) = magnitude(:, b) + abs(f(:, b) - before)
       end do
    end subroutine set_block_terms
+
+   !> Stretch of the springs of a fixed point at the start of a step and at its end, with its target there.
+   pure subroutine support_stretch(point, blocks, state, loads, d, x0, x1)
+      integer, intent(in) :: point
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state   !! at the start of the step
+      type(step_loads_type), intent(in) :: loads
+      real(wp), intent(in) :: d(:, :)               !! (6, nb) unknowns of the step
+      real(wp), intent(out) :: x0(2), x1(2)         !! [length]
+      integer :: b
+      b = blocks%fixed%block(point)
+      x0 = state%fixed_position(:, point) - blocks%fixed%position(:, point) - loads%target_start(:, point)
+      x1 = x0 + displacement_at(d(:, b), state%fixed_position(:, point), state%centroid(:, b)) &
+           - (loads%target_end(:, point) - loads%target_start(:, point))
+   end subroutine support_stretch
+
+   !> Forces of all fixed points on their blocks at the end of a step.
+   pure subroutine support_forces(blocks, stiffness, state, loads, released, d, force)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in) :: stiffness             !! [force/length]
+      type(block_state_type), intent(in) :: state   !! at the start of the step
+      type(step_loads_type), intent(in) :: loads
+      logical, intent(in) :: released(:)            !! (nf)
+      real(wp), intent(in) :: d(:, :)               !! (6, nb) unknowns of the step
+      real(wp), intent(out) :: force(:, :)          !! (2, nf)
+      real(wp) :: x0(2), x1(2)
+      integer :: p
+      force = 0
+      do p = 1, blocks%fixed%n
+         if (released(p)) cycle
+         call support_stretch(p, blocks, state, loads, d, x0, x1)
+         force(:, p) = -stiffness*x1
+      end do
+   end subroutine support_forces
 
    !> Find the block that carries each line load: both ends within e0 of its outline.
    subroutine attach_line_loads(blocks, parameters, line_blocks, line_ends, messages)

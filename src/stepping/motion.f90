@@ -8,10 +8,10 @@ module rockdda_stepping_motion
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, step_record_type
-   use rockdda_assembly_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
+   use rockdda_interaction_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
-   use rockdda_assembly_elastic, only : stress_of
-   use rockdda_assembly_inertia, only : new_velocity
+   use rockdda_interaction_elastic, only : stress_of
+   use rockdda_interaction_inertia, only : new_velocity
    use rockdda_stepping_loads, only : material_matrices_type
    implicit none
    private

@@ -5,7 +5,7 @@ module rockdda_stepping_options_check
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_contact_law, only : contact_law_type, new_contact_laws
+   use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
    use rockdda_stepping_loads, only : attach_line_loads
    use rockdda_stepping_parameter_check, only : check_parameters

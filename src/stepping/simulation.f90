@@ -18,12 +18,13 @@ module rockdda_stepping_simulation
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    use rockdda_contact_search, only : contact_search_type, search_limits_type
-   use rockdda_contact_friction_search, only : friction_search_type
-   use rockdda_contact_law, only : contact_law_type, new_contact_laws
-   use rockdda_contact_open_close, only : open_close_type, judge_settings_type
-   use rockdda_assembly_bolts, only : bolt_force
-   use rockdda_assembly_kinematics, only : move_point
-   use rockdda_assembly_equations, only : equations_type
+   use rockdda_interaction_friction_search, only : friction_search_type
+   use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_joint_law, only : joint_settings_type
+   use rockdda_interaction_bolts, only : bolt_force
+   use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_equations, only : equations_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
@@ -31,10 +32,10 @@ module rockdda_stepping_simulation
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_links, only : bolt_round_type, set_drag, set_link_vectors, set_link_forces, &
-      set_friction_forces, predict_contacts, predict_sliding, judge_bolts
+      set_friction_forces, predict_contacts, predict_sliding, judge_bolts, commit_bolts
    use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_loads, only : material_matrices_type, step_loads_type, new_material_matrices, set_block_terms, &
-      attach_line_loads
+      attach_line_loads, support_forces
    use rockdda_stepping_parameter_check, only : check_parameters
    use rockdda_stepping_reach, only : predicted_reach, search_limits, quantised
    use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
@@ -85,6 +86,7 @@ module rockdda_stepping_simulation
       type(contact_search_type) :: search       !! search%pairs%keep = .false.: never with pairs of an earlier step
       type(contact_table_type), private :: table
       type(open_close_type), private :: trial
+      type(joint_settings_type), private :: settings   !! of the attempt at hand
       type(friction_search_type), private :: friction
       type(bolt_round_type), private :: bolts
       type(step_loads_type), private :: loads
@@ -301,18 +303,17 @@ contains
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       character(len=:), allocatable, intent(out) :: detail
       type(error_type), allocatable, intent(out) :: error
-      type(judge_settings_type) :: settings
       integer :: n_changes, n_bolts, n_unsettled, n_shortened, ruined
       real(wp) :: worst_friction, fraction, factor
       logical :: solved
 
-      settings%k_n = self%parameters%normal_stiffness
-      settings%k_s = self%parameters%shear_stiffness
-      settings%close_tolerance = self%parameters%close_tolerance
-      settings%open_tolerance = self%parameters%open_tolerance
-      settings%slip_tolerance = settings%k_s*round_off*self%parameters%w0
-      settings%peer = self%parameters%peer_contacts
-      settings%dt = dt
+      self%settings%k_n = self%parameters%normal_stiffness
+      self%settings%k_s = self%parameters%shear_stiffness
+      self%settings%close_tolerance = self%parameters%close_tolerance
+      self%settings%open_tolerance = self%parameters%open_tolerance
+      self%settings%slip_tolerance = self%settings%k_s*round_off*self%parameters%w0
+      self%settings%peer = self%parameters%peer_contacts
+      self%settings%dt = dt
       displacement = 0
       detail = ''
       self%times%attempts = self%times%attempts + 1
@@ -322,29 +323,29 @@ contains
                            self%equations%block_matrix, self%equations%block_load, self%equations%block_magnitude)
       call self%equations%renew()
       call self%times%lap(phase%block_terms)
-      call self%trial%begin(self%table, self%laws, settings)
+      call self%trial%begin(self%table, self%laws, self%settings)
       call set_drag(self%parameters, self%laws, self%state, self%table, dt, self%trial)
       self%bolts%yields = .false.
       self%bolts%stretch = 0
-      if (is_first .and. .not. settings%peer .and. abs(dt - self%control%last_dt) <= 0 .and. &
-          abs(self%control%k01(self%parameters) - 1) <= 0) call self%predict_motion(dt, settings)
+      if (is_first .and. .not. self%settings%peer .and. abs(dt - self%control%last_dt) <= 0 .and. &
+          abs(self%control%k01(self%parameters) - 1) <= 0) call self%predict_motion(dt)
       call self%friction%forget()
       n_changes = 1
       n_bolts = 0
       n_shortened = 0
       do rounds = 1, self%parameters%max_open_close
-         if (rounds > 1 .and. .not. settings%peer) &
+         if (rounds > 1 .and. .not. self%settings%peer) &
             call self%line%keep(self%table, self%trial, self%bolts, self%equations)
          outcome = attempt%no_solution
-         call self%solve_round(dt, .false., n_changes + n_bolts > 0 .or. settings%peer, iterations, solved, detail, &
+         call self%solve_round(.false., n_changes + n_bolts > 0 .or. self%settings%peer, iterations, solved, detail, &
                                error)
-         if (solved) call self%settle_friction(dt, settings, iterations, solved, detail, error)
+         if (solved) call self%settle_friction(iterations, solved, detail, error)
          if (self%interrupted) outcome = attempt%interrupted
          if (.not. solved) return
          fraction = 1
-         if (rounds > 1 .and. .not. settings%peer) call self%line%search(self%blocks, self%laws, settings, &
+         if (rounds > 1 .and. .not. self%settings%peer) call self%line%search(self%blocks, self%laws, self%settings, &
             self%table, friction_tolerance, self%trial, self%bolts, self%equations, fraction)
-         call self%trial%judge(self%table, self%laws, settings, n_changes, worst_friction)
+         call self%trial%judge(self%table, self%laws, self%settings, n_changes, worst_friction)
          call judge_bolts(self%blocks, self%bolts, n_bolts)
          call self%times%lap(phase%judge)
          outcome = attempt%not_converged
@@ -375,19 +376,18 @@ contains
    !> with a dt^2/2 = v dt - (last motion). If it comes much closer to equilibrium than the last motion, it
    !> is where the first solve starts, and the first states are judged by it. Where contacts vibrate from step to step
    !> (stiff springs, long steps) it does not.
-   subroutine predict_motion(self, dt, settings)
+   subroutine predict_motion(self, dt)
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: dt   !! step [time]
-      type(judge_settings_type), intent(in) :: settings
       real(wp) :: ratio
       call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
       call self%line%keep(self%table, self%trial, self%bolts, self%equations)
       self%equations%x = 2*dt*self%state%velocity - self%equations%x
       call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
-      call self%line%compare(self%blocks, self%laws, settings, self%table, self%trial, self%bolts, self%equations, &
+      call self%line%compare(self%blocks, self%laws, self%settings, self%table, self%trial, self%bolts, self%equations, &
                              ratio)
       if (ratio < good_prediction) then
-         call self%trial%foresee(self%table, self%laws, settings)
+         call self%trial%foresee(self%table, self%laws, self%settings)
       else
          call self%line%go_back(self%equations)
       end if
@@ -397,9 +397,8 @@ contains
 
    !> Solve the equations with the present states and friction forces, and predict the motion of all contacts, or, with
    !> the states of the last solve, of those that slide.
-   subroutine solve_round(self, dt, friction_only, new_states, iterations, solved, detail, error)
+   subroutine solve_round(self, friction_only, new_states, iterations, solved, detail, error)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt   !! step [time]
       logical, intent(in) :: friction_only   !! only friction forces found within the round differ from the last solve
       logical, intent(in) :: new_states   !! else only friction forces differ from the last solve: K is the same
       integer, intent(inout) :: iterations
@@ -414,8 +413,7 @@ contains
       if (friction_only) then
          call set_friction_forces(self%friction, self%trial, self%equations)
       else
-         call set_link_forces(self%blocks, self%parameters, self%laws, self%state, self%table, self%trial, &
-                              self%bolts, dt, self%equations)
+         call set_link_forces(self%blocks, self%settings, self%table, self%trial, self%bolts, self%equations)
       end if
       call self%equations%assemble(n_assembled)
       if (new_states) self%solver%reference_load = self%equations%magnitude
@@ -451,10 +449,8 @@ contains
 
    !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
-   subroutine settle_friction(self, dt, settings, iterations, solved, detail, error)
+   subroutine settle_friction(self, iterations, solved, detail, error)
       class(simulation_type), intent(inout) :: self
-      real(wp), intent(in) :: dt   !! step [time]
-      type(judge_settings_type), intent(in) :: settings
       integer, intent(inout) :: iterations
       logical, intent(out) :: solved
       character(len=:), allocatable, intent(inout) :: detail
@@ -465,14 +461,14 @@ contains
       solved = .true.
       call self%friction%begin(self%table, self%trial)
       do k = 1, friction_solves
-         call self%friction%improve(self%table, self%laws, settings, self%trial, worst)
-         if (k == 1) small = friction_tolerance*self%trial%deepest_force(self%table%n, settings)
+         call self%friction%improve(self%table, self%laws, self%settings, self%trial, worst)
+         if (k == 1) small = friction_tolerance*self%trial%deepest_force(self%table%n, self%settings)
          call self%friction%assess(worst, small, self%blocks%n_blocks > few_blocks, is_enough)
          if (is_enough) then
             call self%friction%take_used(self%trial)
             exit
          end if
-         call self%solve_round(dt, .true., .false., iterations, solved, detail, error)
+         call self%solve_round(.true., .false., iterations, solved, detail, error)
          if (.not. solved) return
       end do
       if (k > 1) call predict_contacts(self%table, self%equations, self%blocks%bolts%n, self%trial, self%bolts)
@@ -502,11 +498,15 @@ contains
       integer :: p, b, side
 
       k01 = self%control%k01(self%parameters)
-      call self%ledger%add_contacts(self%parameters, self%laws, self%state, self%trial, dt, self%table)
+      call self%ledger%add_contacts(self%settings, self%trial, self%state%step + 1, self%table)
       call self%ledger%add_blocks(self%blocks, self%parameters, self%matrices, self%state, self%loads, dt, &
                                   self%equations%x)
       call self%ledger%add_supports(self%blocks, self%parameters, self%state, self%loads, self%control%released, &
-                                    self%bolts, self%equations%x, self%record%fixed_force, self%state%bolt_plastic)
+                                    self%bolts, self%equations%x)
+      call self%trial%commit(self%settings, self%table)
+      call commit_bolts(self%blocks, self%bolts, self%state%bolt_plastic)
+      call support_forces(self%blocks, self%parameters%fixed_stiffness, self%state, self%loads, self%control%released, &
+                          self%equations%x, self%record%fixed_force)
       do p = 1, size(self%line_blocks)
          b = self%line_blocks(p)
          do side = 1, 3, 2

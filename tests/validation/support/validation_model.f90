@@ -21,7 +21,7 @@ module validation_model
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_resolve, only : resolve_parameters
    use rockdda_model_state, only : energy, n_energies
-   use rockdda_assembly_kinematics, only : mass_matrix
+   use rockdda_interaction_kinematics, only : mass_matrix
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private

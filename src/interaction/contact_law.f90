@@ -12,7 +12,7 @@
 !>                    parameters phi_r [deg] (residual friction), s_c [length] (> 0)
 !>
 !> A new law is one more name in `contact_law`, one case in `new_contact_laws` and one in `friction_coefficient`.
-module rockdda_contact_law
+module rockdda_interaction_contact_law
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -145,4 +145,4 @@ contains
       if (bonded) shear_strength = shear_strength + law%cohesion*length
    end function shear_strength
 
-end module rockdda_contact_law
+end module rockdda_interaction_contact_law

@@ -7,12 +7,13 @@
 !>     call search%improve(…, trial, worst)       after each solve
 !>     call search%assess(worst, …, is_enough)
 !>     call search%take_used(trial)               in the end: the forces of the last solve
-module rockdda_contact_friction_search
+module rockdda_interaction_friction_search
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_linear_anderson, only : anderson_type
-   use rockdda_contact_law, only : contact_law_type
-   use rockdda_contact_open_close, only : open_close_type, judge_settings_type
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_joint_law, only : joint_settings_type
    implicit none
    private
    public :: friction_search_type
@@ -78,7 +79,7 @@ contains
       class(friction_search_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
-      type(judge_settings_type), intent(in) :: settings
+      type(joint_settings_type), intent(in) :: settings
       type(open_close_type), intent(inout) :: trial
       real(wp), intent(out) :: worst                  !! [force]
       integer :: c, i, n
@@ -130,4 +131,4 @@ contains
       end do
    end subroutine take_used
 
-end module rockdda_contact_friction_search
+end module rockdda_interaction_friction_search

@@ -8,8 +8,8 @@
 !>
 !> and the inertia force is M a = 2/dt**2 M d - 2/dt M v0. Its work in a step is the change of the kinetic
 !> energy: d.M(v1 - v0)/dt = 1/2 v1.M v1 - 1/2 v0.M v0.
-!> Not here: M itself (rockdda_assembly_kinematics), the share k01 of v1 that the next step starts with.
-module rockdda_assembly_inertia
+!> Not here: M itself (rockdda_interaction_kinematics), the share k01 of v1 that the next step starts with.
+module rockdda_interaction_inertia
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -55,4 +55,4 @@ contains
       mass_damping_dissipation = alpha/dt*dot_product(d, matmul(m, d))
    end function mass_damping_dissipation
 
-end module rockdda_assembly_inertia
+end module rockdda_interaction_inertia

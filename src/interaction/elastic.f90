@@ -5,8 +5,8 @@
 !> positive) is -S s.
 !> Strains are (ex, ey, gxy) with engineering shear, stresses (sx, sy, txy), tension positive, unit thickness;
 !> both are constant in a block. They act on rows 4 to 6 of the block's unknowns.
-!> Not here: the rotation of stresses with the block (rockdda_assembly_kinematics).
-module rockdda_assembly_elastic
+!> Not here: the rotation of stresses with the block (rockdda_interaction_kinematics).
+module rockdda_interaction_elastic
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -94,4 +94,4 @@ contains
       stored = area*dot_product(stress, strain) + dissipated
    end subroutine elastic_energy
 
-end module rockdda_assembly_elastic
+end module rockdda_interaction_elastic

@@ -2,12 +2,12 @@
 !> Loads of one block as generalised forces, and their values in time.
 !>
 !> Source: thesis 3.2: a force f at (x, y) has the potential -u.f and the load T^T f (Eqs. 3.7,
-!> 3.7.1; `point_load` of rockdda_assembly_kinematics). The work of a load in a step is its load
+!> 3.7.1; `point_load` of rockdda_interaction_kinematics). The work of a load in a step is its load
 !> vector times d, exactly.
 !> Loads act where their points are at the start of the step, with the value of its end.
-module rockdda_assembly_loads
+module rockdda_interaction_loads
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_assembly_kinematics, only : point_load
+   use rockdda_interaction_kinematics, only : point_load
    use rockdda_model_options, only : base_motion_type
    implicit none
    private
@@ -106,4 +106,4 @@ contains
       end do
    end function base_acceleration
 
-end module rockdda_assembly_loads
+end module rockdda_interaction_loads

@@ -8,8 +8,8 @@
 !>
 !> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -], about the centroid
 !> (xc, yc) at the start of the step; gxy is the engineering shear strain. Unit thickness.
-!> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_assembly_contact_spring).
-module rockdda_assembly_kinematics
+!> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_interaction_contact_spring).
+module rockdda_interaction_kinematics
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -178,4 +178,4 @@ contains
       rotated(3) = 2*c*s*(strain_rate(1) - strain_rate(2)) + (c*c - s*s)*strain_rate(3)
    end function rotate_strain_rate
 
-end module rockdda_assembly_kinematics
+end module rockdda_interaction_kinematics

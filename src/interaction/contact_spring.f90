@@ -4,12 +4,12 @@
 !> Source: Shi's contact submatrices (thesis Eqs. 3.14-3.21), written with vectors: a length x between two
 !> blocks changes by e.d_a + g.d_b in a step, to first order. A spring of stiffness k along it then gives
 !> k e e^T, k e g^T, k g g^T and the loads -k x e, -k x g; a force f the loads f e, f g; a dashpot (Voigt) c/dt in
-!> place of k and no load (rockdda_assembly_equations).
+!> place of k and no load (rockdda_interaction_equations).
 !> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -].
 !> Sign: gap > 0 is open. The edge of block b runs counter-clockwise, from s to q, its outward normal is
 !> n = (ty, -tx) with t = (q - s)/|q - s|.
-!> Not here: detection and states (rockdda_contact), the sums over contacts (rockdda_assembly_equations).
-module rockdda_assembly_contact_spring
+!> Not here: detection and states (rockdda_contact), the sums over contacts (rockdda_interaction_equations).
+module rockdda_interaction_contact_spring
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -41,7 +41,7 @@ contains
       g(:, 2) = -derivative(tangent, p - centroid_b)
    end subroutine spring_vectors
 
-   !> T^T u at a point of a block: `point_load` of rockdda_assembly_kinematics, here so that the compiler can unfold it.
+   !> T^T u at a point of a block: `point_load` of rockdda_interaction_kinematics, here so that the compiler can unfold it.
    pure function derivative(u, x) result(f)
       real(wp), intent(in) :: u(2)   !! unit vector
       real(wp), intent(in) :: x(2)   !! point about the block's centroid [length]
@@ -66,4 +66,4 @@ contains
       dashpot_dissipation = c/dt*dx*dx
    end function dashpot_dissipation
 
-end module rockdda_assembly_contact_spring
+end module rockdda_interaction_contact_spring

@@ -2,7 +2,7 @@
 !> Bolts: axial springs between two points, with pretension and yield.
 !>
 !> Source: Shi's bolt (the thesis, 3.1, only names it), written as a spring between two blocks along the bolt's
-!> direction at the start of the step (a link of rockdda_assembly_equations).
+!> direction at the start of the step (a link of rockdda_interaction_equations).
 !>
 !> The axial force, tension positive, is pretension + stiffness (elongation - plastic), where the elongation is
 !> the length now less the length at the start of the run and `plastic` the part of it that has yielded. At the
@@ -11,9 +11,9 @@
 !>
 !> In a step an elastic bolt is a spring of its stiffness with the force at the start of the step, a yielding one a
 !> constant force.
-module rockdda_assembly_bolts
+module rockdda_interaction_bolts
    use rockdda_base_kinds, only : wp
-   use rockdda_assembly_kinematics, only : point_load
+   use rockdda_interaction_kinematics, only : point_load
    implicit none
    private
    public :: bolt_vectors, bolt_force, bolt_response, bolt_energy
@@ -49,18 +49,21 @@ contains
       bolt_force = pretension + stiffness*(elongation - plastic)
    end function bolt_force
 
-   !> Force at the end of a step and what yielded in it.
-   pure subroutine bolt_response(stiffness, strength, force, stretch, new_force, yielded)
+   !> The law of a bolt: its force after a change of length, and what yields.
+   pure subroutine bolt_response(stiffness, strength, force, stretch, new_force, yields, yielded)
       real(wp), intent(in) :: stiffness    !! [force/length], > 0
       real(wp), intent(in) :: strength     !! largest axial force, 0 = unlimited
       real(wp), intent(in) :: force        !! at the start of the step
       real(wp), intent(in) :: stretch      !! e.d_1 + g.d_2 of the step [length]
       real(wp), intent(out) :: new_force   !! at the end of the step
+      logical, intent(out) :: yields       !! the force is held at the strength
       real(wp), intent(out) :: yielded     !! plastic elongation of the step, 0 if elastic [length]
       new_force = force + stiffness*stretch
       yielded = 0
+      yields = .false.
       if (strength <= 0) return
-      if (abs(new_force) <= strength) return
+      yields = abs(new_force) > strength
+      if (.not. yields) return
       yielded = (new_force - sign(strength, new_force))/stiffness
       new_force = sign(strength, new_force)
    end subroutine bolt_response
@@ -79,4 +82,4 @@ contains
       plastic = new_force*yielded
    end subroutine bolt_energy
 
-end module rockdda_assembly_bolts
+end module rockdda_interaction_bolts

@@ -4,9 +4,9 @@
 !> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
 !> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
 !> `target` the prescribed one (zero for a fixed point).
-module rockdda_assembly_points
+module rockdda_interaction_points
    use rockdda_base_kinds, only : wp
-   use rockdda_assembly_kinematics, only : displacement_rows, point_load
+   use rockdda_interaction_kinematics, only : displacement_rows, point_load
    implicit none
    private
    public :: add_point_spring, support_energy
@@ -49,4 +49,4 @@ contains
       external = -p*dot_product(x1, dx)
    end subroutine support_energy
 
-end module rockdda_assembly_points
+end module rockdda_interaction_points

@@ -13,7 +13,7 @@
 !>
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
 !> their links in the same order: the numbers are those of a full assembly.
-module rockdda_assembly_equations
+module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_linear_matrix, only : block_matrix_type
@@ -323,4 +323,4 @@ contains
       end do
    end subroutine add_coupling
 
-end module rockdda_assembly_equations
+end module rockdda_interaction_equations

@@ -1,0 +1,244 @@
+! SPDX-License-Identifier: MIT
+!> The law of one contact of a joint: forces and new state from its motion and its memory.
+!>
+!> Signs: gap > 0 open; normal force > 0 compression; slip > 0 when the vertex moves along the edge (counter-clockwise
+!> on block b); the shear spring's elongation has the sign of slip, the shear force acts against it.
+!>
+!> States of a contact and what acts in each:
+!>     open      nothing
+!>     locked    normal spring k_n at the gap, shear spring k_s at the elongation carried from the step's start
+!>     sliding   normal spring, and a friction force of the last solve's normal force against the slip direction
+!>
+!> The return mapping of plasticity: the shear spring is stretched by the slip of the step from where it was; what
+!> exceeds the strength is cut off, and the contact slides.
+!>
+!>     shear force
+!>         ^          ________________  strength (peak: with cohesion, while bonded)
+!>         |         /:
+!>         |        / :                 locked: on the line of slope k_s (and the dashpot)
+!>         |  k_s  /  :                 sliding: on the horizontal line
+!>         |      /   :
+!>         +-----/----:--------------->  shear + slip
+!>
+!> The elongation is kept while a contact slides, at the strength over k_s, so that a contact which locks again starts
+!> from the force it had. A sliding contact stays sliding as long as the stretched spring would reach the strength;
+!> that also holds when the strength falls faster than the spring relaxes, where the sign of the slip alone would lock
+!> and release the contact for ever.
+!>
+!> All comparisons have a margin of round-off size: blocks that move together without a force between them would
+!> otherwise change states for ever.
+module rockdda_interaction_joint_law
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_state
+   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength
+   implicit none
+   private
+   public :: joint_settings_type, joint_type, joint_response_type, joint_end_type
+   public :: map_joint, miss_of_joint, linearise_joint, end_joint, opening_gap, sliding_friction, spring_energy
+
+   !> Stiffness and margins, the same for all contacts in an attempt at a step.
+   type :: joint_settings_type
+      real(wp) :: k_n = 0              !! normal stiffness [force/length]
+      real(wp) :: k_s = 0              !! shear stiffness [force/length]
+      real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
+      real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
+      real(wp) :: slip_tolerance = 0   !! shear force counts as beyond or below the strength by this much [force]
+      logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
+      real(wp) :: dt = 1               !! step, for slip rates
+   end type joint_settings_type
+
+   !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
+   type :: joint_type
+      real(wp) :: gap = 0              !! at the start of the step [length]
+      real(wp) :: shear = 0            !! elongation of the shear spring at the start of the step [length]
+      real(wp) :: total_slip = 0       !! |slip| summed up since the contact closed [length]
+      real(wp) :: length = 0           !! contact length for cohesion and tension
+      real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
+      real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
+      real(wp) :: friction = 0         !! friction force of the solve while sliding, >= 0
+      integer :: state = 0             !! contact_state%...
+      integer :: slip_sign = 0         !! direction of the slip while sliding, +1/-1
+      logical :: bonded = .false.      !! cohesion and tensile strength are not broken
+   end type joint_type
+
+   !> Forces of a closed contact at a motion, and the state that its law gives it there.
+   type :: joint_response_type
+      integer :: state = 0
+      integer :: slip_sign = 0
+      logical :: bonded = .false.
+      real(wp) :: spring = 0           !! force of the normal spring, compression positive
+      real(wp) :: normal = 0           !! the same with the dashpot
+      real(wp) :: shear = 0            !! against the slip
+      real(wp) :: friction = 0         !! strength without bond, while sliding
+   end type joint_response_type
+
+   !> A closed contact at the end of an accepted step.
+   type :: joint_end_type
+      real(wp) :: shear = 0            !! elongation of the shear spring [length]
+      real(wp) :: normal_force = 0     !! of the spring, compression positive
+      real(wp) :: shear_force = 0      !! on block a along the edge
+      real(wp) :: slipped = 0          !! slip to sum up [length], >= 0
+      real(wp) :: energy = 0           !! in both springs
+   end type joint_end_type
+
+contains
+
+   !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
+   !> that it has.
+   pure subroutine map_joint(law, settings, joint, gap, slip, response)
+      type(contact_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
+      type(joint_response_type), intent(out) :: response
+      real(wp) :: trial, limit
+      logical :: slides
+      response%spring = -settings%k_n*gap
+      response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
+      limit = strength(law, settings, joint, response%spring, joint%bonded, slip)
+      trial = elastic_shear(settings, joint, slip)
+      slides = joint%state == contact_state%sliding
+      response%state = contact_state%sliding
+      if (limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0) then
+         ! a joint that can never carry any shear always slides
+         response%slip_sign = direction(trial)
+         if (slides) response%slip_sign = joint%slip_sign
+         response%shear = 0
+      else if (slides .and. .not. trial*joint%slip_sign < limit - settings%slip_tolerance) then
+         response%slip_sign = joint%slip_sign
+         response%shear = joint%slip_sign*limit
+      else if (abs(trial) > limit + settings%slip_tolerance) then
+         response%slip_sign = direction(trial)
+         response%shear = sign(limit, trial)
+      else
+         response%state = contact_state%locked
+         response%slip_sign = 0
+         response%shear = trial
+         response%bonded = joint%bonded
+         response%friction = 0
+         return
+      end if
+      response%bonded = .false.
+      response%friction = limit
+      if (joint%bonded) response%friction = strength(law, settings, joint, response%spring, .false., slip)
+   end subroutine map_joint
+
+   !> +1 or -1.
+   pure integer function direction(shear)
+      real(wp), intent(in) :: shear
+      direction = merge(1, -1, shear >= 0)
+   end function direction
+
+   !> Force by which a contact that changes its state departs from its law at a motion: the force that the solve gave
+   !> it against that of its new state [force].
+   pure real(wp) function miss_of_joint(settings, joint, gap, slip, state, slip_sign, friction) result(miss)
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint              !! as in the solve
+      real(wp), intent(in) :: gap, slip                  !! [length]
+      integer, intent(in) :: state, slip_sign            !! new ones
+      real(wp), intent(in) :: friction                   !! of the new state [force]
+      real(wp) :: used, due, trial
+      trial = elastic_shear(settings, joint, slip)
+      used = 0
+      if (joint%state == contact_state%locked) used = trial
+      if (joint%state == contact_state%sliding) used = joint%slip_sign*joint%friction
+      due = 0
+      if (state == contact_state%locked) due = trial
+      if (state == contact_state%sliding) due = slip_sign*friction
+      miss = abs(due - used)
+      ! the normal spring came or went
+      if (min(state, joint%state) == contact_state%open) miss = miss + settings%k_n*abs(gap)
+   end function miss_of_joint
+
+   !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
+   !> friction depends on is left to the iteration, so that the stiffness is symmetric.
+   pure subroutine linearise_joint(settings, joint, stiffness, force)
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(out) :: stiffness(2)   !! [force/length]
+      real(wp), intent(out) :: force(2)       !! [force]
+      stiffness = 0
+      force = 0
+      if (joint%state == contact_state%open) return
+      stiffness(1) = settings%k_n + joint%normal_drag
+      force(1) = -settings%k_n*joint%gap
+      if (joint%state == contact_state%locked) then
+         stiffness(2) = settings%k_s + joint%drag
+         force(2) = -settings%k_s*joint%shear
+      else
+         force(2) = -joint%slip_sign*joint%friction
+      end if
+   end subroutine linearise_joint
+
+   !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory.
+   pure type(joint_end_type) function end_joint(settings, joint, gap, slip) result(last)
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint        !! as in the last solve
+      real(wp), intent(in) :: gap, slip            !! [length]
+      real(wp) :: limit
+      last%shear = joint%shear + slip
+      last%normal_force = -settings%k_n*gap
+      if (joint%state == contact_state%locked) then
+         last%shear_force = -settings%k_s*last%shear
+         last%slipped = 0
+      else
+         limit = joint%friction/settings%k_s
+         last%shear = max(-limit, min(limit, last%shear))
+         last%shear_force = -joint%slip_sign*joint%friction
+         last%slipped = abs(slip)
+      end if
+      last%energy = spring_energy(settings, gap, last%shear)
+   end function end_joint
+
+   !> Energy in the two springs of a closed contact.
+   pure real(wp) function spring_energy(settings, gap, shear)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: gap, shear   !! elongations [length]
+      spring_energy = 0.5_wp*settings%k_n*gap**2 + 0.5_wp*settings%k_s*shear**2
+   end function spring_energy
+
+   !> Gap beyond which a closed contact opens: while it is bonded, its tensile strength t l holds it together.
+   pure real(wp) function opening_gap(law, settings, joint)
+      type(contact_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      opening_gap = settings%open_tolerance
+      if (joint%bonded) opening_gap = opening_gap + law%tension*joint%length/settings%k_n
+   end function opening_gap
+
+   !> Friction force of a sliding contact with a given normal force.
+   pure real(wp) function sliding_friction(law, settings, joint, normal_force, slip)
+      type(contact_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: normal_force   !! compression positive [force]
+      real(wp), intent(in) :: slip           !! of the step [length]
+      sliding_friction = strength(law, settings, joint, normal_force, .false., slip)
+   end function sliding_friction
+
+   !> Shear force of spring and dashpot if the contact did not slide.
+   pure real(wp) function elastic_shear(settings, joint, slip)
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: slip           !! of the step [length]
+      elastic_shear = settings%k_s*(joint%shear + slip) + joint%drag*slip
+   end function elastic_shear
+
+   !> Shear strength with the slip rate of the step.
+   pure real(wp) function strength(law, settings, joint, normal_force, bonded, slip)
+      type(contact_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: normal_force, slip
+      logical, intent(in) :: bonded
+      if (law%law == contact_law%coulomb) then
+         ! the law of most joints, without a call to another module
+         strength = law%friction*max(normal_force, 0.0_wp)
+         if (bonded) strength = strength + law%cohesion*joint%length
+         return
+      end if
+      strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &
+                                joint%total_slip + abs(slip))
+   end function strength
+
+end module rockdda_interaction_joint_law
