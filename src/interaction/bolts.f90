@@ -13,10 +13,39 @@
 !> constant force.
 module rockdda_interaction_bolts
    use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : bolt_set_type
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : point_load
    implicit none
    private
-   public :: bolt_vectors, bolt_force, bolt_response, bolt_energy
+   public :: bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
+
+   !> All bolts: link l acts along bolt l.
+   type, extends(interaction_type) :: bolts_type
+      integer, private :: n = 0
+      real(wp), allocatable, private :: stiffness(:), strength(:)   !! (n)
+      real(wp), allocatable :: force(:)        !! (n) axial force at the step's start
+      logical, allocatable :: yields(:)        !! (n) trial: force held at the strength
+      real(wp), allocatable :: stretch(:)      !! (n) predicted change of length
+      real(wp), allocatable, private :: kept_stretch(:)   !! (n)
+   contains
+      procedure :: init
+      procedure :: count_links
+      procedure :: prepare
+      procedure :: add_to_blocks
+      procedure :: add_to_links
+      procedure :: predict
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: judge
+      procedure :: add_energies
+      procedure :: commit
+   end type bolts_type
 
 contains
 
@@ -81,5 +110,188 @@ contains
       dissipated = 0.5_wp*(new_force - force)**2/stiffness
       plastic = new_force*yielded
    end subroutine bolt_energy
+
+   !> The bolts of a model.
+   pure subroutine init(self, bolts)
+      class(bolts_type), intent(inout) :: self
+      type(bolt_set_type), intent(in) :: bolts
+      self%n = bolts%n
+      if (allocated(self%force)) deallocate (self%stiffness, self%strength, self%force, self%yields, self%stretch, &
+                                             self%kept_stretch)
+      allocate (self%stiffness(self%n), self%strength(self%n), self%force(self%n), self%stretch(self%n), &
+                self%kept_stretch(self%n), source=0.0_wp)
+      allocate (self%yields(self%n), source=.false.)
+      if (self%n == 0) return
+      self%stiffness = bolts%stiffness(1:self%n)
+      self%strength = bolts%strength(1:self%n)
+   end subroutine init
+
+   !> One per bolt.
+   pure integer function count_links(self, context) result(n)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      associate (unused => context%dt)
+      end associate
+      n = self%n
+   end function count_links
+
+   !> Directions and forces of all bolts at the start of the step.
+   subroutine prepare(self, context, equations)
+      class(bolts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: centroid(2, 2), length
+      integer :: c, l, side
+      do l = 1, self%n
+         c = self%first_link + l
+         equations%pair(:, c) = context%blocks%bolts%blocks(:, l)
+         centroid = 0
+         do side = 1, 2
+            if (equations%pair(side, c) > 0) centroid(:, side) = context%state%centroid(:, equations%pair(side, c))
+         end do
+         call bolt_vectors(context%state%bolt_ends(:, l), context%blocks%bolts%blocks(:, l), centroid(:, 1), &
+                           centroid(:, 2), length, equations%vector_a(:, 1, c), equations%vector_b(:, 1, c))
+         if (equations%pair(1, c) == equations%pair(2, c)) then
+            ! both ends in one block: it holds nothing together, only the block's own strain would change it
+            equations%pair(:, c) = 0
+            equations%vector_a(:, 1, c) = 0
+            equations%vector_b(:, 1, c) = 0
+         end if
+         equations%vector_a(:, 2, c) = 0
+         equations%vector_b(:, 2, c) = 0
+         self%force(l) = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
+                                    context%state%bolt_elongation(l), context%state%bolt_plastic(l))
+      end do
+   end subroutine prepare
+
+   !> Begin an attempt: no bolt yields.
+   subroutine add_to_blocks(self, context, equations)
+      class(bolts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (unused => context%dt, not_used => equations%n_links)
+      end associate
+      self%yields = .false.
+      self%stretch = 0
+   end subroutine add_to_blocks
+
+   !> A spring with the force at the step's start, or, where the bolt yields, a constant force.
+   subroutine add_to_links(self, equations)
+      class(bolts_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: stiffness(2), force(2), yielded
+      integer :: l
+      logical :: yields
+      do l = 1, self%n
+         stiffness = [self%stiffness(l), 0.0_wp]
+         force = [-self%force(l), 0.0_wp]
+         if (self%yields(l)) then
+            call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force(1), yields, &
+                               yielded)
+            stiffness(1) = 0
+            force(1) = -force(1)
+         end if
+         call equations%set_link(self%first_link + l, stiffness, force)
+      end do
+   end subroutine add_to_links
+
+   !> Change of length of every bolt.
+   subroutine predict(self, equations)
+      class(bolts_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      integer :: c, l
+      do l = 1, self%n
+         c = self%first_link + l
+         self%stretch(l) = 0
+         if (equations%pair(1, c) > 0) self%stretch(l) = self%stretch(l) + &
+            dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c)))
+         if (equations%pair(2, c) > 0) self%stretch(l) = self%stretch(l) + &
+            dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c)))
+      end do
+   end subroutine predict
+
+   !> Keep the changes of length.
+   subroutine keep(self)
+      class(bolts_type), intent(inout) :: self
+      self%kept_stretch = self%stretch
+   end subroutine keep
+
+   !> Changes of length at a fraction of the way.
+   subroutine shorten(self, fraction)
+      class(bolts_type), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      self%stretch = self%kept_stretch + fraction*(self%stretch - self%kept_stretch)
+   end subroutine shorten
+
+   !> Forces by the law of the bolts at a fraction of the way.
+   subroutine lawful_forces(self, fraction, force)
+      class(bolts_type), intent(in) :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)
+      real(wp) :: new_force, yielded
+      logical :: yields
+      integer :: l
+      do l = 1, self%n
+         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%kept_stretch(l) + &
+                            fraction*(self%stretch(l) - self%kept_stretch(l)), new_force, yields, yielded)
+         force(:, self%first_link + l) = [new_force, 0.0_wp]
+      end do
+   end subroutine lawful_forces
+
+   !> Which bolts yield at the predicted motion.
+   subroutine judge(self, n_changes, n_unsettled)
+      class(bolts_type), intent(inout) :: self
+      integer, intent(out) :: n_changes, n_unsettled
+      real(wp) :: force, yielded
+      logical :: yields
+      integer :: l
+      n_changes = 0
+      do l = 1, self%n
+         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force, yields, yielded)
+         if (yields .neqv. self%yields(l)) n_changes = n_changes + 1
+         self%yields(l) = yields
+      end do
+      n_unsettled = n_changes
+   end subroutine judge
+
+   !> Stored and plastic work.
+   subroutine add_energies(self, context, d, balance)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: start_energy, end_energy, force, yielded, stored, lost, plastic
+      logical :: yields
+      integer :: l
+      associate (unused => context%dt, not_used => d)
+      end associate
+      start_energy = 0
+      end_energy = 0
+      do l = 1, self%n
+         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force, yields, yielded)
+         call bolt_energy(self%stiffness(l), self%force(l), force, yielded, stored, lost, plastic)
+         start_energy = start_energy + 0.5_wp*self%force(l)**2/self%stiffness(l)
+         end_energy = end_energy + 0.5_wp*force**2/self%stiffness(l)
+         call balance%add(energy%dissipated, lost + plastic)
+      end do
+      call balance%add(energy%geometry, start_energy - balance%bolt_energy)
+      balance%bolt_energy = end_energy
+   end subroutine add_energies
+
+   !> Plastic elongation at the end of the step.
+   subroutine commit(self, context, d)
+      class(bolts_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      real(wp) :: force, yielded
+      logical :: yields
+      integer :: l
+      associate (unused => d)
+      end associate
+      do l = 1, self%n
+         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force, yields, yielded)
+         context%state%bolt_plastic(l) = context%state%bolt_plastic(l) + yielded
+      end do
+   end subroutine commit
 
 end module rockdda_interaction_bolts

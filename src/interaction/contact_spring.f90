@@ -41,7 +41,7 @@ contains
       g(:, 2) = -derivative(tangent, p - centroid_b)
    end subroutine spring_vectors
 
-   !> T^T u at a point of a block: `point_load` of rockdda_interaction_kinematics, here so that the compiler can unfold it.
+   !> T^T u at a point of a block: `point_load` of the kinematics, here so that the compiler can unfold it.
    pure function derivative(u, x) result(f)
       real(wp), intent(in) :: u(2)   !! unit vector
       real(wp), intent(in) :: x(2)   !! point about the block's centroid [length]

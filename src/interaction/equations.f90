@@ -58,6 +58,7 @@ module rockdda_interaction_equations
       procedure :: set_size
       procedure :: set_graph
       procedure :: set_link
+      procedure :: clear_blocks
       procedure :: renew
       procedure :: assemble
    end type equations_type
@@ -175,6 +176,20 @@ contains
       self%stiffness(:, c) = stiffness
       self%force(:, c) = force
    end subroutine set_link
+
+   !> Begin with new terms of single blocks.
+   subroutine clear_blocks(self)
+      class(equations_type), intent(inout) :: self
+      integer :: i
+      call self%renew()
+      !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > parallel_blocks)
+      do i = 1, self%n_blocks
+         self%block_matrix(:, :, i) = 0
+         self%block_load(:, i) = 0
+         self%block_magnitude(:, i) = 0
+      end do
+      !$omp end parallel do
+   end subroutine clear_blocks
 
    !> Block terms or vectors of links are new: the next assembly is a full one.
    pure subroutine renew(self)

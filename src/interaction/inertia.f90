@@ -11,9 +11,22 @@
 !> Not here: M itself (rockdda_interaction_kinematics), the share k01 of v1 that the next step starts with.
 module rockdda_interaction_inertia
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_kinematics, only : mass_matrix, mass_times
    implicit none
    private
-   public :: add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation
+   public :: inertia_type, add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation
+
+   type, extends(interaction_type) :: inertia_type
+   contains
+      procedure :: add_to_blocks
+      procedure :: add_energies
+      procedure :: add_moved_energies
+   end type inertia_type
 
 contains
 
@@ -54,5 +67,80 @@ contains
       real(wp), intent(in) :: d(6)           !! unknowns of the step
       mass_damping_dissipation = alpha/dt*dot_product(d, matmul(m, d))
    end function mass_damping_dissipation
+
+   !> Inertia of all blocks.
+   subroutine add_to_blocks(self, context, equations)
+      class(inertia_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: m(6, 6), f(6)
+      integer :: i
+      associate (unused => self%n_links)
+      end associate
+      !$omp parallel do default(none) shared(context, equations) private(i, m, f) schedule(static) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do i = 1, context%blocks%n_blocks
+         m = mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i))
+         f = 0
+         call add_inertia(m, context%state%velocity(:, i), context%dt, equations%block_matrix(:, :, i), f)
+         equations%block_load(:, i) = equations%block_load(:, i) + f
+         equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
+      end do
+      !$omp end parallel do
+   end subroutine add_to_blocks
+
+   !> Kinetic energy at the end of the step with the masses of its start.
+   subroutine add_energies(self, context, d, balance)
+      class(inertia_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      integer :: i, p
+      associate (unused => self%n_links)
+      end associate
+      call balance%make_room(context%blocks%n_blocks)
+      !$omp parallel do default(none) shared(context, d, balance) private(i, p) schedule(static) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do p = 1, n_pieces(context%blocks%n_blocks)
+         balance%sums(1, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
+            call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), context%dt), &
+                             balance%sums(1, p))
+         end do
+      end do
+      !$omp end parallel do
+      balance%predicted(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
+   end subroutine add_energies
+
+   !> Kinetic energy of the state.
+   subroutine add_moved_energies(self, context, balance)
+      class(inertia_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      integer :: i, p
+      associate (unused => self%n_links)
+      end associate
+      call balance%make_room(context%blocks%n_blocks)
+      !$omp parallel do default(none) shared(context, balance) private(i, p) schedule(static) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do p = 1, n_pieces(context%blocks%n_blocks)
+         balance%sums(1, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
+            call add_kinetic(i, context, context%state%velocity(:, i), balance%sums(1, p))
+         end do
+      end do
+      !$omp end parallel do
+      balance%moved(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
+   end subroutine add_moved_energies
+
+   !> Kinetic energy of block i with a given velocity.
+   pure subroutine add_kinetic(i, context, velocity, total)
+      integer, intent(in) :: i
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: velocity(6)
+      real(wp), intent(inout) :: total
+      total = total + 0.5_wp*dot_product(velocity, mass_times(context%state%mass(i), context%state%area(i), &
+                                                              context%state%moments(:, i), velocity))
+   end subroutine add_kinetic
 
 end module rockdda_interaction_inertia

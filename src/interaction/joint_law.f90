@@ -49,36 +49,36 @@ module rockdda_interaction_joint_law
 
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
    type :: joint_type
-      real(wp) :: gap = 0              !! at the start of the step [length]
-      real(wp) :: shear = 0            !! elongation of the shear spring at the start of the step [length]
-      real(wp) :: total_slip = 0       !! |slip| summed up since the contact closed [length]
-      real(wp) :: length = 0           !! contact length for cohesion and tension
-      real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
-      real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
-      real(wp) :: friction = 0         !! friction force of the solve while sliding, >= 0
-      integer :: state = 0             !! contact_state%...
-      integer :: slip_sign = 0         !! direction of the slip while sliding, +1/-1
-      logical :: bonded = .false.      !! cohesion and tensile strength are not broken
+      real(wp) :: gap                  !! at the start of the step [length]
+      real(wp) :: shear                !! elongation of the shear spring at the start of the step [length]
+      real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
+      real(wp) :: length               !! contact length for cohesion and tension
+      real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
+      real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
+      real(wp) :: friction             !! friction force of the solve while sliding, >= 0
+      integer :: state                 !! contact_state%...
+      integer :: slip_sign             !! direction of the slip while sliding, +1/-1
+      logical :: bonded                !! cohesion and tensile strength are not broken
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
    type :: joint_response_type
-      integer :: state = 0
-      integer :: slip_sign = 0
-      logical :: bonded = .false.
-      real(wp) :: spring = 0           !! force of the normal spring, compression positive
-      real(wp) :: normal = 0           !! the same with the dashpot
-      real(wp) :: shear = 0            !! against the slip
-      real(wp) :: friction = 0         !! strength without bond, while sliding
+      integer :: state
+      integer :: slip_sign
+      logical :: bonded
+      real(wp) :: spring               !! force of the normal spring, compression positive
+      real(wp) :: normal               !! the same with the dashpot
+      real(wp) :: shear                !! against the slip
+      real(wp) :: friction             !! strength without bond, while sliding
    end type joint_response_type
 
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
-      real(wp) :: shear = 0            !! elongation of the shear spring [length]
-      real(wp) :: normal_force = 0     !! of the spring, compression positive
-      real(wp) :: shear_force = 0      !! on block a along the edge
-      real(wp) :: slipped = 0          !! slip to sum up [length], >= 0
-      real(wp) :: energy = 0           !! in both springs
+      real(wp) :: shear                !! elongation of the shear spring [length]
+      real(wp) :: normal_force         !! of the spring, compression positive
+      real(wp) :: shear_force          !! on block a along the edge
+      real(wp) :: slipped              !! slip to sum up [length], >= 0
+      real(wp) :: energy               !! in both springs
    end type joint_end_type
 
 contains

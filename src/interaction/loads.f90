@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Loads of one block as generalised forces, and their values in time.
+!> Loads: weight, base motion, point loads and line loads, as generalised forces of blocks.
 !>
 !> Source: thesis 3.2: a force f at (x, y) has the potential -u.f and the load T^T f (Eqs. 3.7,
 !> 3.7.1; `point_load` of rockdda_interaction_kinematics). The work of a load in a step is its load
@@ -7,11 +7,35 @@
 !> Loads act where their points are at the start of the step, with the value of its end.
 module rockdda_interaction_loads
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_interaction_kinematics, only : point_load
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_polygons, only : distance_to_outline
+   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : base_motion_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_kinematics, only : move_point, point_load
    implicit none
    private
-   public :: body_force, line_load, table_value, load_factor, base_acceleration
+   public :: loads_type, body_force, line_load, table_value, load_factor, base_acceleration
+
+   !> Weight, base motion, point loads, line loads. Tables are read at the end of the step; the base acceleration in the
+   !> middle of the step, where a constant acceleration over the step gives the velocity to second order.
+   type, extends(interaction_type) :: loads_type
+      integer, allocatable :: line_blocks(:)        !! (line loads) block that carries each
+      real(wp), allocatable :: weight(:, :)         !! (6, nb) gravity
+      real(wp), allocatable :: external(:, :)       !! (6, nb) point loads, line loads, base motion
+   contains
+      procedure :: init
+      procedure :: add_to_blocks
+      procedure :: add_energies
+      procedure :: commit
+   end type loads_type
 
 contains
 
@@ -105,5 +129,132 @@ contains
          a = a + sin(phase)*motion%harmonics(1:2, i)
       end do
    end function base_acceleration
+
+   !> Find the block that carries each line load: both ends within e0 of its outline.
+   subroutine init(self, blocks, parameters, line_ends, messages)
+      class(loads_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      real(wp), allocatable, intent(out) :: line_ends(:, :) !! (4, line loads) at the start
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: tolerance
+      integer :: l, i, first, last, n
+      n = size(parameters%line_loads)
+      if (allocated(self%weight)) deallocate (self%weight, self%external, self%line_blocks)
+      allocate (line_ends(4, n), self%line_blocks(n), self%weight(6, blocks%n_blocks), &
+                self%external(6, blocks%n_blocks))
+      tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
+      do l = 1, n
+         line_ends(:, l) = parameters%line_loads(l)%ends
+         self%line_blocks(l) = 0
+         do i = 1, blocks%n_blocks
+            first = blocks%vertex_offset(i) + 1
+            last = blocks%vertex_offset(i + 1)
+            if (distance_to_outline(line_ends(1:2, l), blocks%vertices(:, first:last)) > tolerance) cycle
+            if (distance_to_outline(line_ends(3:4, l), blocks%vertices(:, first:last)) > tolerance) cycle
+            self%line_blocks(l) = i
+            exit
+         end do
+         if (self%line_blocks(l) == 0) call messages%add(severity%error, 'line load '//to_string(l)// &
+            ': no block has both ends ('//to_string(line_ends(1, l))//', '//to_string(line_ends(2, l))//') and ('// &
+            to_string(line_ends(3, l))//', '//to_string(line_ends(4, l))//') on its outline', &
+            parameters%line_loads(l)%origin)
+      end do
+   end subroutine init
+
+   !> All loads of the step.
+   subroutine add_to_blocks(self, context, equations)
+      class(loads_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: base(2), gravity
+      integer :: i
+      base = -base_acceleration(context%parameters%base, context%state%time + 0.5_wp*context%dt)
+      !$omp parallel do default(none) private(i, gravity) schedule(static) shared(self, context, base) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do i = 1, context%blocks%n_blocks
+         associate (material => context%parameters%block_materials(context%blocks%block_material(i)))
+            gravity = material%weight/material%density
+         end associate
+         if (context%parameters%gravity >= 0) gravity = context%parameters%gravity
+         self%weight(:, i) = body_force(context%state%mass(i), [0.0_wp, -gravity*context%gravity])
+         self%external(:, i) = body_force(context%state%mass(i), base)
+      end do
+      !$omp end parallel do
+      call add_points_and_lines(self, context)
+      !$omp parallel do default(none) shared(self, context, equations) private(i) schedule(static) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do i = 1, context%blocks%n_blocks
+         equations%block_load(:, i) = equations%block_load(:, i) + self%weight(:, i) + self%external(:, i)
+         equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(self%weight(:, i)) + &
+                                           abs(self%external(:, i))
+      end do
+      !$omp end parallel do
+   end subroutine add_to_blocks
+
+   !> Point loads and line loads at the end of the step.
+   pure subroutine add_points_and_lines(self, context)
+      class(loads_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp) :: force(2), factor, t_end
+      integer :: p, b
+      t_end = context%state%time + context%dt
+      do p = 1, context%blocks%loading%n
+         associate (table => context%parameters%loading_tables(p))
+            if (.not. allocated(table%rows)) cycle
+            if (size(table%rows, 2) == 0) cycle
+            b = context%blocks%loading%block(p)
+            force = table_value(table%rows, t_end)
+         end associate
+         self%external(:, b) = self%external(:, b) + point_load(force, context%state%loading_position(:, p), &
+                                                                context%state%centroid(:, b))
+      end do
+      do p = 1, size(self%line_blocks)
+         b = self%line_blocks(p)
+         associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
+            factor = load_factor(load%table, t_end)
+            self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), context%state%centroid(:, b), &
+                                                                  factor*load%force_start, factor*load%force_end)
+         end associate
+      end do
+   end subroutine add_points_and_lines
+
+   !> Work of all loads.
+   subroutine add_energies(self, context, d, balance)
+      class(loads_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      integer :: i, p, n
+      n = n_pieces(context%blocks%n_blocks)
+      call balance%make_room(context%blocks%n_blocks)
+      !$omp parallel do default(none) shared(self, context, d, balance, n) private(i, p) schedule(static) &
+      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      do p = 1, n
+         balance%sums(1:2, p) = 0
+         do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
+            balance%sums(1, p) = balance%sums(1, p) + dot_product(self%external(:, i), d(:, i))
+            balance%sums(2, p) = balance%sums(2, p) - dot_product(self%weight(:, i), d(:, i))
+         end do
+      end do
+      !$omp end parallel do
+      call balance%add(energy%external, sum(balance%sums(1, 1:n)))
+      call balance%add(energy%gravity, sum(balance%sums(2, 1:n)))
+   end subroutine add_energies
+
+   !> Line loads move with their blocks.
+   subroutine commit(self, context, d)
+      class(loads_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      integer :: p, b, side
+      do p = 1, size(self%line_blocks)
+         b = self%line_blocks(p)
+         do side = 1, 3, 2
+            call move_point(d(:, b), context%state%centroid(:, b), context%parameters%exact_rotation, &
+                            context%line_ends(side:side + 1, p))
+         end do
+      end do
+   end subroutine commit
 
 end module rockdda_interaction_loads

@@ -14,6 +14,9 @@ module rockdda_interaction_open_close
    private
    public :: open_close_type
 
+   !> `state_used` of contacts that have not been in a solve of the attempt.
+   integer, parameter :: no_state = -1
+
    !> Trial states and predicted motion of one step's contacts.
    type :: open_close_type
       integer, allocatable :: state(:)        !! trial state
@@ -68,6 +71,7 @@ contains
          self%changes(c) = 0
          self%friction(c) = 0
          self%miss(c) = 0
+         self%state_used(c) = no_state
          if (self%state(c) == contact_state%sliding) self%friction(c) = sliding_friction( &
             laws(table%joint(c)), settings, self%joint_of(table, c), self%normal_force(c), 0.0_wp)
       end do
@@ -98,6 +102,7 @@ contains
       call judge_all(self, table, laws, settings, .true., n_changes, worst_friction)
       self%changes(1:table%n) = 0
       self%miss(1:table%n) = 0
+      self%state_used(1:table%n) = no_state
    end subroutine foresee
 
    !> Judge all contacts, or all that are not bonded.
@@ -159,6 +164,7 @@ contains
       real(wp), intent(inout) :: worst_friction
       type(joint_type) :: joint
       type(joint_response_type) :: response
+      real(wp) :: gap
       integer :: old, new
       logical :: is_closed
       old = self%state(c)
@@ -168,14 +174,16 @@ contains
       self%friction(c) = 0
       self%miss(c) = 0
       self%normal_force(c) = 0
-      if (old == contact_state%open .and. self%gap(c) >= -settings%close_tolerance) return
-      joint = self%joint_used(table, c)
-      is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, self%gap(c), &
+      gap = self%gap(c)
+      if (old == contact_state%open .and. gap >= -settings%close_tolerance) return
+      call gather(self, table, c, joint)
+      joint%friction = self%friction_used(c)
+      is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
                                self%gap(max(1, table%partner(c))))
-      if (old /= contact_state%open) self%normal_force(c) = -settings%k_n*self%gap(c)
+      if (old /= contact_state%open) self%normal_force(c) = -settings%k_n*gap
       new = contact_state%open
       if (is_closed) then
-         call map_joint(laws(table%joint(c)), settings, joint, self%gap(c), self%slip(c), response)
+         call map_joint(laws(table%joint(c)), settings, joint, gap, self%slip(c), response)
          new = response%state
          self%slip_sign(c) = response%slip_sign
          self%bonded(c) = response%bonded
@@ -194,7 +202,7 @@ contains
       if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) return
       self%changes(c) = self%changes(c) + 1
       if (settings%peer .and. min(old, new) > 0) return
-      self%miss(c) = miss_of_joint(settings, joint, self%gap(c), self%slip(c), new, self%slip_sign(c), &
+      self%miss(c) = miss_of_joint(settings, joint, gap, self%slip(c), new, self%slip_sign(c), &
                                    self%friction(c))
       n_changes = n_changes + 1
    end subroutine judge_contact
@@ -204,16 +212,8 @@ contains
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      joint%gap = table%gap(c)
-      joint%shear = table%shear(c)
-      joint%total_slip = table%total_slip(c)
-      joint%length = table%length(c)
-      joint%normal_drag = self%normal_drag(c)
-      joint%drag = self%drag(c)
+      call gather(self, table, c, joint)
       joint%friction = self%friction(c)
-      joint%state = self%state(c)
-      joint%slip_sign = self%slip_sign(c)
-      joint%bonded = self%bonded(c)
    end function joint_of
 
    !> The same with the state that the last solve had.
@@ -221,11 +221,28 @@ contains
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      joint = joint_of(self, table, c)
+      call gather(self, table, c, joint)
       joint%friction = self%friction_used(c)
       joint%state = self%state_used(c)
       joint%slip_sign = self%sign_used(c)
    end function joint_used
+
+   !> All of a joint but the friction force.
+   pure subroutine gather(self, table, c, joint)
+      type(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                       !! row
+      type(joint_type), intent(out) :: joint         !! without its friction
+      joint%gap = table%gap(c)
+      joint%shear = table%shear(c)
+      joint%total_slip = table%total_slip(c)
+      joint%length = table%length(c)
+      joint%normal_drag = self%normal_drag(c)
+      joint%drag = self%drag(c)
+      joint%state = self%state(c)
+      joint%slip_sign = self%slip_sign(c)
+      joint%bonded = self%bonded(c)
+   end subroutine gather
 
    !> The accepted step: the table then holds the contacts at the step's end.
    subroutine commit(self, settings, table)
@@ -314,9 +331,11 @@ contains
          if (self%state(c) == contact_state%open .and. gap_there >= -settings%close_tolerance) cycle
          p = max(1, table%partner(c))
          partner_gap = gap(p) + a*(self%gap(p) - gap(p))
-         joint = self%joint_of(table, c)
-         if (.not. stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap_there, partner_gap)) cycle
-         call map_joint(laws(table%joint(c)), settings, joint, gap_there, slip(c) + a*(self%slip(c) - slip(c)), response)
+         call gather(self, table, c, joint)
+         associate (law => laws(table%joint(c)))
+            if (.not. stays_closed(self, table, law, settings, joint, c, gap_there, partner_gap)) cycle
+            call map_joint(law, settings, joint, gap_there, slip(c) + a*(self%slip(c) - slip(c)), response)
+         end associate
          force(1, c) = -response%normal
          force(2, c) = response%shear
       end do
@@ -343,10 +362,13 @@ contains
       type(joint_type), intent(in) :: joint
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
+      real(wp) :: limit
       if (joint%state == contact_state%open) then
          stays_closed = closes(self, table, settings, c, gap, partner_gap)
       else
-         stays_closed = .not. gap > opening_gap(law, settings, joint)
+         limit = settings%open_tolerance
+         if (joint%bonded) limit = opening_gap(law, settings, joint)
+         stays_closed = .not. gap > limit
          ! outside the partner's line: the corner has been passed
          if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) &
             stays_closed = .false.

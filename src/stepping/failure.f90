@@ -30,6 +30,7 @@ module rockdda_stepping_failure
       integer :: ruined = 5          !! a block inverts or vanishes
       integer :: thrown = 6          !! a block moves by more than w0 in the smallest step
       integer :: interrupted = 7     !! a stop was requested
+      integer :: too_far = 8         !! a vertex moves by more than g2 w0
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 

@@ -14,17 +14,11 @@
 !> depends neither on units nor on the sizes of blocks. No solve is needed for it.
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts, piece, n_pieces
-   use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_table, only : contact_table_type
-   use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_open_close, only : open_close_type
-   use rockdda_interaction_joint_law, only : joint_settings_type
-   use rockdda_interaction_bolts, only : bolt_response
+   use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_families, only : families_type
    use rockdda_linear_products, only : add_product
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
-   use rockdda_stepping_links, only : bolt_round_type
    implicit none
    private
    public :: line_search_type
@@ -39,8 +33,6 @@ module rockdda_stepping_line_search
    type :: line_search_type
       private
       real(wp), allocatable :: x(:, :)              !! (6, nb)
-      real(wp), allocatable :: gap(:), slip(:)      !! (contacts)
-      real(wp), allocatable :: stretch(:)           !! (bolts)
       real(wp), allocatable :: factor(:, :, :)      !! (6, 6, nb) Cholesky factors of K_ii
       integer :: values_id = 0                      !! matrix that they belong to, 0 none
       real(wp), allocatable :: r(:, :)              !! (6, nb)
@@ -56,40 +48,21 @@ module rockdda_stepping_line_search
 
 contains
 
-   !> Remember the motion of a round.
-   subroutine keep(self, table, trial, bolts, equations)
+   !> Keep the motion of a round.
+   subroutine keep(self, families, equations)
       class(line_search_type), intent(inout) :: self
-      type(contact_table_type), intent(in) :: table
-      type(open_close_type), intent(in) :: trial
-      type(bolt_round_type), intent(in) :: bolts
+      type(families_type), intent(inout) :: families
       type(equations_type), intent(in) :: equations
-      integer :: c
-      if (allocated(self%gap)) then
-         if (size(self%gap) < table%n) deallocate (self%gap, self%slip)
-      end if
-      if (.not. allocated(self%gap)) allocate (self%gap(table%n + table%n/4), self%slip(table%n + table%n/4))
       self%x = equations%x
-      !$omp parallel do default(none) shared(self, table, trial) private(c) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         self%gap(c) = trial%gap(c)
-         self%slip(c) = trial%slip(c)
-      end do
-      !$omp end parallel do
-      self%stretch = bolts%stretch
+      call families%keep()
    end subroutine keep
 
    !> Go from the motion that was kept towards the one just solved for; `fraction` is 1 when all the way.
    !> |R| below `negligible` counts as zero.
-   subroutine search(self, blocks, laws, settings, table, negligible, trial, bolts, equations, fraction)
+   subroutine search(self, families, negligible, equations, fraction)
       class(line_search_type), intent(inout) :: self
-      type(block_system_type), intent(in) :: blocks
-      type(contact_law_type), intent(in) :: laws(:)        !! per joint material
-      type(joint_settings_type), intent(in) :: settings
-      type(contact_table_type), intent(in) :: table
+      type(families_type), intent(inout) :: families
       real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
-      type(open_close_type), intent(inout) :: trial
-      type(bolt_round_type), intent(inout) :: bolts
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, a
@@ -116,15 +89,15 @@ contains
          if (n_bad > 0) return
          self%values_id = equations%matrix%values_id
       end if
-      at_start = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
-      least = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      at_start = self%measure(0.0_wp, families, equations)
+      least = self%measure(1.0_wp, families, equations)
       if (least <= enough*at_start) return
       self%r = equations%magnitude
       if (least <= negligible*weighted_norm(self)) return
       a = 1
       do k = 1, most_trials
          a = shorter*a
-         next = self%measure(a, blocks, laws, settings, table, trial, bolts, equations)
+         next = self%measure(a, families, equations)
          if (next < least) then
             least = next
             fraction = a
@@ -134,21 +107,14 @@ contains
       end do
       if (.not. fraction < 1) return
       equations%x = self%x + fraction*(equations%x - self%x)
-      trial%gap(1:table%n) = self%gap(1:table%n) + fraction*(trial%gap(1:table%n) - self%gap(1:table%n))
-      trial%slip(1:table%n) = self%slip(1:table%n) + fraction*(trial%slip(1:table%n) - self%slip(1:table%n))
-      bolts%stretch = self%stretch + fraction*(bolts%stretch - self%stretch)
+      call families%shorten(fraction)
    end subroutine search
 
    !> |R| at the present motion, over that at the motion that was kept. There need not be a matrix yet: blocks are
    !> weighed with their own terms.
-   subroutine compare(self, blocks, laws, settings, table, trial, bolts, equations, ratio)
+   subroutine compare(self, families, equations, ratio)
       class(line_search_type), intent(inout) :: self
-      type(block_system_type), intent(in) :: blocks
-      type(contact_law_type), intent(in) :: laws(:)        !! per joint material
-      type(joint_settings_type), intent(in) :: settings
-      type(contact_table_type), intent(in) :: table
-      type(open_close_type), intent(in) :: trial
-      type(bolt_round_type), intent(in) :: bolts
+      type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
       real(wp), intent(out) :: ratio                       !! huge where there is none
       real(wp) :: kept, present
@@ -166,8 +132,8 @@ contains
       end do
       !$omp end parallel do
       if (n_bad > 0) return
-      kept = self%measure(0.0_wp, blocks, laws, settings, table, trial, bolts, equations)
-      present = self%measure(1.0_wp, blocks, laws, settings, table, trial, bolts, equations)
+      kept = self%measure(0.0_wp, families, equations)
+      present = self%measure(1.0_wp, families, equations)
       if (kept > 0) ratio = present/kept
    end subroutine compare
 
@@ -179,25 +145,13 @@ contains
    end subroutine go_back
 
    !> |R| at the fraction a of the way.
-   real(wp) function measure(self, a, blocks, laws, settings, table, trial, bolts, equations)
+   real(wp) function measure(self, a, families, equations)
       class(line_search_type), intent(inout) :: self
       real(wp), intent(in) :: a
-      type(block_system_type), intent(in) :: blocks
-      type(contact_law_type), intent(in) :: laws(:)
-      type(joint_settings_type), intent(in) :: settings
-      type(contact_table_type), intent(in) :: table
-      type(open_close_type), intent(in) :: trial
-      type(bolt_round_type), intent(in) :: bolts
+      type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
-      real(wp) :: force, yielded
-      logical :: yields
-      integer :: i, l
-      call trial%forces_between(table, laws, settings, a, self%gap, self%slip, self%force)
-      do l = 1, blocks%bolts%n
-         call bolt_response(blocks%bolts%stiffness(l), blocks%bolts%strength(l), bolts%force(l), &
-                            self%stretch(l) + a*(bolts%stretch(l) - self%stretch(l)), force, yields, yielded)
-         self%force(:, table%n + l) = [force, 0.0_wp]
-      end do
+      integer :: i
+      call families%lawful_forces(a, self%force)
       !$omp parallel do default(none) private(i) shared(self, a, equations) schedule(static) &
       !$omp if (equations%n_blocks > parallel_blocks)
       do i = 1, equations%n_blocks

@@ -10,9 +10,8 @@ module rockdda_stepping_motion
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_interaction_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
-   use rockdda_interaction_elastic, only : stress_of
+   use rockdda_interaction_elasticity, only : elasticity_type, stress_of
    use rockdda_interaction_inertia, only : new_velocity
-   use rockdda_stepping_loads, only : material_matrices_type
    implicit none
    private
    public :: start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
@@ -101,10 +100,10 @@ contains
    !> Velocity: v = (2/dt) d - v_old. With exact rotation its strain rates turn with the block, and the spin is
    !> scaled so that the angular momentum about the centroid, (M v)_3, survives the change of the moments of inertia
    !> by strain. `velocity` is the full new velocity; the caller applies k01.
-   subroutine move_blocks(blocks, parameters, matrices, dt, d, state)
+   subroutine move_blocks(blocks, parameters, elasticity, dt, d, state)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
-      type(material_matrices_type), intent(in) :: matrices
+      type(elasticity_type), intent(in) :: elasticity
       real(wp), intent(in) :: dt   !! step [time]
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
       type(block_state_type), intent(inout) :: state
@@ -133,7 +132,7 @@ contains
          state%bolt_elongation(p) = norm2(state%bolt_ends(3:4, p) - state%bolt_ends(1:2, p)) &
                                     - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
       end do
-      !$omp parallel do default(none) shared(blocks, parameters, matrices, dt, d, state, exact) &
+      !$omp parallel do default(none) shared(blocks, parameters, elasticity, dt, d, state, exact) &
       !$omp private(i, first, last, momentum, v, spin, polar) schedule(static) if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
@@ -145,7 +144,7 @@ contains
          call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
                                  state%moments(:, i))
          state%rotation(i) = state%rotation(i) + d(3, i)
-         state%stress(:, i) = state%stress(:, i) + stress_of(matrices%e(:, :, blocks%block_material(i)), d(4:6, i))
+         state%stress(:, i) = state%stress(:, i) + stress_of(elasticity%e(:, :, blocks%block_material(i)), d(4:6, i))
          if (parameters%mass_from_area) state%mass(i) = &
             parameters%block_materials(blocks%block_material(i))%density*state%area(i)
          if (exact) then

@@ -7,7 +7,7 @@ module rockdda_stepping_options_check
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
-   use rockdda_stepping_loads, only : attach_line_loads
+   use rockdda_interaction_loads, only : loads_type
    use rockdda_stepping_parameter_check, only : check_parameters
    implicit none
    private
@@ -21,12 +21,12 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       type(contact_law_type), allocatable :: laws(:)
-      integer, allocatable :: line_blocks(:)
+      type(loads_type) :: loads
       real(wp), allocatable :: line_ends(:, :)
       call new_contact_laws(parameters%joint_materials, parameters%joint_laws, laws, messages)
       call check_parameters(parameters, messages)
       call check_stages(parameters, blocks%fixed%n, messages)
-      call attach_line_loads(blocks, parameters, line_blocks, line_ends, messages)
+      call loads%init(blocks, parameters, line_ends, messages)
    end subroutine check_options
 
 end module rockdda_stepping_options_check

@@ -1,0 +1,368 @@
+! SPDX-License-Identifier: MIT
+!> Contacts: one link per row of the contact table, along the normal of the edge (1) and the edge (2).
+!>
+!> Which rows exist is found by the search (folder contact); forces and states come from the joint law
+!> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
+module rockdda_interaction_contacts
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_contact_spring, only : spring_vectors, dashpot_coefficient
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_friction_search, only : friction_search_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, linearise_joint, &
+      end_joint, spring_energy
+   use rockdda_interaction_open_close, only : open_close_type
+   implicit none
+   private
+   public :: contacts_type
+
+   !> Lengths below this share of w0 are round-off.
+   real(wp), parameter :: round_off = 1.0e-12_wp
+
+   type, extends(interaction_type) :: contacts_type
+      type(contact_law_type), allocatable :: laws(:)   !! per joint material
+      type(contact_table_type) :: table                !! of this step
+      type(joint_settings_type) :: settings            !! of the attempt at hand
+      type(open_close_type) :: trial
+      type(friction_search_type) :: friction
+      real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
+   contains
+      procedure :: count_links
+      procedure :: prepare
+      procedure :: add_to_blocks
+      procedure :: add_to_links
+      procedure :: add_friction
+      procedure :: predict
+      procedure :: predict_sliding
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: judge
+      procedure :: foresee
+      procedure :: add_energies
+      procedure :: commit
+   end type contacts_type
+
+contains
+
+   !> One per row.
+   pure integer function count_links(self, context) result(n)
+      class(contacts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      associate (unused => context%dt)
+      end associate
+      n = self%table%n
+   end function count_links
+
+   !> Blocks and directions of all rows.
+   subroutine prepare(self, context, equations)
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      integer :: c, a, b, l
+      !$omp parallel do default(none) shared(self, context, equations) private(c, a, b, l) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         l = self%first_link + c
+         a = self%table%block_a(c)
+         b = self%table%block_b(c)
+         equations%pair(:, l) = [a, b]
+         call spring_vectors(self%table%point(:, c), self%table%gap(c), self%table%normal(:, c), &
+                             context%state%centroid(:, a), context%state%centroid(:, b), &
+                             equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+      end do
+      !$omp end parallel do
+   end subroutine prepare
+
+   !> Begin an attempt with the states of the last step.
+   subroutine add_to_blocks(self, context, equations)
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (unused => equations%n_links)
+      end associate
+      self%settings = attempt_settings(context%parameters, context%dt)
+      call self%trial%begin(self%table, self%laws, self%settings)
+      call set_dashpots(self, context)
+   end subroutine add_to_blocks
+
+   !> Stiffness and margins of an attempt.
+   pure type(joint_settings_type) function attempt_settings(parameters, dt) result(settings)
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt   !! step [time]
+      settings%k_n = parameters%normal_stiffness
+      settings%k_s = parameters%shear_stiffness
+      settings%close_tolerance = parameters%close_tolerance
+      settings%open_tolerance = parameters%open_tolerance
+      settings%slip_tolerance = settings%k_s*round_off*parameters%w0
+      settings%peer = parameters%peer_contacts
+      settings%dt = dt
+   end function attempt_settings
+
+   !> Dashpots of all contacts in a step of this length: a fraction of critical damping of the two blocks.
+   pure subroutine set_dashpots(self, context)
+      type(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp) :: ratio
+      integer :: c
+      if (.not. any(self%laws%damping_ratio > 0)) return
+      do c = 1, self%table%n
+         ratio = self%laws(self%table%joint(c))%damping_ratio
+         if (.not. ratio > 0) cycle
+         associate (mass_a => context%state%mass(self%table%block_a(c)), &
+                    mass_b => context%state%mass(self%table%block_b(c)))
+            self%trial%normal_drag(c) = dashpot_coefficient(ratio, self%settings%k_n, mass_a, mass_b)/context%dt
+            self%trial%drag(c) = dashpot_coefficient(ratio, self%settings%k_s, mass_a, mass_b)/context%dt
+         end associate
+      end do
+   end subroutine set_dashpots
+
+   !> Springs, dashpots and friction of the trial states. The links of contacts that stay open or locked since the last
+   !> solve of the attempt are as they were.
+   subroutine add_to_links(self, equations)
+      class(contacts_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: stiffness(2), force(2)
+      integer :: c
+      !$omp parallel do default(none) shared(self, equations) private(c, stiffness, force) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         if (self%trial%state(c) == self%trial%state_used(c) .and. self%trial%state(c) /= contact_state%sliding) cycle
+         call linearise_joint(self%settings, self%trial%joint_of(self%table, c), stiffness, force)
+         call equations%set_link(self%first_link + c, stiffness, force)
+      end do
+      !$omp end parallel do
+   end subroutine add_to_links
+
+   !> The friction forces alone, where all states are those of the last solve.
+   subroutine add_friction(self, equations)
+      class(contacts_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      integer :: c, i, l
+      !$omp parallel do default(none) shared(self, equations) private(c, i, l) if (self%friction%n > parallel_contacts)
+      do i = 1, self%friction%n
+         c = self%friction%rows(i)
+         l = self%first_link + c
+         call equations%set_link(l, equations%stiffness(:, l), &
+                                 [equations%force(1, l), -self%trial%slip_sign(c)*self%trial%friction(c)])
+      end do
+      !$omp end parallel do
+   end subroutine add_friction
+
+   !> Predicted gap and slip of every contact.
+   subroutine predict(self, equations)
+      class(contacts_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      integer :: c
+      !$omp parallel do default(none) shared(self, equations) private(c) if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         call predict_contact(self%table%gap(c), equations, self%first_link + c, self%trial%gap(c), self%trial%slip(c))
+      end do
+      !$omp end parallel do
+   end subroutine predict
+
+   !> The same for the contacts whose friction forces are searched for.
+   subroutine predict_sliding(self, equations)
+      class(contacts_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      integer :: c, i
+      !$omp parallel do default(none) shared(self, equations) private(c, i) if (self%friction%n > parallel_contacts)
+      do i = 1, self%friction%n
+         c = self%friction%rows(i)
+         call predict_contact(self%table%gap(c), equations, self%first_link + c, self%trial%gap(c), self%trial%slip(c))
+      end do
+      !$omp end parallel do
+   end subroutine predict_sliding
+
+   !> Gap and slip of the contact of link l for the solution x.
+   pure subroutine predict_contact(start_gap, equations, l, gap, slip)
+      real(wp), intent(in) :: start_gap   !! [length]
+      type(equations_type), intent(in) :: equations
+      integer, intent(in) :: l
+      real(wp), intent(out) :: gap, slip  !! [length]
+      associate (xa => equations%x(:, equations%pair(1, l)), xb => equations%x(:, equations%pair(2, l)))
+         gap = start_gap + along(equations%vector_a(:, 1, l), xa, equations%vector_b(:, 1, l), xb)
+         slip = along(equations%vector_a(:, 2, l), xa, equations%vector_b(:, 2, l), xb)
+      end associate
+   end subroutine predict_contact
+
+   !> v . x + w . y: two sums of six, which a register of two numbers adds up.
+   pure real(wp) function along(v, x, w, y)
+      real(wp), intent(in) :: v(6), x(6), w(6), y(6)
+      real(wp) :: t(2)
+      t = ((v(1:2)*x(1:2) + v(3:4)*x(3:4)) + v(5:6)*x(5:6)) + ((w(1:2)*y(1:2) + w(3:4)*y(3:4)) + w(5:6)*y(5:6))
+      along = t(1) + t(2)
+   end function along
+
+   !> Keep gaps and slips.
+   subroutine keep(self)
+      class(contacts_type), intent(inout) :: self
+      integer :: c, n
+      n = self%table%n
+      if (allocated(self%kept_gap)) then
+         if (size(self%kept_gap) < n) deallocate (self%kept_gap, self%kept_slip)
+      end if
+      if (.not. allocated(self%kept_gap)) allocate (self%kept_gap(n + n/4), self%kept_slip(n + n/4))
+      !$omp parallel do default(none) shared(self, n) private(c) schedule(static) if (n > parallel_contacts)
+      do c = 1, n
+         self%kept_gap(c) = self%trial%gap(c)
+         self%kept_slip(c) = self%trial%slip(c)
+      end do
+      !$omp end parallel do
+   end subroutine keep
+
+   !> Gaps and slips at a fraction of the way from those that were kept.
+   subroutine shorten(self, fraction)
+      class(contacts_type), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      integer :: c
+      do c = 1, self%table%n
+         self%trial%gap(c) = self%kept_gap(c) + fraction*(self%trial%gap(c) - self%kept_gap(c))
+         self%trial%slip(c) = self%kept_slip(c) + fraction*(self%trial%slip(c) - self%kept_slip(c))
+      end do
+   end subroutine shorten
+
+   !> Forces by the joint laws at a fraction of the way.
+   subroutine lawful_forces(self, fraction, force)
+      class(contacts_type), intent(in) :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)
+      call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
+                                     force(:, self%first_link + 1:self%first_link + self%table%n))
+   end subroutine lawful_forces
+
+   !> Judge all contacts. Whether their forces are settled is decided by `trial%count_unsettled`.
+   subroutine judge(self, n_changes, n_unsettled)
+      class(contacts_type), intent(inout) :: self
+      integer, intent(out) :: n_changes, n_unsettled
+      real(wp) :: worst_friction
+      call self%trial%judge(self%table, self%laws, self%settings, n_changes, worst_friction)
+      n_unsettled = 0
+   end subroutine judge
+
+   !> First states and friction forces of a step from a motion that was predicted, not solved for.
+   subroutine foresee(self)
+      class(contacts_type), intent(inout) :: self
+      call self%trial%foresee(self%table, self%laws, self%settings)
+   end subroutine foresee
+
+   !> Springs, friction, dashpots and changes of state of an accepted step.
+   subroutine add_energies(self, context, d, balance)
+      class(contacts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: carried, friction, dissipated, discarded, geometry, stored
+      integer :: p, n, column, c
+      associate (unused => context%dt, not_used => d)
+      end associate
+      n = n_pieces(self%table%n)
+      call balance%make_room(self%table%n)
+      !$omp parallel do default(none) shared(self, balance, n) private(p) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do p = 1, n
+         call measure_contacts(self, (p - 1)*piece + 1, min(p*piece, self%table%n), balance%sums(:, p))
+      end do
+      !$omp end parallel do
+      carried = sum(balance%sums(1, 1:n))
+      friction = sum(balance%sums(2, 1:n))
+      dissipated = sum(balance%sums(3, 1:n))
+      discarded = sum(balance%sums(4, 1:n))
+      geometry = sum(balance%sums(5, 1:n))
+      stored = sum(balance%sums(6, 1:n))
+      ! closed contacts that the search no longer found
+      discarded = discarded + (balance%contact_energy - carried)
+      balance%contact_energy = stored
+      balance%step_discarded = discarded
+      balance%most_given = 0
+      do column = 1, 2
+         if (n == 0) exit
+         p = maxloc(balance%sums(5 + 2*column, 1:n), dim=1)
+         c = nint(balance%sums(6 + 2*column, p))
+         if (c > 0) balance%most_given(:, column) = [balance%sums(5 + 2*column, p), real(self%table%block_a(c), wp), &
+                                                     real(self%table%block_b(c), wp), self%table%point(:, c)]
+      end do
+      call balance%add(energy%friction, friction)
+      call balance%add(energy%dissipated, dissipated)
+      call balance%add(energy%discarded, discarded)
+      call balance%add(energy%geometry, geometry)
+   end subroutine add_energies
+
+   !> The part of `add_energies` for some of the contacts.
+   pure subroutine measure_contacts(self, first, last, sums)
+      type(contacts_type), intent(in) :: self
+      integer, intent(in) :: first, last
+      !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
+      !> state gives and its number, the same by geometry
+      real(wp), intent(out) :: sums(10)
+      type(joint_type) :: joint
+      type(joint_end_type) :: after
+      real(wp) :: x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      integer :: c
+      logical :: was_closed
+      carried = 0
+      friction = 0
+      dissipated = 0
+      discarded = 0
+      geometry = 0
+      stored = 0
+      worst = 0
+      associate (kn => self%settings%k_n, ks => self%settings%k_s, settings => self%settings, table => self%table, &
+                 trial => self%trial)
+         do c = first, last
+            was_closed = table%state(c) /= contact_state%open
+            x0 = table%gap(c)
+            s0 = table%shear(c)
+            before = 0
+            if (was_closed) before = spring_energy(settings, x0, s0)
+            carried = carried + table%energy(c)
+            geometry = geometry + (before - table%energy(c))
+            if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
+            joint = trial%joint_used(table, c)
+            if (joint%state == contact_state%open) then
+               discarded = discarded + before
+               cycle
+            end if
+            x1 = trial%gap(c)
+            after = end_joint(settings, joint, x1, trial%slip(c))
+            s1 = after%shear
+            if (was_closed .or. x0 < 0) then
+               dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
+               if (.not. was_closed) then
+                  discarded = discarded - 0.5_wp*kn*x0**2
+                  if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
+               end if
+            else
+               dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
+            end if
+            dissipated = dissipated + joint%normal_drag*(x1 - x0)*(x1 - x0)
+            if (joint%state == contact_state%locked) then
+               dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
+               dissipated = dissipated + joint%drag*(s1 - s0)*(s1 - s0)
+            else
+               friction = friction + joint%slip_sign*joint%friction*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+            end if
+            stored = stored + after%energy
+         end do
+      end associate
+      sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
+   end subroutine measure_contacts
+
+   !> The table becomes that of the step's end.
+   subroutine commit(self, context, d)
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      associate (unused => context%dt, not_used => d)
+      end associate
+      call self%trial%commit(self%settings, self%table)
+   end subroutine commit
+
+end module rockdda_interaction_contacts

@@ -1,0 +1,247 @@
+! SPDX-License-Identifier: MIT
+!> The list of families: everything that acts on blocks, in the order in which it is added up.
+!>
+!> A new family of the program is one more component and one more line in `family`. Others can be added to a run from
+!> outside with `add`; they come last.
+module rockdda_interaction_families
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_bolts, only : bolts_type
+   use rockdda_interaction_contacts, only : contacts_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_elasticity, only : elasticity_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_inertia, only : inertia_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_loads, only : loads_type
+   use rockdda_interaction_supports, only : supports_type
+   implicit none
+   private
+   public :: families_type
+
+   !> Families of the program.
+   integer, parameter :: n_own = 6
+
+   !> A family that was added.
+   type :: added_family_type
+      class(interaction_type), allocatable :: item
+   end type added_family_type
+
+   type :: families_type
+      type(contacts_type) :: contacts
+      type(inertia_type) :: inertia
+      type(elasticity_type) :: elasticity
+      type(loads_type) :: loads
+      type(supports_type) :: supports
+      type(bolts_type) :: bolts
+      type(added_family_type), allocatable, private :: added(:)
+   contains
+      procedure :: add
+      procedure :: count => count_families
+      procedure :: family
+      procedure :: prepare
+      procedure :: add_to_blocks
+      procedure :: add_to_links
+      procedure :: predict
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: judge
+      procedure :: add_energies
+      procedure :: add_moved_energies
+      procedure :: commit
+   end type families_type
+
+contains
+
+   !> Family i of the list.
+   function family(self, i) result(item)
+      class(families_type), intent(in), target :: self
+      integer, intent(in) :: i
+      class(interaction_type), pointer :: item
+      select case (i)
+      case (1); item => self%contacts
+      case (2); item => self%inertia
+      case (3); item => self%elasticity
+      case (4); item => self%loads
+      case (5); item => self%supports
+      case (6); item => self%bolts
+      case default; item => self%added(i - n_own)%item
+      end select
+   end function family
+
+   !> Number of families.
+   pure integer function count_families(self) result(n)
+      class(families_type), intent(in) :: self
+      n = n_own
+      if (allocated(self%added)) n = n + size(self%added)
+   end function count_families
+
+   !> One more family, at the end of the list.
+   subroutine add(self, item)
+      class(families_type), intent(inout) :: self
+      class(interaction_type), intent(in) :: item
+      type(added_family_type), allocatable :: longer(:)
+      integer :: i, n
+      n = self%count() - n_own
+      allocate (longer(n + 1))
+      do i = 1, n
+         call move_alloc(self%added(i)%item, longer(i)%item)
+      end do
+      allocate (longer(n + 1)%item, source=item)
+      call move_alloc(longer, self%added)
+   end subroutine add
+
+   !> Links of all families for the geometry at the start of a step; the graph of the equations is then to be set.
+   subroutine prepare(self, context, equations)
+      class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      class(interaction_type), pointer :: item
+      integer :: i, n_links
+      n_links = 0
+      do i = 1, self%count()
+         item => self%family(i)
+         item%first_link = n_links
+         item%n_links = item%count_links(context)
+         n_links = n_links + item%n_links
+      end do
+      call equations%set_size(context%blocks%n_blocks, n_links)
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%prepare(context, equations)
+      end do
+   end subroutine prepare
+
+   !> Begin an attempt: all terms of single blocks.
+   subroutine add_to_blocks(self, context, equations)
+      class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      class(interaction_type), pointer :: item
+      integer :: i
+      call equations%clear_blocks()
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%add_to_blocks(context, equations)
+      end do
+   end subroutine add_to_blocks
+
+   !> Stiffness and load of all links in their trial states.
+   subroutine add_to_links(self, equations)
+      class(families_type), intent(inout), target :: self
+      type(equations_type), intent(inout) :: equations
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%add_to_links(equations)
+      end do
+   end subroutine add_to_links
+
+   !> Motion of all links for the solution x.
+   subroutine predict(self, equations)
+      class(families_type), intent(inout), target :: self
+      type(equations_type), intent(in) :: equations
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%predict(equations)
+      end do
+   end subroutine predict
+
+   !> Keep the present motion.
+   subroutine keep(self)
+      class(families_type), intent(inout), target :: self
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%keep()
+      end do
+   end subroutine keep
+
+   !> Replace the present motion by one between that which was kept (fraction 0) and itself (1).
+   subroutine shorten(self, fraction)
+      class(families_type), intent(inout), target :: self
+      real(wp), intent(in) :: fraction
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%shorten(fraction)
+      end do
+   end subroutine shorten
+
+   !> Forces that all links would have at such a motion if they followed their laws there.
+   subroutine lawful_forces(self, fraction, force)
+      class(families_type), intent(in), target :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)   !! (2, >= links)
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%lawful_forces(fraction, force)
+      end do
+   end subroutine lawful_forces
+
+   !> Trial states by the present motion.
+   subroutine judge(self, n_changes, n_unsettled)
+      class(families_type), intent(inout), target :: self
+      integer, intent(out) :: n_changes, n_unsettled
+      integer :: changes, unsettled
+      class(interaction_type), pointer :: item
+      integer :: i
+      n_changes = 0
+      n_unsettled = 0
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%judge(changes, unsettled)
+         n_changes = n_changes + changes
+         n_unsettled = n_unsettled + unsettled
+      end do
+   end subroutine judge
+
+   !> Energies of an accepted step, before anything is changed.
+   subroutine add_energies(self, context, d, balance)
+      class(families_type), intent(in), target :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
+      class(energy_balance_type), intent(inout) :: balance
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%add_energies(context, d, balance)
+      end do
+   end subroutine add_energies
+
+   !> Energies that depend on the moved blocks.
+   subroutine add_moved_energies(self, context, balance)
+      class(families_type), intent(in), target :: self
+      type(step_context_type), intent(in) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%add_moved_energies(context, balance)
+      end do
+   end subroutine add_moved_energies
+
+   !> Take the state of the end of an accepted step.
+   subroutine commit(self, context, d)
+      class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%commit(context, d)
+      end do
+   end subroutine commit
+
+end module rockdda_interaction_families

@@ -1,0 +1,158 @@
+! SPDX-License-Identifier: MIT
+!> What acts on blocks, and how the step uses it.
+!>
+!> A family (inertia, contacts, bolts, ...) extends `interaction_type` and overrides what it needs:
+!>
+!>     search                     the contact table of the step
+!>     prepare                    geometry at the start of the step; its links, where it couples blocks
+!>     repeat with shorter steps
+!>        add_to_blocks           terms of single blocks, and the trial state that an attempt begins with
+!>        repeat until all agree
+!>           add_to_links         stiffness and load of the trial state
+!>           (solve)
+!>           predict              motion of the links for the solution
+!>           keep, lawful_forces, shorten        for the line search
+!>           judge                trial state from the motion
+!>     add_energies               read only
+!>     commit                     the one place that changes its state
+!>     (move the blocks)
+!>     add_moved_energies         read only
+!>
+!> A family owns `n_links` links of the equations, those from first_link + 1 on, and nothing outside of it knows more.
+!> Forces of links are positive along the vectors of the link (rockdda_interaction_equations).
+module rockdda_interaction_interaction
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   implicit none
+   private
+   public :: interaction_type
+
+   type, abstract :: interaction_type
+      integer :: first_link = 0   !! its links begin after this one
+      integer :: n_links = 0      !! set before `prepare`
+   contains
+      procedure :: count_links
+      procedure :: prepare
+      procedure :: add_to_blocks
+      procedure :: add_to_links
+      procedure :: predict
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: judge
+      procedure :: add_energies
+      procedure :: commit
+      procedure :: add_moved_energies
+   end type interaction_type
+
+contains
+
+   !> Number of links that the family needs in this step.
+   pure integer function count_links(self, context) result(n)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      associate (unused => self%n_links, not_used => context%dt)
+      end associate
+      n = 0
+   end function count_links
+
+   !> Pairs and vectors of the links, for the geometry at the start of the step.
+   subroutine prepare(self, context, equations)
+      class(interaction_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (unused => self%n_links, not_used => context%dt, nor_this => equations%n_links)
+      end associate
+   end subroutine prepare
+
+   !> Begin an attempt: terms of single blocks, added to block_matrix, block_load and block_magnitude.
+   subroutine add_to_blocks(self, context, equations)
+      class(interaction_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (unused => self%n_links, not_used => context%dt, nor_this => equations%n_links)
+      end associate
+   end subroutine add_to_blocks
+
+   !> Stiffness and load of all links in the trial state.
+   subroutine add_to_links(self, equations)
+      class(interaction_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      associate (unused => self%n_links, not_used => equations%n_links)
+      end associate
+   end subroutine add_to_links
+
+   !> Motion of the links for the solution x.
+   subroutine predict(self, equations)
+      class(interaction_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      associate (unused => self%n_links, not_used => equations%n_links)
+      end associate
+   end subroutine predict
+
+   !> Keep the present motion.
+   subroutine keep(self)
+      class(interaction_type), intent(inout) :: self
+      associate (unused => self%n_links)
+      end associate
+   end subroutine keep
+
+   !> Replace the present motion by one between that which was kept (fraction 0) and itself (1).
+   subroutine shorten(self, fraction)
+      class(interaction_type), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      associate (unused => self%n_links, not_used => fraction)
+      end associate
+   end subroutine shorten
+
+   !> Forces that the links would have at such a motion if they followed their laws there.
+   subroutine lawful_forces(self, fraction, force)
+      class(interaction_type), intent(in) :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)   !! (2, >= links) of all families
+      associate (unused => self%n_links, not_used => fraction, nor_this => force)
+      end associate
+   end subroutine lawful_forces
+
+   !> Trial state by the present motion.
+   subroutine judge(self, n_changes, n_unsettled)
+      class(interaction_type), intent(inout) :: self
+      integer, intent(out) :: n_changes     !! changes of state: K is new
+      integer, intent(out) :: n_unsettled   !! changes that another solve must follow whatever the forces are
+      associate (unused => self%n_links)
+      end associate
+      n_changes = 0
+      n_unsettled = 0
+   end subroutine judge
+
+   !> Work and stored energy of an accepted step, before anything is changed.
+   subroutine add_energies(self, context, d, balance)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
+      class(energy_balance_type), intent(inout) :: balance
+      associate (unused => self%n_links, not_used => context%dt, nor_this => d, nor_that => balance%bolt_energy)
+      end associate
+   end subroutine add_energies
+
+   !> Take the state of the end of an accepted step. Blocks have not moved yet.
+   subroutine commit(self, context, d)
+      class(interaction_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
+      associate (unused => self%n_links, not_used => context%dt, nor_this => d)
+      end associate
+   end subroutine commit
+
+   !> Energies that depend on the moved blocks.
+   subroutine add_moved_energies(self, context, balance)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      associate (unused => self%n_links, not_used => context%dt, nor_this => balance%bolt_energy)
+      end associate
+   end subroutine add_moved_energies
+
+end module rockdda_interaction_interaction

@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: MIT
+!> Fixed points and points with a prescribed movement: two equal springs to a target.
+!>
+!> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
+!> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
+!> `target` the prescribed one (zero for a fixed point).
+module rockdda_interaction_supports
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_loads, only : table_value
+   use rockdda_interaction_kinematics, only : displacement_rows, displacement_at, point_load
+   implicit none
+   private
+   public :: supports_type, add_point_spring, support_energy
+
+   !> All fixed points.
+   type, extends(interaction_type) :: supports_type
+      real(wp), allocatable :: target_start(:, :)  !! (2, nf) prescribed displacement at the step's start
+      real(wp), allocatable :: target_end(:, :)    !! (2, nf) and at its end
+      real(wp), allocatable :: force(:, :)         !! (2, nf) on the blocks, of the last accepted step
+   contains
+      procedure :: init
+      procedure :: add_to_blocks
+      procedure :: add_energies
+      procedure :: commit
+   end type supports_type
+
+contains
+
+   !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;
+   !> potential 1/2 p |moved + T d - target|**2.
+   pure subroutine add_point_spring(p, point, centroid, moved, target, k, f)
+      real(wp), intent(in) :: p             !! stiffness [force/length], > 0
+      real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
+      real(wp), intent(in) :: centroid(2)   !! of the block [length]
+      real(wp), intent(in) :: moved(2)      !! its displacement since the start [length]
+      real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step [length]
+      real(wp), intent(inout) :: k(6, 6)    !! diagonal block
+      real(wp), intent(inout) :: f(6)       !! load
+      real(wp) :: t(2, 6)
+      integer :: j
+      t = displacement_rows(point, centroid)
+      do j = 1, 6
+         k(:, j) = k(:, j) + p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
+      end do
+      f = f + point_load(p*(target - moved), point, centroid)
+   end subroutine add_point_spring
+
+   !> Energy of one step of a point spring; its stretch goes from x0 to x1 and its target moves by dx. With the
+   !> force -p x1 of the support on the block in the step,
+   !>
+   !>     external - (work on the block) = -p x1.dx + p x1.(x1 - x0 + dx) = stored + dissipated.
+   pure subroutine support_energy(p, x0, x1, dx, stored, dissipated, external)
+      real(wp), intent(in) :: p             !! stiffness [force/length]
+      real(wp), intent(in) :: x0(2)         !! moved - target at the start of the step, old target [length]
+      real(wp), intent(in) :: x1(2)         !! moved + T d - target at the end of the step, new target [length]
+      real(wp), intent(in) :: dx(2)         !! movement of the target in the step [length]
+      real(wp), intent(out) :: stored       !! 1/2 p (x1**2 - x0**2) [energy]
+      real(wp), intent(out) :: dissipated   !! 1/2 p (x1 - x0)**2 [energy], >= 0
+      real(wp), intent(out) :: external     !! work of whoever moves the target [energy]
+      stored = 0.5_wp*p*dot_product(x1 - x0, x1 + x0)
+      dissipated = 0.5_wp*p*dot_product(x1 - x0, x1 - x0)
+      external = -p*dot_product(x1, dx)
+   end subroutine support_energy
+
+   !> Room for all fixed points.
+   pure subroutine init(self, n_fixed)
+      class(supports_type), intent(inout) :: self
+      integer, intent(in) :: n_fixed
+      if (allocated(self%force)) deallocate (self%target_start, self%target_end, self%force)
+      allocate (self%target_start(2, n_fixed), self%target_end(2, n_fixed), self%force(2, n_fixed), source=0.0_wp)
+   end subroutine init
+
+   !> Prescribed displacement of a fixed point at a time; zero without a table.
+   pure function fixed_target(parameters, point, t) result(target)
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: point
+      real(wp), intent(in) :: t   !! [time]
+      real(wp) :: target(2)       !! [length]
+      target = 0
+      if (.not. allocated(parameters%fixed_tables(point)%rows)) return
+      if (size(parameters%fixed_tables(point)%rows, 2) == 0) return
+      target = table_value(parameters%fixed_tables(point)%rows, t)
+   end function fixed_target
+
+   !> Springs of all points that are not released.
+   subroutine add_to_blocks(self, context, equations)
+      class(supports_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: before(6), moved(2)
+      integer :: p, b
+      do p = 1, context%blocks%fixed%n
+         self%target_start(:, p) = fixed_target(context%parameters, p, context%state%time)
+         self%target_end(:, p) = fixed_target(context%parameters, p, context%state%time + context%dt)
+         if (context%released(p)) cycle
+         b = context%blocks%fixed%block(p)
+         before = equations%block_load(:, b)
+         moved = context%state%fixed_position(:, p) - context%blocks%fixed%position(:, p)
+         call add_point_spring(context%parameters%fixed_stiffness, context%state%fixed_position(:, p), &
+                               context%state%centroid(:, b), moved, self%target_end(:, p), &
+                               equations%block_matrix(:, :, b), equations%block_load(:, b))
+         equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
+      end do
+   end subroutine add_to_blocks
+
+   !> Stretch of the springs of a point at the start of a step and at its end, with its target there.
+   pure subroutine support_stretch(self, point, context, d, x0, x1)
+      class(supports_type), intent(in) :: self
+      integer, intent(in) :: point
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
+      real(wp), intent(out) :: x0(2), x1(2)         !! [length]
+      integer :: b
+      b = context%blocks%fixed%block(point)
+      x0 = context%state%fixed_position(:, point) - context%blocks%fixed%position(:, point) - &
+           self%target_start(:, point)
+      x1 = x0 + displacement_at(d(:, b), context%state%fixed_position(:, point), context%state%centroid(:, b)) &
+           - (self%target_end(:, point) - self%target_start(:, point))
+   end subroutine support_stretch
+
+   !> Springs and work of prescribed movements.
+   subroutine add_energies(self, context, d, balance)
+      class(supports_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: x0(2), x1(2), pulled(2), stored, lost, external, start_energy
+      integer :: p
+      do p = 1, context%blocks%fixed%n
+         if (context%released(p)) then
+            ! the energy of its spring is lost when it is let go
+            call balance%add(energy%discarded, balance%fixed_energy(p))
+            balance%fixed_energy(p) = 0
+            cycle
+         end if
+         call support_stretch(self, p, context, d, x0, x1)
+         pulled = self%target_end(:, p) - self%target_start(:, p)
+         call support_energy(context%parameters%fixed_stiffness, x0, x1, pulled, stored, lost, external)
+         start_energy = 0.5_wp*context%parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
+         call balance%add(energy%geometry, start_energy - balance%fixed_energy(p))
+         balance%fixed_energy(p) = start_energy + stored
+         call balance%add(energy%dissipated, lost)
+         call balance%add(energy%external, external)
+      end do
+   end subroutine add_energies
+
+   !> Support forces at the end of the step.
+   subroutine commit(self, context, d)
+      class(supports_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      real(wp) :: x0(2), x1(2)
+      integer :: p
+      self%force = 0
+      do p = 1, context%blocks%fixed%n
+         if (context%released(p)) cycle
+         call support_stretch(self, p, context, d, x0, x1)
+         self%force(:, p) = -context%parameters%fixed_stiffness*x1
+      end do
+   end subroutine commit
+
+end module rockdda_interaction_supports

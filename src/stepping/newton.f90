@@ -1,0 +1,261 @@
+! SPDX-License-Identifier: MIT
+!> The open-close iteration of one attempt at a step: Newton's method for equilibrium with all laws at the step's end.
+!>
+!>     repeat
+!>        assemble, solve         with the trial states of the links
+!>        settle friction         normal forces and friction of the contacts that slide agree, states as they are
+!>        line search             shorten the change of the motion where the residual grows
+!>        judge                   new trial states
+!>     until the forces of all links follow their laws
+module rockdda_stepping_newton
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_phase_times, only : phase_times_type, phase
+   use rockdda_interaction_contacts, only : contacts_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_families, only : families_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_stepping_failure, only : attempt
+   use rockdda_stepping_line_search, only : line_search_type
+   use rockdda_stepping_motion, only : is_finite_motion
+   implicit none
+   private
+   public :: newton_type, newton_report_type
+
+   !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
+   real(wp), parameter :: friction_tolerance = 1.0e-5_wp
+   !> Contact forces may miss their laws by this share of the largest normal force on the less loaded of the two blocks;
+   !> by the second one when the rounds given have not done better.
+   real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
+   integer, parameter :: fine_rounds = 10
+   !> The misfit of friction and normal forces is brought down in at most so many solves a round.
+   integer, parameter :: friction_solves = 12
+   !> Models of so few blocks, for which a solve costs nothing, leave no correction of friction to the next round.
+   integer, parameter :: few_blocks = 30
+   !> A predicted motion is taken when its residual is below this share of that of the last motion.
+   real(wp), parameter :: good_prediction = 0.1_wp
+   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row.
+   real(wp), parameter :: patience = 0.4_wp
+   integer, parameter :: least_patience = 6
+
+   !> What of the equations is new since the last solve.
+   type :: change_enum
+      integer :: friction = 1   !! friction forces found within the round
+      integer :: loads = 2      !! only loads: K is the same
+      integer :: states = 3
+   end type change_enum
+   type(change_enum), parameter :: change = change_enum()
+
+   !> Result of an attempt.
+   type :: newton_report_type
+      integer :: outcome = attempt%not_converged   !! attempt%converged, not_converged, no_solution or interrupted
+      integer :: rounds = 0                        !! of the open-close iteration
+      integer :: iterations = 0                    !! of the solver
+      character(len=:), allocatable :: detail      !! why there is no solution
+   end type newton_report_type
+
+   type :: newton_type
+      logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
+      logical :: at_floor = .false.      !! there is no smaller step to fall back to
+      type(line_search_type), private :: line
+      real(wp), allocatable, private :: largest(:)   !! (nb) work
+   contains
+      procedure :: find_equilibrium
+      procedure, private :: predict_motion
+   end type newton_type
+
+contains
+
+   !> Find the motion x and the states of all links at the end of a step. Block terms and first trial states are set.
+   subroutine find_equilibrium(self, context, families, equations, solver, times, report, error)
+      class(newton_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      integer :: n_changes, n_unsettled, n_shortened, round
+      real(wp) :: fraction
+      logical :: peer, solved
+      peer = families%contacts%settings%peer
+      report%detail = ''
+      if (self%may_predict .and. .not. peer) call self%predict_motion(context, families, equations, times)
+      call families%contacts%friction%forget()
+      n_changes = 1
+      n_shortened = 0
+      do round = 1, context%parameters%max_open_close
+         report%rounds = round
+         if (round > 1 .and. .not. peer) call self%line%keep(families, equations)
+         call solve(merge(change%states, change%loads, n_changes > 0 .or. peer), families, equations, solver, times, &
+                    report, solved, error)
+         if (solved) call settle_friction(context%blocks%n_blocks > few_blocks, families, equations, solver, times, &
+                                          report, solved, error)
+         if (.not. solved) return
+         fraction = 1
+         if (round > 1 .and. .not. peer) call self%line%search(families, friction_tolerance, equations, fraction)
+         call families%judge(n_changes, n_unsettled)
+         call times%lap(phase%judge)
+         n_shortened = merge(n_shortened + 1, 0, fraction < 1)
+         if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
+             .not. self%at_floor) return
+         if (n_unsettled > 0 .or. fraction < 1) cycle
+         if (.not. forces_agree(self, families%contacts, context%blocks%n_blocks, round)) cycle
+         report%outcome = attempt%converged
+         return
+      end do
+   end subroutine find_equilibrium
+
+   !> Do the forces of the last solve follow the laws of the contacts at its motion?
+   logical function forces_agree(self, contacts, n_blocks, round)
+      type(newton_type), intent(inout) :: self
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: n_blocks, round
+      integer :: n_unsettled
+      if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
+      call contacts%trial%count_unsettled(contacts%table, merge(force_tolerance, coarse_tolerance, &
+                                          round <= fine_rounds), friction_tolerance*largest_normal(contacts), &
+                                          self%largest, n_unsettled)
+      forces_agree = n_unsettled == 0
+   end function forces_agree
+
+   !> Largest normal force of the trial.
+   real(wp) function largest_normal(contacts) result(largest)
+      type(contacts_type), intent(in) :: contacts
+      integer :: c
+      largest = 0
+      !$omp parallel do default(none) shared(contacts) private(c) reduction(max:largest) schedule(static) &
+      !$omp if (contacts%table%n > parallel_contacts)
+      do c = 1, contacts%table%n
+         largest = max(largest, abs(contacts%trial%normal_force(c)))
+      end do
+      !$omp end parallel do
+   end function largest_normal
+
+   !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
+   !> with a dt^2/2 = v dt - (last motion). If it comes much closer to equilibrium than the last motion, it
+   !> is where the first solve starts, and the first states are judged by it. Where contacts vibrate from step to step
+   !> (stiff springs, long steps) it does not.
+   subroutine predict_motion(self, context, families, equations, times)
+      class(newton_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      type(phase_times_type), intent(inout) :: times
+      real(wp) :: ratio
+      call families%predict(equations)
+      call self%line%keep(families, equations)
+      equations%x = 2*context%dt*context%state%velocity - equations%x
+      call families%predict(equations)
+      call self%line%compare(families, equations, ratio)
+      if (ratio < good_prediction) then
+         call families%contacts%foresee()
+      else
+         call self%line%go_back(equations)
+      end if
+      call times%lap(phase%judge)
+   end subroutine predict_motion
+
+   !> Assemble and solve the equations with the present states and friction forces, and predict the motion of all links,
+   !> or, with new friction forces, of the contacts that slide.
+   subroutine solve(what_is_new, families, equations, solver, times, report, solved, error)
+      integer, intent(in) :: what_is_new   !! one of change%...
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved       !! else the report or `error` says why
+      type(error_type), allocatable, intent(out) :: error
+      type(solve_report_type) :: solution
+      integer :: n_assembled
+      solved = .false.
+      if (solver%is_interrupted()) then
+         report%outcome = attempt%interrupted
+         return
+      end if
+      if (what_is_new == change%friction) then
+         call families%contacts%add_friction(equations)
+      else
+         call families%add_to_links(equations)
+      end if
+      call equations%assemble(n_assembled)
+      if (what_is_new == change%states) solver%reference_load = equations%magnitude
+      times%rounds = times%rounds + 1
+      times%contacts = times%contacts + families%contacts%table%n
+      times%assembled = times%assembled + n_assembled
+      call times%lap(phase%assembly)
+      call solver%solve(equations%matrix, equations%f, equations%x, solution, error)
+      call times%lap(phase%solve)
+      call check_solution(solution, equations%x, report, solved, error)
+      if (.not. solved) return
+      if (what_is_new == change%friction) then
+         call families%contacts%predict_sliding(equations)
+      else
+         call families%predict(equations)
+      end if
+   end subroutine solve
+
+   !> Is a solution one to go on with? A failure that a shorter step may avoid is no error.
+   subroutine check_solution(solution, x, report, solved, error)
+      type(solve_report_type), intent(in) :: solution
+      real(wp), intent(in), contiguous :: x(:, :)
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved
+      type(error_type), allocatable, intent(inout) :: error
+      solved = .false.
+      if (allocated(error)) then
+         report%outcome = attempt%no_solution
+         if (error%code /= error_code%computation .or. error%is_fatal) return
+         report%detail = error%message
+         deallocate (error)
+         return
+      end if
+      report%iterations = report%iterations + solution%iterations
+      if (.not. solution%converged) then
+         report%outcome = merge(attempt%interrupted, attempt%no_solution, solution%interrupted)
+         if (allocated(solution%detail)) report%detail = solution%detail
+         return
+      end if
+      solved = is_finite_motion(x)
+      if (solved) return
+      report%outcome = attempt%no_solution
+      report%detail = 'the solution is not finite'
+   end subroutine check_solution
+
+   !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
+   !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
+   subroutine settle_friction(may_leave, families, equations, solver, times, report, solved, error)
+      logical, intent(in) :: may_leave   !! a small correction may be left to the next round
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: worst, small
+      integer :: k
+      logical :: is_enough
+      solved = .true.
+      associate (contacts => families%contacts, friction => families%contacts%friction)
+         call friction%begin(contacts%table, contacts%trial)
+         do k = 1, friction_solves
+            call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
+            if (k == 1) small = friction_tolerance*contacts%trial%deepest_force(contacts%table%n, contacts%settings)
+            call friction%assess(worst, small, may_leave, is_enough)
+            if (is_enough) then
+               call friction%take_used(contacts%trial)
+               exit
+            end if
+            call solve(change%friction, families, equations, solver, times, report, solved, error)
+            if (.not. solved) return
+         end do
+      end associate
+      if (k > 1) call families%predict(equations)
+   end subroutine settle_friction
+
+end module rockdda_stepping_newton

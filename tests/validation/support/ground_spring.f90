@@ -1,0 +1,115 @@
+! SPDX-License-Identifier: MIT
+!> A family that the program does not have: a spring between a point of a block and the ground (docs/extending.md).
+module ground_spring
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_kinematics, only : move_point, point_load
+   implicit none
+   private
+   public :: ground_spring_type
+
+   type, extends(interaction_type) :: ground_spring_type
+      integer :: block = 0
+      real(wp) :: point(2) = 0       !! on the block, now [length]
+      real(wp) :: direction(2) = 0   !! unit vector from the ground to the point
+      real(wp) :: stiffness = 0      !! [force/length]
+      real(wp) :: elongation = 0     !! at the start of the step [length]
+      real(wp) :: stretch = 0        !! predicted change in the step [length]
+      real(wp) :: kept = 0           !! the same at the motion that was kept [length]
+   contains
+      procedure :: count_links
+      procedure :: prepare
+      procedure :: add_to_links
+      procedure :: predict
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: add_energies
+      procedure :: commit
+   end type ground_spring_type
+
+contains
+
+   !> One, between the block and the fixed outside.
+   pure integer function count_links(self, context) result(n)
+      class(ground_spring_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      n = merge(1, 0, self%block > 0 .and. self%block <= context%blocks%n_blocks)
+   end function count_links
+
+   !> Derivative of the elongation with respect to the unknowns of the block.
+   subroutine prepare(self, context, equations)
+      class(ground_spring_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (l => self%first_link + 1)
+         equations%pair(:, l) = [self%block, 0]
+         equations%vector_a(:, 1, l) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
+         equations%vector_a(:, 2, l) = 0
+         equations%vector_b(:, :, l) = 0
+      end associate
+   end subroutine prepare
+
+   !> Stiffness, and the load of the elongation at the start of the step.
+   subroutine add_to_links(self, equations)
+      class(ground_spring_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      call equations%set_link(self%first_link + 1, [self%stiffness, 0.0_wp], [-self%stiffness*self%elongation, 0.0_wp])
+   end subroutine add_to_links
+
+   !> Change of the elongation.
+   subroutine predict(self, equations)
+      class(ground_spring_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      self%stretch = dot_product(equations%vector_a(:, 1, self%first_link + 1), equations%x(:, self%block))
+   end subroutine predict
+
+   !> Keep the change.
+   subroutine keep(self)
+      class(ground_spring_type), intent(inout) :: self
+      self%kept = self%stretch
+   end subroutine keep
+
+   !> Change at a fraction of the way.
+   subroutine shorten(self, fraction)
+      class(ground_spring_type), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      self%stretch = self%kept + fraction*(self%stretch - self%kept)
+   end subroutine shorten
+
+   !> Force by the law.
+   subroutine lawful_forces(self, fraction, force)
+      class(ground_spring_type), intent(in) :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)
+      force(:, self%first_link + 1) = [self%stiffness*(self%elongation + self%kept + &
+                                                       fraction*(self%stretch - self%kept)), 0.0_wp]
+   end subroutine lawful_forces
+
+   !> Stored energy, and what the implicit step dissipates.
+   subroutine add_energies(self, context, d, balance)
+      class(ground_spring_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      associate (unused => context%dt, not_used => d)
+      end associate
+      balance%other_energy = balance%other_energy + 0.5_wp*self%stiffness*(self%elongation + self%stretch)**2
+      call balance%add(energy%dissipated, 0.5_wp*self%stiffness*self%stretch**2)
+   end subroutine add_energies
+
+   !> Elongation and point at the end of the step.
+   subroutine commit(self, context, d)
+      class(ground_spring_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      self%elongation = self%elongation + self%stretch
+      call move_point(d(:, self%block), context%state%centroid(:, self%block), context%parameters%exact_rotation, &
+                      self%point)
+   end subroutine commit
+
+end module ground_spring
