@@ -19,7 +19,7 @@ GOOD = {
     "stage": [{"until_step": 3, "release": 1}, {"k01": 0.0}],
 }
 BAD = [
-    ({"tiem": {"dt_max": 1.0}}, "options['tiem']: unknown group; did you mean 'time'?"),
+    ({"timee": {"dt_max": 1.0}}, "options['timee']: unknown group; did you mean 'time'?"),
     ({"time": {"dt_mx": 1.0}}, "options['time']['dt_mx']: unknown name; did you mean 'dt_max'?"),
     ({"time": {"dt_max": 0}}, "options['time']['dt_max']: must be greater than 0, found 0"),
     ({"time": {"max_open_close": 2.5}}, "options['time']['max_open_close']: expected a whole number, found 2.5"),

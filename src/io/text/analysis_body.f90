@@ -233,7 +233,8 @@ contains
 
    end subroutine read_analysis_body
 
-   !> The last number is no SOR factor. With a decimal comma further up, one number too many has shifted all that follow it.
+   !> The last number is no SOR factor. With a decimal comma further up, one number too many has shifted all that
+   !> follow it.
    subroutine report_sor_factor(factor, tokens, place, messages)
       real(wp), intent(in) :: factor
       type(token_list_type), intent(in) :: tokens
