@@ -168,6 +168,20 @@ contains
    end subroutine search_edges
 
    !> Vertex-vertex contact of vertex a (block a) and vertex b (block b), close to each other.
+   !>
+   !>              block a              the four lines that may be the entrance, numbered as below:
+   !>        4 \         / 3              1  the edge that leaves b      vertex a meets it
+   !>           \       /                 2  the edge that reaches b     vertex a meets it
+   !>    in of a \     / out of a         3  the edge that leaves a      vertex b meets it
+   !>             \   /                   4  the edge that reaches a     vertex b meets it
+   !>               a
+   !>               b                   A line counts when the whole corner of the other block lies outside of it.
+   !>    out of b /   \ in of b          Lines whose normals agree are one group: face to face 1 goes with 3, 2 with 4.
+   !>          1 /     \ 2               One group gives one row, two groups give two rows that are partners.
+   !>              block b
+   !>
+   !> Of a group the line with the foot furthest inside is taken, unless a contact closed in the last step is in it.
+   !> Long, for the choice of rows is one decision with one set of numbers.
    pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)
@@ -315,8 +329,16 @@ contains
       group(second) = 2
    end subroutine group_lines
 
-   !> Vertex-edge contact of a vertex with an edge of the other block within its reach. The corner may have been paired
-   !> with an end of the edge: that is asked first.
+   !> Vertex-edge contact of a vertex with an edge of the other block within its reach, unless the vertex was paired with
+   !> an end of the edge as a corner.
+   !>
+   !>                 v          gap > 0: v lies outside. Its foot is at the distance s from `first`; it counts
+   !>                 |  gap     between the ends, and a little beyond an end whose corner is concave.
+   !>     last -------+--------- first
+   !>         |       e |<- s ->|    gap < 0: of this edge and its neighbours at convex corners the one with the
+   !>         |     block       |    larger gap decides, and v must have come in through e.
+   !>
+   !> Arrays and their size are arguments of their own for speed: this is the innermost procedure of the search.
    pure subroutine try_edge(v, e, gap, s, side, nv, vertices, tangent, lengths, topology, outlines, previous, history, &
                             limits, list)
       integer, intent(in) :: v, e, nv
