@@ -329,8 +329,8 @@ contains
       group(second) = 2
    end subroutine group_lines
 
-   !> Vertex-edge contact of a vertex with an edge of the other block within its reach, unless the vertex was paired with
-   !> an end of the edge as a corner.
+   !> Vertex-edge contact of a vertex with an edge of the other block within its reach, unless it was paired with an end
+   !> of the edge as a corner.
    !>
    !>                 v          gap > 0: v lies outside. Its foot is at the distance s from `first`; it counts
    !>                 |  gap     between the ends, and a little beyond an end whose corner is concave.
