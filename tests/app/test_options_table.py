@@ -123,7 +123,8 @@ class OptionsTable(ProgramTest):
         names = {name for group in json.loads(self.printed("--json"))["$defs"].values() for name in group["properties"]}
         sources = [path for folder in ("model", "io/options") for path in (ROOT / "src" / folder).glob("*.f90")]
         sources += [ROOT / "src/io/text/parameter_text.f90", ROOT / "src/io/text/log.f90"]
-        sources += [ROOT / f"src/io/storage/checkpoint/{name}.f90" for name in ("checkpoint_model", "parameter_exchange")]
+        folder = ROOT / "src/io/storage/checkpoint"
+        sources += [folder / f"{name}.f90" for name in ("checkpoint_model", "parameter_exchange")]
         found = []
         for path in sources:
             # joint statistics have groups and names of their own
