@@ -91,7 +91,8 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         ],
     ),
     (
-        "g0 of an attempt (a g0 that depends on time is put in here)",
+        "g0 of an attempt, for contacts (k_s, fixed points, the search radius and the energy balance use the run's own "
+        "number)",
         [("*", "settings%k_n = parameters%normal_stiffness"), ("*", "settings%k_n = self%parameters%normal_stiffness")],
     ),
     ("g0 as the files have it, or E", [("*", "parameters%normal_stiffness = automatic_over_e*e_max")]),

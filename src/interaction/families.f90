@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The list of families: everything that acts on blocks, in the order in which it is added up.
 !>
-!> A new family of the program is one more component and one more line in `family`. Others can be added to a run from
-!> outside with `add`; they come last.
+!> A new family of the program is one more component, one more line in `family`, and `n_own` one higher. Others can be
+!> added to a run from outside with `add`; they come last.
 module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_balance, only : energy_balance_type
@@ -19,7 +19,7 @@ module rockdda_interaction_families
    private
    public :: families_type
 
-   !> Families of the program.
+   !> Number of families of the program: as many as `family` has cases.
    integer, parameter :: n_own = 6
 
    !> A family that was added.

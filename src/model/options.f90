@@ -2,7 +2,7 @@
 !> What the user chose for a run beyond the two legacy files: the namelist file and the command line.
 !>
 !> `unset` (a NaN-free sentinel for reals, -1 for integers, '' for text) means: not given, take the legacy
-!> file's value or the program's default. `resolve_parameters` (module rockdda_model_parameters) turns
+!> file's value or the program's default. `resolve_parameters` (module rockdda_model_resolve) turns
 !> input plus options into the numbers of the run.
 module rockdda_model_options
    use rockdda_base_kinds, only : wp

@@ -46,6 +46,7 @@ contains
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
+      if (self%n_links == 0) return
       associate (l => self%first_link + 1)
          equations%pair(:, l) = [self%block, 0]
          equations%vector_a(:, 1, l) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
@@ -58,6 +59,7 @@ contains
    subroutine add_to_links(self, equations)
       class(ground_spring_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
+      if (self%n_links == 0) return
       call equations%set_link(self%first_link + 1, [self%stiffness, 0.0_wp], [-self%stiffness*self%elongation, 0.0_wp])
    end subroutine add_to_links
 
@@ -65,6 +67,7 @@ contains
    subroutine predict(self, equations)
       class(ground_spring_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
+      if (self%n_links == 0) return
       self%stretch = dot_product(equations%vector_a(:, 1, self%first_link + 1), equations%x(:, self%block))
    end subroutine predict
 
@@ -86,6 +89,7 @@ contains
       class(ground_spring_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
+      if (self%n_links == 0) return
       force(:, self%first_link + 1) = [self%stiffness*(self%elongation + self%kept + &
                                                        fraction*(self%stretch - self%kept)), 0.0_wp]
    end subroutine lawful_forces
@@ -107,6 +111,7 @@ contains
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)
+      if (self%n_links == 0) return
       self%elongation = self%elongation + self%stretch
       call move_point(d(:, self%block), context%state%centroid(:, self%block), context%parameters%exact_rotation, &
                       self%point)
