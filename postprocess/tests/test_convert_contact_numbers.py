@@ -53,6 +53,7 @@ def test_the_page_has_the_numbers_of_the_program():
     text = PAGE.read_text(encoding="utf-8")
     assert constant("automatic_over_e") == 1
     assert "the automatic choice (0) takes the largest E" in text
+    assert f"({constant('preset_over_e'):g} times that with `preset = 'dda_windows'`" in text
     assert f"not above {constant('highest_over_e'):g} E" in text
     assert f"g0 when it is above {constant('far_over_e'):g} E" in text
     assert f"at most {constant('highest_omega'):g}·L·√(ρ/(2 g0))" in text

@@ -9,12 +9,14 @@ module rockdda_model_contact_numbers
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
-   public :: automatic_over_e, highest_over_e, far_over_e, highest_omega
+   public :: automatic_over_e, preset_over_e, highest_over_e, far_over_e, highest_omega
    public :: mean_edge, advised_time_step, advised_ratio, largest_ratio, stiffness_advice
 
    !> Automatic contact stiffness over the largest E: a closed joint of length L then has k_n = 2 E/L, as tight joints
    !> in hard rock have, and is compressed half as much as a square block of side L.
    real(wp), parameter :: automatic_over_e = 1.0_wp
+   !> The same with the preset dda_windows, as DDA for Windows begins.
+   real(wp), parameter :: preset_over_e = 50.0_wp
    !> Beyond this multiple of E displacements hardly change, but steps are cut.
    real(wp), parameter :: highest_over_e = 10.0_wp
    !> Beyond this multiple of E a warning is given.

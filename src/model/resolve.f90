@@ -7,7 +7,8 @@ module rockdda_model_resolve
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
-   use rockdda_model_contact_numbers, only : automatic_over_e, far_over_e, mean_edge, advised_ratio, stiffness_advice
+   use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
+      stiffness_advice
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
@@ -108,11 +109,18 @@ contains
       type(run_options_type), intent(in) :: settings
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: text
       real(wp) :: e_max
       e_max = max(0.0_wp, maxval(analysis%block_materials%youngs_modulus))
       if (parameters%normal_stiffness <= 0) then
-         parameters%normal_stiffness = automatic_over_e*e_max
-         call messages%add(severity%note, 'contact stiffness (g0) is automatic: the largest E = '// &
+         if (parameters%peer_contacts) then
+            parameters%normal_stiffness = preset_over_e*e_max
+            text = to_string(preset_over_e)//' times the largest E, as the preset has it, = '
+         else
+            parameters%normal_stiffness = automatic_over_e*e_max
+            text = 'the largest E = '
+         end if
+         call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
                            to_string(parameters%normal_stiffness)//', constant in the run')
       else if (parameters%normal_stiffness > far_over_e*e_max) then
          call messages%add(severity%warning, 'the contact stiffness (g0) is '// &

@@ -67,6 +67,17 @@ class Plausibility(ProgramTest):
         self.check("The last number of the file, 0, is then read as an SOR factor", text, file="x.df:3:1")
         self.assertEqual(self.warnings(PEER_ANALYSIS + "9\n"), [])
 
+    def test_automatic_stiffness_is_e_and_that_of_the_preset_50_e(self):
+        for options, stiffness in (
+            ("", 1e8),
+            ("&contact preset = 'dda_windows' /\n", 5e9),
+            ("&contact preset = 'peer' /\n", 5e9),
+        ):
+            with self.subTest(options=options):
+                self.warnings(options="&run steps = 1 /\n" + options)
+                log = (Path(self.folder) / "x.log").read_text()
+                self.assertEqual(float(re.search(r"contact stiffness \(g0\) += (\S+)", log)[1]), stiffness)
+
     def test_no_load(self):
         text = PEER_ANALYSIS.replace(" 9810 ", " 0 ")
         self.check("the weight of all blocks is 0", text)
