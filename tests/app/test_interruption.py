@@ -210,7 +210,7 @@ class Stop(InterruptionTest):
 class LongStep(InterruptionTest):
     """A wall whose first step has many rounds of many PCG iterations."""
 
-    # With so many rows the whole first step takes PCG half a minute on a fast machine, one round a second.
+    # With so many rows and contacts of 50 E the whole first step takes PCG a quarter of a minute on a fast machine.
     ROWS = 40
     # Reading, cutting and writing take a second; the rest is for a busy machine.
     SOON = 15
@@ -226,10 +226,11 @@ class LongStep(InterruptionTest):
         rows = "".join(f"{a} {b} {c} {d} 1\n" for a, b, c, d in lines)
         self.write("wall.dc", f"0.005\n{len(lines)} 0\n0 0 1 0 0 0\n{rows}1 0.5 1 0.5\n")
         self.write("wall.df", "0 1 1 1 0.01 0.01\n2500 24525 5e9 .25\n0 0 0 0 0 0\n0 0 0\n30 0 0\n")
+        self.write("wall.nml", "&contact stiffness = 2.5e11 /\n")
 
     def test_a_time_limit_ends_it_within_the_step(self):
         start = time.monotonic()
-        wall = ("wall.dc", "wall.df", "--solver", "pcg")
+        wall = ("wall.dc", "wall.df", "--config", "wall.nml", "--solver", "pcg")
         outcome = self.run_program("run", *wall, "--max-wall", "2", "--json", "--quiet")
         self.assertLess(time.monotonic() - start, self.SOON)
         self.assertEqual((outcome.code, outcome.json["exit_reason"], outcome.json["steps"]), (4, "max-wall", 0))
@@ -240,7 +241,7 @@ class LongStep(InterruptionTest):
         self.assertEqual((outcome.code, outcome.json["steps"]), (4, 0))
 
     def test_a_signal_ends_it_within_the_step(self):
-        process = self.start_program("run", "wall.dc", "wall.df", "--solver", "pcg", "--quiet")
+        process = self.start_program("run", "wall.dc", "wall.df", "--config", "wall.nml", "--solver", "pcg", "--quiet")
         deadline = time.monotonic() + PATIENCE
         while not self.path("wall.ckpt.h5").exists() and time.monotonic() < deadline:
             time.sleep(0.05)
