@@ -37,7 +37,7 @@ module rockdda_linear_pcg
       integer :: passes = 0                !! passes of the last solve
       logical, private :: stops = .false.  !! a stop was requested during the last solve
       real(wp) :: first_residual = 0       !! relative residual that the last solve began with
-      logical, private :: stale = .true.   !! the preconditioner does not belong to the graph
+      integer, private :: graph_id = 0     !! graph of the preconditioner, 0 none
       integer, private :: values_id = 0    !! matrix of the preconditioner, 0 none
       integer, private :: most_iterations = 0 !! of the solves since the last complete set-up of the preconditioner
       real(wp), private :: direction_factor = 0 !! of the last direction in the next pass, times |r|
@@ -79,7 +79,6 @@ contains
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       self%first_residual = 0
-      self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
       call self%residual%evaluate_again(matrix, f, x, relative)
       if (.not. relative <= self%residual%zero_guess_residual) then
@@ -92,7 +91,7 @@ contains
       self%direction_factor = 0
       self%stops = .false.
       if (relative > self%tolerance) then
-         if (self%stale) then
+         if (self%graph_id /= self%residual%graph_id) then
             call self%preconditioner%set_pattern(self%residual%graph)
             associate (n => self%preconditioner%n)
                call resize(self%p, 6, n)
@@ -103,7 +102,7 @@ contains
                call resize(self%back_sum, 12, n)
                call resize(self%sums, 4, self%preconditioner%order%n_chunks)
             end associate
-            self%stale = .false.
+            self%graph_id = self%residual%graph_id
             self%values_id = 0
          end if
          if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then

@@ -49,7 +49,7 @@ module rockdda_linear_residual
       real(wp) :: r_norm = 0                     !! |r|
       real(wp), allocatable :: work(:, :)        !! (6, n)
       type(graph_type) :: graph                  !! of the matrix
-      logical :: new_graph = .true.              !! it differs from the one of the system before
+      integer :: graph_id = 0                    !! number of the graph, raised whenever it changes
       integer :: n_chunks = 1
       integer, allocatable, private :: first(:)     !! (chunks + 1) rows first(c) : first(c+1)-1
       integer, allocatable, private :: trouble(:)   !! (chunks) first block of the chunk with something wrong, or 0
@@ -173,6 +173,7 @@ contains
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       integer :: c
+      logical :: is_new
       if (allocated(self%r)) then
          if (size(self%r, 2) /= matrix%n) deallocate (self%factor, self%r, self%work, self%first, self%trouble, &
                                                       self%partial, self%f_last, self%x_last)
@@ -181,7 +182,8 @@ contains
             self%id_last = 0
          end if
       end if
-      call self%graph%update(matrix, self%new_graph)
+      call self%graph%update(matrix, is_new)
+      if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
       self%n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
       allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), &

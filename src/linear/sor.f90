@@ -31,7 +31,7 @@ module rockdda_linear_sor
       integer :: max_sweeps = 2000
       integer :: check_every = 8           !! sweeps between two evaluations of the residual
       type(residual_type) :: residual
-      logical, private :: stale = .true.   !! the colours do not belong to the graph
+      integer, private :: graph_id = 0     !! graph of the colours, 0 none
       integer, allocatable :: first(:)     !! (colours + 1) order(first(c) : first(c+1)-1) has colour c
       integer, allocatable :: order(:)     !! (n) blocks by colour
    contains
@@ -54,10 +54,9 @@ contains
       integer :: sweeps
 
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
-      self%stale = self%stale .or. self%residual%new_graph
       if (done .or. allocated(error)) return
-      if (self%stale) call colour_blocks(self%residual%graph, self%first, self%order)
-      self%stale = .false.
+      if (self%graph_id /= self%residual%graph_id) call colour_blocks(self%residual%graph, self%first, self%order)
+      self%graph_id = self%residual%graph_id
       call self%residual%evaluate(matrix, f, x, relative)
       if (.not. relative < huge(1.0_wp)) then
          x = 0
