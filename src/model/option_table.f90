@@ -154,7 +154,8 @@ contains
       call table%add_choice(option('preset', 'closing rule and tolerances of DDA for Windows', &
                                    quantity='contact preset', choices=dda_windows, old_choice=old_dda_windows, &
                                    default_text='none'), o%preset, p%peer_contacts, 1)
-      call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: the largest E', unit='force/length', &
+      call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: the largest E, with the preset 50 E', &
+                            unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
                             in_analysis=.true., see='contact-numbers.md'), o%stiffness, p%normal_stiffness)
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)

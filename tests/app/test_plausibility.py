@@ -78,6 +78,15 @@ class Plausibility(ProgramTest):
                 log = (Path(self.folder) / "x.log").read_text()
                 self.assertEqual(float(re.search(r"contact stiffness \(g0\) += (\S+)", log)[1]), stiffness)
 
+    def test_strict_without_the_energy_balance_is_refused(self):
+        self.write("x.dc", GEOMETRY)
+        self.write("x.df", PEER_ANALYSIS)
+        self.write("x.nml", "&run steps = 1 /\n&output energy = .false. /\n")
+        run = ("run", "x.dc", "x.df", "--config", "x.nml", "--quiet", "--force")
+        message = "error: strict needs the energy balance, but &output energy is .false.: leave one of them out"
+        self.assertFails(self.run_program(*run, "--strict"), 2, message)
+        self.assertEqual(self.run_program(*run).code, 0)
+
     def test_no_load(self):
         text = PEER_ANALYSIS.replace(" 9810 ", " 0 ")
         self.check("the weight of all blocks is 0", text)
