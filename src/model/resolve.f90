@@ -50,8 +50,8 @@ contains
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
          options%dt_min_origin)
-      if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, 'strict needs the energy '// &
-         'balance, but &output energy is .false.: leave one of them out')
+      if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
+         'strict needs the energy balance, but &output energy is .false.: leave one of them out')
       parameters%w0 = reference_length(blocks, settings%length_scale, is_windows)
       call resolve_stiffness(analysis, settings, parameters, messages)
       call resolve_lengths(blocks, settings, parameters, messages)
