@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> When a step cannot be done: what went wrong, where, and what the case deserves.
+!> Diagnosis of a step that cannot be solved: cause, place and advice.
 !>
-!> An attempt that ends in one of these ways is repeated with a shorter step; the report is for the one that fails with
-!> the smallest step. Blocks are numbered from 1, coordinates are those of the start of the step.
+!> A failed attempt is repeated with a shorter step; `report_failure` composes the error of the attempt that fails with
+!> the smallest step. Blocks are numbered from 1, coordinates are those at the start of the step.
 module rockdda_stepping_failure
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use rockdda_base_kinds, only : wp
@@ -21,37 +21,37 @@ module rockdda_stepping_failure
    private
    public :: attempt, find_ruined_block, report_failure
 
-   !> Results of one attempt at a step.
+   !> Outcomes of one attempt at a step.
    type :: attempt_enum
       integer :: converged = 1
       integer :: not_converged = 2   !! contacts still change after the last round
-      integer :: search_again = 3    !! a vertex moved further than the search looked
-      integer :: no_solution = 4     !! the solver failed or did not converge
-      integer :: ruined = 5          !! a block inverts or vanishes
-      integer :: thrown = 6          !! a block moves by more than w0 in the smallest step
+      integer :: search_again = 3    !! a vertex moves beyond the search radius
+      integer :: no_solution = 4     !! the linear solver failed or did not converge
+      integer :: ruined = 5          !! a block is inverted or loses its area
+      integer :: thrown = 6          !! a vertex moves by more than w0 in the smallest step
       integer :: interrupted = 7     !! a stop was requested
       integer :: too_far = 8         !! a vertex moves by more than g2 w0
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 
-   !> A block that keeps less than this share of its area in one step, or less than the second one of its area at the
-   !> start of the run, is ruined.
+   !> Smallest area of a block after a step: over that before the step, and over that at the start of the run. A motion
+   !> that leaves less is rejected.
    real(wp), parameter :: kept_in_step = 0.01_wp, kept_in_run = 1.0e-6_wp
-   !> Contacts that are listed.
+   !> Largest number of contacts in a message.
    integer, parameter :: most_listed = 5
 
 contains
 
-   !> The first block that the motion d turns inside out, squeezes to nothing or makes infinite; 0 when there is none.
-   !> A block moves as one affine map, so that it keeps its orientation, and does not cross itself, exactly when the
-   !> determinant is positive.
+   !> Find the first block that the motion d inverts, or whose area it makes too small or infinite; 0: none.
+   !> The motion of a block is an affine map: the outline keeps its orientation and does not cross itself exactly when
+   !> the determinant is positive.
    subroutine find_ruined_block(blocks, parameters, state, d, block, factor)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state
       real(wp), intent(in) :: d(:, :)       !! (6, nb)
       integer, intent(out) :: block
-      real(wp), intent(out) :: factor       !! by which the step multiplies its area
+      real(wp), intent(out) :: factor       !! its area after the step over that before
       real(wp) :: at_start
       integer :: i
       block = blocks%n_blocks + 1
@@ -61,7 +61,7 @@ contains
          at_start = 0
          if (.not. parameters%mass_from_area) &
             at_start = state%mass(i)/parameters%block_materials(blocks%block_material(i))%density
-         ! unknowns as small as in nearly all steps leave more than half
+         ! rotation and strains this small, as in nearly all steps, leave more than half of the area
          if (abs(d(3, i)) + abs(d(4, i)) + abs(d(5, i)) + abs(d(6, i)) < 0.25_wp .and. &
              0.5_wp*state%area(i) > kept_in_run*at_start) cycle
          factor = kept_area(d(:, i), parameters%exact_rotation)
@@ -77,7 +77,7 @@ contains
       end if
    end subroutine find_ruined_block
 
-   !> By what a motion multiplies the area of a block; negative when it turns it inside out.
+   !> Area of a block after a motion over that before; negative when the block is inverted.
    pure real(wp) function kept_area(d, exact)
       real(wp), intent(in) :: d(6)       !! unknowns of the step
       logical, intent(in) :: exact       !! exact rotation, else linear
@@ -86,17 +86,17 @@ contains
       kept_area = (1 + h(1, 1))*(1 + h(2, 2)) - h(1, 2)*h(2, 1)
    end function kept_area
 
-   !> The error that ends the run: step, time, what happened, where, and advice.
+   !> Compose the error that ends the run: step, time, cause, place and advice.
    subroutine report_failure(outcome, dt, detail, blocks, parameters, state, table, trial, x, error)
       integer, intent(in) :: outcome                    !! one of attempt%..., not converged
       real(wp), intent(in) :: dt                        !! of the attempt
-      character(len=*), intent(in) :: detail            !! the solver's reason
+      character(len=*), intent(in) :: detail            !! message of the linear solver
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state       !! at the start of the step
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
-      real(wp), intent(in) :: x(:, :)                   !! (6, nb) last motion
+      real(wp), intent(in) :: x(:, :)                   !! (6, nb) unknowns of the last round
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       text = 'step '//to_string(state%step + 1)//' at time '//to_string(state%time)// &
@@ -113,7 +113,8 @@ contains
       call make_error(error, error_code%computation, text)
    end subroutine report_failure
 
-   !> The equations could not be solved.
+   !> Append the message of the linear solver, a block with values that are not finite, and the ratio of contact
+   !> stiffness to inertia.
    subroutine tell_no_solution(dt, detail, blocks, parameters, state, text)
       real(wp), intent(in) :: dt   !! step [time]
       character(len=*), intent(in) :: detail
@@ -131,18 +132,18 @@ contains
       end do
       lightest = minloc(state%mass(1:blocks%n_blocks), dim=1)
       ratio = 0.5_wp*parameters%normal_stiffness*dt**2/max(state%mass(lightest), tiny(1.0_wp))
-      text = text//new_line('a')//'  contact springs are '//to_string(ratio)//' times as stiff as the inertia'// &
+      text = text//new_line('a')//'  the contact stiffness is '//to_string(ratio)//' times the inertia 2m/dt^2'// &
              ' of the lightest block, '//block_at(state, lightest)
       if (ratio > 1.0e6_wp) then
-         call advise(text, 'beyond about 1e6 rounding spoils the solution: lower the contact stiffness (g0) or the '// &
-                     'time step (g1, dt_max, dt_min), remove splinters by a larger e0')
+         call advise(text, 'above about 1e6 round-off errors dominate the solution: reduce the contact stiffness '// &
+                     '(g0) or the time step (g1, dt_max, dt_min), or remove splinters by a larger e0')
       end if
-      call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
-      call advise(text, 'with an iterative solver, try --solver cholmod or dense')
+      call advise(text, 'check that density, E, stiffness, loads and initial velocities use one system of units')
+      call advise(text, 'if the solver is iterative, try --solver cholmod or --solver dense')
 
    contains
 
-      !> Is all that a block carries finite?
+      !> Are velocity, stress, centroid and area of a block finite?
       pure logical function is_finite(i)
          integer, intent(in) :: i
          is_finite = all(ieee_is_finite(state%velocity(:, i))) .and. all(ieee_is_finite(state%stress(:, i))) .and. &
@@ -151,7 +152,7 @@ contains
 
    end subroutine tell_no_solution
 
-   !> A block would be turned inside out.
+   !> Append the block that is inverted or loses its area, with its strains, stress and E.
    subroutine tell_ruined(blocks, parameters, state, x, text)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -164,22 +165,22 @@ contains
       if (block == 0) return
       stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
       if (factor > 0 .and. ieee_is_finite(factor)) then
-         text = text//block_at(state, block)//' vanishes: its area of '//to_string(state%area(block))// &
-                ' would be multiplied by '//to_string(factor)
+         text = text//block_at(state, block)//' loses its area: the step would multiply '// &
+                to_string(state%area(block))//' by '//to_string(factor)
       else
-         text = text//block_at(state, block)//' is turned inside out: its area of '//to_string(state%area(block))// &
-                ' would be multiplied by '//to_string(factor)
+         text = text//block_at(state, block)//' is inverted: the step would multiply its area of '// &
+                to_string(state%area(block))//' by '//to_string(factor)
       end if
-      text = text//new_line('a')//'  strains of the step '//to_string(x(4, block))//', '//to_string(x(5, block))// &
-             ', '//to_string(x(6, block))//'; stress before '// &
+      text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
+             to_string(x(5, block))//', gxy = '//to_string(x(6, block))//'; largest stress component before it: '// &
              to_string(maxval(abs(state%stress(:, block))))//', E = '//to_string(stiffness)
-      call advise(text, 'strains of this size mean loads or contact forces as large as E: check the units of E, '// &
-                  'density, loads and contact stiffness')
-      call advise(text, 'a block that carries far more than its neighbours may be a splinter (larger e0) or '// &
-                  'overlap them at the start')
+      call advise(text, 'strains of this size need stresses as large as E: check the units of E, density, loads '// &
+                  'and contact stiffness')
+      call advise(text, 'a block with far larger stresses than its neighbours may be a splinter (use a larger e0) '// &
+                  'or overlap them at the start')
    end subroutine tell_ruined
 
-   !> A block flies off.
+   !> Append the vertex with the largest displacement, and the deepest overlap.
    subroutine tell_thrown(dt, blocks, parameters, state, table, x, text)
       real(wp), intent(in) :: dt   !! step [time]
       type(block_system_type), intent(in) :: blocks
@@ -202,25 +203,26 @@ contains
             vertex = v
          end do
       end do
-      text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its corner '// &
-             at(state%vertices(:, vertex))//', more than half the model, w0 = '//to_string(parameters%w0)// &
-             ' (speed '//to_string(largest/dt)//')'
+      text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its vertex '// &
+             at(state%vertices(:, vertex))//', more than w0 = '//to_string(parameters%w0)// &
+             ', half the size of the model (speed '//to_string(largest/dt)//')'
       if (table%n > 0) then
          deepest = minloc(table%gap(1:table%n), dim=1)
          if (table%gap(deepest) < 0) then
-            text = text//new_line('a')//'  deepest overlap: block '//to_string(table%block_a(deepest))//' in block '// &
-                   to_string(table%block_b(deepest))//' at '//at(table%point(:, deepest))//', '// &
-                   to_string(-table%gap(deepest))//' deep'
-            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'blocks that overlap are thrown '// &
-               'apart: mend the geometry, or lower the time step if the overlap came about in the run')
+            text = text//new_line('a')//'  deepest overlap: '//to_string(-table%gap(deepest))//', block '// &
+                   to_string(table%block_a(deepest))//' in block '//to_string(table%block_b(deepest))//' at '// &
+                   at(table%point(:, deepest))
+            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'contact springs push overlapping '// &
+               'blocks apart: correct the geometry, or reduce the time step if the overlap arose during the run')
          end if
       end if
-      call advise(text, 'check that density, E, stiffness, loads and initial velocities are in one system of units')
+      call advise(text, 'check that density, E, stiffness, loads and initial velocities use one system of units')
       call advise_numbers(blocks, parameters, state, block, text)
-      call advise(text, 'shorter steps (&time dt_min) make contacts meet earlier; k01 below 1 takes out motion')
+      call advise(text, 'shorter steps (&time dt_min) close contacts at a smaller overlap; k01 below 1 damps the '// &
+                  'motion')
    end subroutine tell_thrown
 
-   !> Contacts that change for ever.
+   !> Append the contacts that changed their state most often.
    subroutine tell_flipping(blocks, parameters, state, table, trial, text)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -230,7 +232,7 @@ contains
       character(len=:), allocatable, intent(inout) :: text
       logical, allocatable :: told(:)
       integer :: k, c, thinnest
-      text = text//'contacts still change after '//to_string(parameters%max_open_close)// &
+      text = text//'contacts still change state after '//to_string(parameters%max_open_close)// &
              ' open-close rounds'//new_line('a')//'  those that changed most often:'
       thinnest = 0
       allocate (told(table%n), source=.false.)
@@ -241,7 +243,7 @@ contains
          text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
                 to_string(table%block_b(c))//' at '//at(table%point(:, c))//': '//to_string(trial%changes(c))// &
                 ' changes, now '//state_name(trial%state(c))//', gap '//to_string(trial%gap(c))// &
-                ', its force misses its law by '//to_string(trial%miss(c))
+                ', force residual '//to_string(trial%miss(c))
          thinnest = thinner(blocks, state, thinnest, table%block_a(c))
          thinnest = thinner(blocks, state, thinnest, table%block_b(c))
       end do
@@ -250,17 +252,18 @@ contains
       if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
          'allow shorter steps: &time dt_min, now '//to_string(parameters%dt_min))
       call advise_numbers(blocks, parameters, state, thinnest, text)
-      if (parameters%k01 >= 1) call advise(text, 'k01 a little below 1 (0.98) takes out the vibration that keeps '// &
+      if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
                                            'contacts changing')
-      call advise(text, 'contacts of blocks that overlap or are splinters cannot settle: look at the blocks named here')
+      call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks listed '// &
+                  'here')
    end subroutine tell_flipping
 
-   !> Advice on g0, g1 and g2 where they are far from the rule, which is explained in docs/contact-numbers.md.
+   !> Append advice on g0, g1 and g2 where they are far from the rules of docs/contact-numbers.md.
    subroutine advise_numbers(blocks, parameters, state, block, text)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state
-      integer, intent(in) :: block   !! thinnest one of those concerned; 0: none
+      integer, intent(in) :: block   !! the thinnest block that the message names; 0: none
       character(len=:), allocatable, intent(inout) :: text
       real(wp) :: ratio, dt, moved, width
       ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
@@ -268,20 +271,21 @@ contains
                                               ' times the largest E: '//stiffness_advice())
       dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
                              parameters%normal_stiffness)
-      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) is long for blocks of this size on such '// &
-                                              'springs: '//to_string(parameters%dt_max)//', at most '// &
+      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//to_string(parameters%dt_max)// &
+                                              ' is long for this block size and contact stiffness: at most '// &
                                               to_string(dt)//' is advised')
       if (block == 0) return
       moved = parameters%displacement_ratio*parameters%w0
       width = thickness(blocks, state, block)
       if (moved <= width) return
-      call advise(text, 'the displacement ratio (g2) allows steps of '//to_string(moved)//', more than '// &
-                  block_at(state, block)//' is thick, '//to_string(width)//': lower g2 from '// &
+      call advise(text, 'the displacement ratio (g2) allows displacements of '//to_string(moved)// &
+                  ' in a step, more than the thickness '//to_string(width)//' of '//block_at(state, block)// &
+                  ': reduce g2 from '// &
                   to_string(parameters%displacement_ratio)//' to '// &
                   to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
    end subroutine advise_numbers
 
-   !> The thinner one of two blocks; 0 is none.
+   !> The thinner of two blocks; 0: none.
    pure integer function thinner(blocks, state, a, b)
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state
@@ -291,7 +295,7 @@ contains
       if (thickness(blocks, state, a) <= thickness(blocks, state, b)) thinner = a
    end function thinner
 
-   !> Twice the area over the circumference: the width of a long block [length].
+   !> Twice the area over the perimeter: the width of a long block [length].
    pure real(wp) function thickness(blocks, state, block)
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state
@@ -307,7 +311,7 @@ contains
       thickness = 2*state%area(block)/circumference
    end function thickness
 
-   !> One line of advice.
+   !> Append a line of advice.
    subroutine advise(text, what)
       character(len=:), allocatable, intent(inout) :: text
       character(len=*), intent(in) :: what

@@ -421,7 +421,7 @@ class NoSolution(InterruptionTest):
             self.assertEqual((file.attrs["complete"], file["frames/step"][-1]), (0, last))
             reason = file.attrs["exit_reason"]
         self.assertTrue(reason.startswith(f"failed: step {last + 1} at time 0."), reason)
-        self.assertTrue(reason.endswith("contacts still change after 1 open-close rounds"), reason)
+        self.assertTrue(reason.endswith("contacts still change state after 1 open-close rounds"), reason)
         # free fall through 0.05: at step 10 of 0.01
         self.assertGreater(last, 5)
         self.assertIn(f"error: step {last + 1} at time ", outcome.err)
