@@ -44,7 +44,7 @@ contains
       thread_seconds = real(time%seconds, wp) + 1.0e-9_wp*real(time%nanoseconds, wp)
    end function thread_seconds
 
-   !> Begin.
+   !> Start measuring.
    subroutine start(self)
       class(stopwatch_type), intent(inout) :: self
       call cpu_time(self%cpu_start)
@@ -52,7 +52,7 @@ contains
       call system_clock(self%ticks)
    end subroutine start
 
-   !> End.
+   !> Stop measuring.
    subroutine stop_watch(self)
       class(stopwatch_type), intent(inout) :: self
       integer(i8) :: ticks, rate
@@ -64,7 +64,7 @@ contains
       self%first_thread = thread_seconds() - self%first_start
    end subroutine stop_watch
 
-   !> Memory in use ('VmRSS:') or most ever in use ('VmHWM:'), as Linux tells; 0 where it does not.
+   !> Resident memory ('VmRSS:') or its maximum ('VmHWM:') from /proc of Linux; 0 on other systems.
    integer(i8) function resident_bytes(name)
       character(len=*), intent(in) :: name
       character(len=256) :: text

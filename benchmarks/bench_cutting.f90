@@ -62,7 +62,7 @@ program bench_cutting
 
 contains
 
-   !> Shift between -0.15 and 0.15, without a pattern that matters.
+   !> Pseudo-random shift between -0.15 and 0.15.
    pure real(wp) function shift(i, k)
       integer, intent(in) :: i, k
       shift = 0.3_wp*(modulo(i*0.754877666246693_wp + k*0.569840290998053_wp, 1.0_wp) - 0.5_wp)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> One JSON object on one line, put together member by member.
+!> One JSON object on one line, built member by member.
 module bench_lines
    use rockdda_base_kinds, only : wp, i8
    implicit none
@@ -21,14 +21,14 @@ module bench_lines
 
 contains
 
-   !> A text without quotes or control characters.
+   !> Add a text without quotes or control characters.
    subroutine add_text(self, name, value)
       class(line_type), intent(inout) :: self
       character(len=*), intent(in) :: name, value
       call self%add(name, '"'//value//'"')
    end subroutine add_text
 
-   !> A whole number.
+   !> Add an integer.
    subroutine add_integer(self, name, value)
       class(line_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -36,7 +36,7 @@ contains
       call self%integer8(name, int(value, i8))
    end subroutine add_integer
 
-   !> A large whole number.
+   !> Add a 64-bit integer.
    subroutine add_integer8(self, name, value)
       class(line_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -46,7 +46,7 @@ contains
       call self%add(name, trim(digits))
    end subroutine add_integer8
 
-   !> A number.
+   !> Add a real number.
    subroutine add_real(self, name, value)
       class(line_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -63,7 +63,7 @@ contains
       call self%add(name, '{')
    end subroutine open_object
 
-   !> End it.
+   !> End the object.
    subroutine close_object(self)
       class(line_type), intent(inout) :: self
       self%members = self%members//'}'
@@ -79,7 +79,7 @@ contains
       deallocate (self%members)
    end subroutine put
 
-   !> One member.
+   !> Add a member, its value as text.
    subroutine add(self, name, value)
       class(line_type), intent(inout) :: self
       character(len=*), intent(in) :: name, value

@@ -29,7 +29,7 @@ contains
       close (unit)
    end subroutine write_matrix
 
-   !> Least seconds of one product K x, and of one PCG iteration: the difference between two solves from zero, one to
+   !> Shortest times [s] of a product K x and of a PCG iteration: the difference between two solves from zero, one to
    !> the tolerance, one stopped early, over the difference of their iterations; and of a whole solve.
    subroutine time_passes(matrix, f, tolerance, n_passes, line)
       type(block_matrix_type), intent(in) :: matrix
@@ -61,7 +61,7 @@ contains
 
    contains
 
-      !> Least time of a cold PCG solve whose pattern is known.
+      !> Shortest time of a PCG solve from zero with a known pattern.
       subroutine repeat_solve(which, wanted)
          integer, intent(in) :: which
          real(wp), intent(in) :: wanted

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Memory bandwidth as the program can reach it: one JSON line.
+!> Memory bandwidth with the compiler and threads of the program: one JSON line.
 !>
 !>     bench_memory [THREADS [MEGABYTES]]
 !>
@@ -72,7 +72,7 @@ program bench_memory
 
 contains
 
-   !> A whole number of the command line.
+   !> Integer argument of the command line.
    integer function argument(k, default)
       integer, intent(in) :: k, default
       character(len=32) :: text

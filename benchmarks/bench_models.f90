@@ -2,8 +2,8 @@
 !> Models to measure: a wall, a layered roof, a tunnel in jointed rock, a random slope, one sliding block.
 !>
 !> Units: m, kg, s, N, per metre of thickness. Rock and contact stiffness are those of a published tunnel study:
-!> 2500 kg/m2, E = 1e10, nu = 0.25, g0 = 1e9 (another E can be asked for); the stiffness ratio g0/(2m/dt^2) is set
-!> through dt.
+!> 2500 kg/m2, nu = 0.25, g0 = 1e9, E = g0/softness (1e10 by default); dt follows from the stiffness ratio
+!> g0/(2m/dt^2).
 module bench_models
    use rockdda_base_kinds, only : wp, i8, pi
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -31,7 +31,7 @@ module bench_models
       procedure :: next
    end type random_type
 
-   !> Lines to cut, collected one by one.
+   !> Growing list of lines to cut.
    type :: drawing_type
       integer :: n = 0
       real(wp), allocatable :: lines(:, :)   !! (4, >= n)
@@ -45,10 +45,10 @@ contains
    !> Blocks and parameters of a model of about n blocks.
    subroutine make_model(name, n, ratio, softness, options, blocks, parameters, error)
       character(len=*), intent(in) :: name             !! one of `model_names`
-      integer, intent(in) :: n                         !! wanted number of blocks
+      integer, intent(in) :: n                         !! approximate number of blocks
       real(wp), intent(in) :: ratio                    !! wall: stiffness over 2m/dt^2
       real(wp), intent(in) :: softness                 !! contact stiffness over E
-      type(run_options_type), intent(in) :: options    !! win over what the model says
+      type(run_options_type), intent(in) :: options    !! override the values of the model
       type(block_system_type), intent(out) :: blocks
       type(parameters_type), intent(out) :: parameters
       type(error_type), allocatable, intent(out) :: error
@@ -260,7 +260,7 @@ contains
 
    contains
 
-      !> Four sides.
+      !> Append the sides of a rectangle.
       subroutine add_box(box)
          real(wp), intent(in) :: box(4)   !! x1 y1 x2 y2
          call drawing%add([box(1), box(2), box(3), box(2)])
@@ -340,7 +340,7 @@ contains
                reshape([real(wp) ::], [2, 0]), blocks, error)
    end subroutine make_slide
 
-   !> Cut a drawing into blocks, hold it at the fixed points.
+   !> Cut the lines of a drawing into blocks, with fixed points and holes.
    subroutine cut(drawing, fixed, holes, blocks, error)
       type(drawing_type), intent(in) :: drawing
       real(wp), intent(in) :: fixed(:, :), holes(:, :)   !! (2, n)
@@ -358,7 +358,7 @@ contains
       call cut_blocks(geometry, blocks, report, messages, error)
    end subroutine cut
 
-   !> One more line.
+   !> Append a line.
    subroutine add_line(self, line)
       class(drawing_type), intent(inout) :: self
       real(wp), intent(in) :: line(4)   !! x1 y1 x2 y2
@@ -373,7 +373,7 @@ contains
       self%lines(:, self%n) = line
    end subroutine add_line
 
-   !> One more line, but not inside a convex opening.
+   !> Append the parts of a line outside a convex opening.
    subroutine add_inside(self, line, opening)
       class(drawing_type), intent(inout) :: self
       real(wp), intent(in) :: line(4)         !! x1 y1 x2 y2

@@ -3,10 +3,10 @@
 !>
 !>     bench_solvers columns=50 courses=40 ratio=40 k01=0 steps=8 solver="'pcg'" preconditioner="'ic0'" stem="'wall'"
 !>
-!> A wall (see step_systems) runs for so many steps. Printed are open-close rounds, iterations and time of whole steps;
-!> then the time of solving the last system anew, from zero and from the solution of the step before. With a stem that
-!> system is written in Matrix Market format: STEM.mtx, and STEM_vectors.mtx with the load, the solution, the guess,
-!> and the blocks' centroids.
+!> Runs a wall (see step_systems) for the given number of steps and prints open-close rounds, iterations and time of
+!> each step; then the time to solve the last system again, from zero and from the solution of the step before. With a
+!> stem that system is written in Matrix Market format: STEM.mtx, and STEM_vectors.mtx with the load, the solution, the
+!> guess and the blocks' centroids.
 program bench_solvers
    use, intrinsic :: iso_fortran_env, only : output_unit, error_unit, int64
    use rockdda_base_kinds, only : wp
@@ -86,7 +86,7 @@ program bench_solvers
 
 contains
 
-   !> One solve from the guess in x; keeps the shortest time.
+   !> Solve once from the guess in x; keep the shortest time.
    subroutine time_solve(shortest, report)
       real(wp), intent(inout) :: shortest
       type(solve_report_type), intent(out) :: report
@@ -97,7 +97,7 @@ contains
       call stop_on_error()
    end subroutine time_solve
 
-   !> One line of the output.
+   !> Print one line.
    subroutine show(what, step, rounds, iterations, time)
       character(len=*), intent(in) :: what
       integer, intent(in) :: step, rounds, iterations
@@ -106,12 +106,12 @@ contains
          iterations, '  ', 1.0e3_wp*time, ' ms'
    end subroutine show
 
-   !> Processor time of this thread's process: the wall clock of a busy machine says little.
+   !> Processor time of the process: unlike wall-clock time it hardly depends on other processes.
    real(wp) function seconds()
       call cpu_time(seconds)
    end function seconds
 
-   !> A program that measures may stop.
+   !> Print an error and stop.
    subroutine stop_on_error()
       if (.not. allocated(error)) return
       write (error_unit, '(a)') error%message

@@ -1,20 +1,20 @@
 ! SPDX-License-Identifier: MIT
-!> Runs a model step by step and tells what each step cost: one JSON object per line on standard output.
+!> Runs a model step by step and prints the cost of each step: one JSON object per line on standard output.
 !>
 !>     bench_steps MODEL [NAME=VALUE ...]
 !>
-!>   blocks=1000       about so many blocks
+!>   blocks=1000       approximate number of blocks
 !>   ratio=1           wall: contact stiffness over 2m/dt^2
 !>   softness=0.1      contact stiffness over E
-!>   steps=5           steps to do
+!>   steps=5           number of steps
 !>   threads=1         OpenMP threads
 !>   solver=auto       auto, pcg, cholmod, sor, dense; preconditioner=, tolerance= as in the options file
 !>   k01=, dt=, stiffness=   instead of the model's values
 !>   output=FILE       write results: history in each step, frame in the last
 !>   matrix=FILE       write the matrix and load of the last solve (native binary, see write_matrix)
-!>   passes=0          time so many passes of K x and of PCG on that matrix
+!>   passes=0          number of timed passes of K x and of PCG on that matrix
 !>
-!> First line: the model. Then one line a step. Last line: memory, checksum of the final state, passes.
+!> First line: the model. Then one line for each step. Last line: memory, checksum of the final state, passes.
 !> Seconds are given on the wall clock, as processor time of all threads, and of the first thread alone.
 program bench_steps
    use, intrinsic :: iso_fortran_env, only : output_unit, error_unit
@@ -99,7 +99,7 @@ program bench_steps
 
 contains
 
-   !> What the command line says.
+   !> Read the command line.
    subroutine read_arguments()
       character(len=:), allocatable :: argument, name, value
       integer :: k, length, at
@@ -164,7 +164,7 @@ contains
       end if
    end subroutine read_arguments
 
-   !> The results file says what the program would say.
+   !> Header of the results file, as the program writes it.
    function results_header() result(header)
       type(results_header_type) :: header
       header%title = model
@@ -175,7 +175,7 @@ contains
       header%config = ''
    end function results_header
 
-   !> Write what the program writes after a step.
+   !> Write the rows of a step to the results, and a frame if requested.
    subroutine save(with_frame)
       logical, intent(in) :: with_frame
       call writing%start()
@@ -191,7 +191,7 @@ contains
       call writing%stop()
    end subroutine save
 
-   !> One step.
+   !> Print the line of a step.
    subroutine put_step()
       integer :: k
       call line%integer('step', sim%record%step)
@@ -227,7 +227,7 @@ contains
                         (2*sum(sim%state%mass, mask=is_free)/max(1, count(is_free)))
    end function stiffness_ratio
 
-   !> All bits of the moving state in sixteen digits: equal states have equal sums.
+   !> Checksum of all bits of the moving state, in sixteen hexadecimal digits.
    function checksum() result(text)
       character(len=16) :: text
       integer(i8) :: hash
@@ -241,7 +241,7 @@ contains
       write (text, '(z16.16)') hash
    end function checksum
 
-   !> Rotate and mix in every word.
+   !> Combine the checksum with all words of an array.
    pure subroutine mix(values, hash)
       real(wp), intent(in) :: values(:)
       integer(i8), intent(inout) :: hash
@@ -252,7 +252,7 @@ contains
       end do
    end subroutine mix
 
-   !> End with the message of an error.
+   !> Print an error and stop.
    subroutine stop_on(failure)
       type(error_type), allocatable, intent(in) :: failure
       if (.not. allocated(failure)) return

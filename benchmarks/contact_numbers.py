@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What g0, g1 and g2 do to the answer of a model and to its cost.
+"""Effect of g0, g1 and g2 on the answer of a model and on its cost.
 
     python benchmarks/contact_numbers.py                     all models, an hour on one core
     python benchmarks/contact_numbers.py arch stack          these models only; the rows of the others are kept
@@ -45,7 +45,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Study:
-    """A model, and what is read from its results."""
+    """A model and the quantity that is evaluated from its results."""
 
     title: str
     answer: str  # what it is, with unit
@@ -230,13 +230,13 @@ def measure(name: str, program: Path) -> list[dict[str, Any]]:
 
 
 def read_results() -> list[dict[str, str]]:
-    """The rows that are kept in the project."""
+    """Read the rows stored in the project."""
     with RESULTS.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
 def write_results(rows: list[dict[str, Any]]) -> None:
-    """Keep the rows, those of earlier models too."""
+    """Store the rows; those of models that were not run stay."""
     made = {row["model"] for row in rows}
     kept = [row for row in read_results() if row["model"] not in made] if RESULTS.exists() else []
     order = list(STUDIES)
@@ -275,7 +275,7 @@ def _cell(row: dict[str, str], column: str, base: dict[str, str]) -> str:
 
 
 def _rounds(row: dict[str, str]) -> float:
-    """Open-close rounds of all attempts, about."""
+    """Approximate number of open-close rounds of all attempts."""
     return float(row["steps"]) * float(row["rounds"]) * (1 + float(row["cuts"]))
 
 

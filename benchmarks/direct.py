@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""SciPy's sparse direct solver (SuperLU) on the matrix of a real step, as a yardstick."""
+"""SciPy's sparse direct solver (SuperLU) on the matrix of a real step, for comparison."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def read_matrix(path: Path) -> tuple[csc_matrix, np.ndarray, np.ndarray]:
 
 
 def solve_with_scipy(path: Path) -> dict:
-    """Seconds of processor time to factorise and solve, entries of the factors, difference to our solution."""
+    """Seconds of processor time to factorise and solve, entries of the factors, difference from the file's solution."""
     matrix, f, x = read_matrix(path)
     begun = time.process_time()
     factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From the lines of repeated runs to figures."""
+"""Figures from the output lines of repeated runs."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ def summarize(run: Run, repeats: list[dict]) -> dict:
 
 
 def mean_of(steps: list[dict]) -> dict:
-    """Mean of each figure: of steps 2 to 6, which runs of all sizes have, for exponents."""
+    """Mean of each figure over steps 2 to 6, which runs of all sizes have; for exponents."""
     return _combine(steps, statistics.fmean)
 
 
 def middle_of(steps: list[dict]) -> dict:
-    """Median of each figure, phases their mean: of the last third of the steps, what is called settled."""
+    """Settled figures: median of the last third of the steps; of phases the mean."""
     return _combine(steps, statistics.median)
 
 
@@ -100,7 +100,7 @@ def _combine(steps: list[dict], combine: Callable[[list[float]], float]) -> dict
 
 
 def as_columns(steps: list[dict]) -> dict[str, list]:
-    """Steps as one list for each figure: shorter in a file."""
+    """Steps as one list for each figure, which makes a shorter file."""
     columns = {name: [step[name] for step in steps] for name in steps[0] if name != "phases"}
     for name in sorted({name for step in steps for name in step["phases"]}):
         columns["phase " + name] = [step["phases"].get(name, 0.0) for step in steps]
@@ -108,7 +108,7 @@ def as_columns(steps: list[dict]) -> dict[str, list]:
 
 
 def rounded(value):
-    """The same with real numbers to five digits."""
+    """Round all real numbers to five digits."""
     if isinstance(value, float):
         return float(f"{value:.5g}")
     if isinstance(value, dict):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a measurement has to say about the machine and the build."""
+"""Description of the machine and the build, for the figures of a measurement."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def describe_machine(programs: Path) -> dict:
 
 
 def load_average() -> list[float]:
-    """Running processes over the last 1, 5, 15 minutes, this one included."""
+    """Mean number of running processes over the last 1, 5 and 15 minutes, including this one."""
     return [round(value, 2) for value in os.getloadavg()]
 
 

@@ -84,7 +84,7 @@ class Programs:
         return {"model": lines[0], "steps": lines[1:-1], "end": lines[-1]}
 
     def side_by_side(self, run: Run, count: int) -> float:
-        """Seconds by the clock for a run when `count` of the same kind go on at a time, the mean of all."""
+        """Mean wall-clock seconds of `count` equal runs that execute at the same time."""
         with ThreadPoolExecutor(count) as pool:
             outcomes = list(pool.map(self.steps, [run] * count))
         return sum(step["wall"] for outcome in outcomes for step in outcome["steps"]) / count

@@ -30,7 +30,7 @@ def shares_of(run: dict) -> dict[str, float]:
 
 
 def table(rows: list[list[str]]) -> str:
-    """Columns of texts, the first to the left, the others to the right; the first row is the head."""
+    """Format texts as columns: the first left-aligned, the others right-aligned; the first row is the head."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = []
     for row in rows:
@@ -41,7 +41,7 @@ def table(rows: list[list[str]]) -> str:
 
 
 def ms(seconds: float) -> str:
-    """Milliseconds with three figures."""
+    """Milliseconds with three significant digits."""
     value = 1e3 * seconds
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
@@ -86,7 +86,7 @@ def print_report(results: dict) -> None:
             rows.append([*cells, ms(p["pcg_iteration_seconds"]), f"{100 * p['iteration_rate']:.0f} %"])
         print(table(rows))
     if "scipy" in results:
-        print("\nThe last system of the first step: SciPy's sparse direct solver (SuperLU) against a solve of ours")
+        print("\nLast system of the first step: SciPy's sparse direct solver (SuperLU) against the program's solver")
         rows = [["size", "ratio", "SciPy ms", "entries/1e6", "ours ms", "solver", "difference"]]
         for row in results["scipy"]:
             ours = next((run for run in results["runs"] if matches(run, row)), None)
@@ -217,7 +217,7 @@ def draw_shares(axes, results: dict) -> None:
 
 
 def draw_threads(axes, results: dict) -> None:
-    """Speed-up against threads, for the counts the machine has processors for."""
+    """Speed-up against the number of threads, up to the number of processors."""
     processors = results["machine"]["processors"]
     points = [
         (int(count), factor)

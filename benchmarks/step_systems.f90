@@ -2,8 +2,8 @@
 !> Systems K x = f taken from the steps of real runs, for tests and measurements of the solvers.
 !>
 !> The model is a wall of bricks 2 m x 1 m in running bond, upright or on an incline, its lowest course held by fixed
-!> points. One course is a beam. What counts is the ratio of the contact stiffness to the inertia of a brick,
-!> stiffness/(2 m/dt^2), which is set here; E = stiffness/50.
+!> points. One course is a beam. The condition of K depends on the ratio of the contact stiffness to the inertia
+!> of a brick, stiffness/(2 m/dt^2), which is an argument; E = stiffness/50.
 module step_systems
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -20,7 +20,7 @@ module step_systems
    private
    public :: wall_type, start_wall, write_matrix_market
 
-   !> What to build.
+   !> Dimensions, stiffness and options of a wall.
    type :: wall_type
       integer :: columns = 10           !! bricks in a course
       integer :: courses = 10
@@ -39,7 +39,7 @@ module step_systems
 
 contains
 
-   !> A run at its start.
+   !> Prepare the run of a wall.
    subroutine start_wall(wall, sim, error)
       type(wall_type), intent(in) :: wall
       type(simulation_type), intent(inout) :: sim

@@ -31,7 +31,7 @@ MODELS = ("wall", "roof", "tunnel", "slope", "slide")
 
 
 def plan_runs(options: argparse.Namespace) -> list[Run]:
-    """What to run, each under a name of its own."""
+    """List the runs, each with a name of its own."""
     runs: list[Run] = []
     sizes = list(options.sizes)
     if "wall" in options.models:
@@ -105,9 +105,9 @@ def measure_direct(programs: Programs, sizes: list[int], folder: Path, say) -> l
 
 
 def measure_separate(programs: Programs, counts: list[int]) -> dict:
-    """How much more several separate runs of one thread each do at a time than one alone: what the machine allows.
+    """Throughput of several simultaneous runs of one thread each over that of one: the limit that the machine sets.
 
-    Processors of a shared or virtual machine may be halves of one core; then no program gets twice the work done.
+    Two processors of a shared or virtual machine may be one core; then no program can be twice as fast with both.
     """
     run = Run("wall", 1000, ratio=1, steps=60, solver="pcg")
     alone, together = [], {count: [] for count in counts}
@@ -209,7 +209,7 @@ def main(arguments: list[str]) -> int:
 
 
 def write_json(path: Path, value: dict) -> None:
-    """One line for each run, which keeps the file short and still readable."""
+    """Format one line for each run, which keeps the file short and readable."""
     parts = []
     for name, each in value.items():
         if isinstance(each, list) and each and isinstance(each[0], dict):
@@ -238,7 +238,7 @@ def read_options(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--models", type=names, default=list(MODELS), help=f"some of {','.join(MODELS)}; default all")
     parser.add_argument("--threads", type=whole_numbers, default=[1, 2, 3, 4], help="numbers of threads to compare")
     parser.add_argument("--repeats", type=int, help="default 3, with --quick 1")
-    parser.add_argument("--steps", type=int, help="steps of the wall of ratio 1, instead of a number fit for its size")
+    parser.add_argument("--steps", type=int, help="steps of the wall of ratio 1; default: by size")
     parser.add_argument("--solver", default="auto", help="default auto")
     parser.add_argument("--large", action="store_true", help="also a wall of a million blocks (about 10 GB, minutes)")
     parser.add_argument("--quick", action="store_true", help="seconds instead of minutes: small sizes, one repeat")

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""What the program should reach on a machine of today with one thread, and what it reached."""
+"""Targets for one thread on a current machine, and the figures that were reached."""
 
 from __future__ import annotations
 
 
 def judge_targets(results: dict) -> list[dict]:
-    """One row for each target that the runs made can tell about: name, value, limit, whether it is met."""
+    """One row for each target that these runs measure: name, value, limit, whether it is met."""
     runs = {(run["kind"], run["model"], run["size"], run.get("nominal_ratio")): run for run in results["runs"]}
     derived = results["derived"]
     rows: list[dict] = []

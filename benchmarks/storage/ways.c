@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Prototypes of the ways to write results that survive a kill; scripts/compare_storage builds and measures them, and
+/* Prototypes of six ways to write results that survive a kill. scripts/compare_storage builds and measures them;
  * docs/design.md holds the table.
  *
  *     ways WAY BLOCKS FRAMES STEPS_PER_FRAME FRAMES_PER_CHECKPOINT
  *
  * writes tables like those of a run to out.h5 in the current folder: one flush per frame, with a checkpoint (flush and
  * fsync) every FRAMES_PER_CHECKPOINT frames. After each flush one line with the number of frames goes to descriptor 3,
- * if that is open. With WAYS_CLOSE in the environment a failure closes the file as a library would. Values follow from the row number, so that a reader can verify every row.
+ * if that is open. With WAYS_CLOSE in the environment a failure closes the file as a library would. Values follow from
+ * the row number, so that a reader can verify every row.
  *
  *   plain     one file, H5Fflush
  *   swmr      one file in HDF5's SWMR mode
@@ -48,7 +49,7 @@ static hsize_t steps_per_frame;
 static hid_t open_file = -1; /* that rows are appended to */
 static int has_driver;
 
-/* Exit code 5. With WAYS_CLOSE as a library has to end, which closes its file; else at once. */
+/* Exit with code 5; with WAYS_CLOSE close the file first, as a library must. */
 static void fail(const char *what)
 {
    fprintf(stderr, "ways: %s failed\n", what);
@@ -75,7 +76,7 @@ static hsize_t chunk_rows(const table_t *t)
    return n < 1 ? 1 : n > 1024 ? 1024 : n;
 }
 
-/* Rows [first, first + n) of a table: a place that moves a little, with some digits of noise. */
+/* Rows [first, first + n) of a table: a slowly moving position with some digits of noise. */
 static void *make_rows(const table_t *t, hsize_t first, hsize_t n)
 {
    size_t count = (size_t)(n * t->width), i;
