@@ -254,8 +254,8 @@ contains
       call advise_numbers(blocks, parameters, state, thinnest, text)
       if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
                                            'contacts changing')
-      call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks listed '// &
-                  'here')
+      call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks '// &
+                  'listed here')
    end subroutine tell_flipping
 
    !> Append advice on g0, g1 and g2 where they are far from the rules of docs/contact-numbers.md.
