@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import shutil
@@ -15,6 +16,7 @@ import numpy as np
 
 from ..errors import InputError, OutputError
 from ..frames import field_name
+from ..interrupts import HeldInterrupts
 from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
 from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
 from ..text import plain_text
@@ -54,7 +56,8 @@ def animate(
 
     The ending of `output` selects the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
     `fields`, beginning with `field`. `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the
-    number of frames done and their number. An existing film is replaced.
+    number of frames done and their number. An existing film is replaced; Ctrl-C stops between two frames and leaves it
+    as it was, a second Ctrl-C does not wait for the frame.
     """
     path = Path(output)
     units = Units.parse(units)
@@ -78,23 +81,12 @@ def animate(
             _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
         part.replace(path)
     except OSError as error:
-        _raise_interrupt(error)
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     except subprocess.CalledProcessError as error:  # of ffmpeg, which has said why on standard error
-        _raise_interrupt(error)
         raise OutputError(f"{path}: cannot be written: ffmpeg ended with code {error.returncode}") from error
     finally:
         part.unlink(missing_ok=True)
     return path
-
-
-def _raise_interrupt(error: BaseException) -> None:
-    """Ctrl-C also ends ffmpeg, whose error would hide the interrupt."""
-    before: BaseException | None = error
-    while before is not None:
-        if isinstance(before, KeyboardInterrupt):
-            raise before
-        before = before.__context__
 
 
 def _draw(
@@ -115,25 +107,53 @@ def _draw(
         figure.get_layout_engine().execute(figure)  # type: ignore[union-attr]
         figure.set_layout_engine("none")  # the picture must not move within the film
         writer = _writer(path, fps)
+
+        def draw(index: int) -> None:
+            now = results.frames[index]
+            drawn.set_verts(np.split(_moved(results, now.vertices, scale), results.vertex_offset[1:-1]))
+            if field != "material":
+                drawn.set_array(now.field(field))
+            share = (now.time - first) / (last - first) if last > first else 1.0
+            if bolts is not None:
+                start = results.bolt_ends
+                bolts.set_segments(list(start + scale * (now.bolt_ends - start)))
+            bar.set_data([0, share], [1.005, 1.005])
+            time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
+            clock.set_text(", ".join(part for part in (stamp, time, enlarged) if part))
+
         try:
-            with writer.saving(figure, str(path), dpi):
+            _record(writer, figure, path, dpi, frames, draw, progress)
+        finally:
+            plt.close(figure)
+
+
+def _record(
+    writer: Any, figure: Figure, path: Path, dpi: int, frames: list[int], draw: Callable[[int], None],
+    progress: Progress | None,
+) -> None:  # fmt: skip
+    """Hand the figure, as `draw` changes it for each frame, to a writer. Ctrl-C takes effect between two frames."""
+    import matplotlib as mpl
+
+    with mpl.rc_context({"savefig.bbox": None}):  # pictures of one size
+        # Ctrl-C in a terminal also ends ffmpeg: the interrupt then hides the pipe that breaks
+        with HeldInterrupts() as interrupts:
+            writer.setup(figure, str(path), dpi)
+            try:
                 for k, index in enumerate(frames):
-                    now = results.frames[index]
-                    drawn.set_verts(np.split(_moved(results, now.vertices, scale), results.vertex_offset[1:-1]))
-                    if field != "material":
-                        drawn.set_array(now.field(field))
-                    share = (now.time - first) / (last - first) if last > first else 1.0
-                    if bolts is not None:
-                        start = results.bolt_ends
-                        bolts.set_segments(list(start + scale * (now.bolt_ends - start)))
-                    bar.set_data([0, share], [1.005, 1.005])
-                    time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
-                    clock.set_text(", ".join(part for part in (stamp, time, enlarged) if part))
+                    interrupts.check()
+                    draw(index)
                     writer.grab_frame()
                     if progress is not None:
                         progress(k + 1, len(frames))
-        finally:
-            plt.close(figure)
+            except OSError:  # where ffmpeg has ended, its exit code says more
+                writer.finish()
+                raise
+            except BaseException:
+                if path.suffix.lower() != ".gif":  # which would be put together now
+                    with contextlib.suppress(subprocess.CalledProcessError):
+                        writer.finish()
+                raise
+        writer.finish()
 
 
 def _moved(results: Results, vertices: Any, scale: float) -> Any:

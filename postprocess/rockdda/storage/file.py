@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
+from ..interrupts import HeldInterrupts
 from ..text import readable
 from .heap import heap_problem
 from .structure import structure_problem
@@ -186,8 +187,9 @@ class GrowingFile:
 
     def _drop(self) -> None:
         if self._opened is not None:
-            self._opened.close()
-            self._opened = None
+            with HeldInterrupts():
+                self._opened.close()
+                self._opened = None
 
     def use(self, work: Callable[[h5py.File], T]) -> T:
         """Do something with the open file; again, when a writer has changed it in the meantime."""
@@ -196,15 +198,8 @@ class GrowingFile:
         deadline = clock.monotonic() + PATIENCE
         while True:
             try:
-                if self._opened is not None and self._opened.state != _state_of(self.path):
-                    self._drop()
-                if self._opened is None:
-                    self._opened = _Opened(self.path)
-                state = self._opened.state
-                if self._checked != state[:2]:
-                    self._opened.check()
-                    self._checked = state[:2]
-                answer = work(self._opened.file)
+                with HeldInterrupts():  # HDF5 calls Python to read the stream, and does not stand exceptions there
+                    answer, state = self._do(work)
                 changed = _state_of(self.path) != state
             except FileNotFoundError as error:
                 raise InputError("no such file", self.path) from error
@@ -231,6 +226,18 @@ class GrowingFile:
             if not self.complete or state != self._state:  # an open handle does not see what is written later
                 self._drop()
             return answer
+
+    def _do(self, work: Callable[[h5py.File], T]) -> tuple[T, _State]:
+        """Do something with the file, open and checked, and say in which state the file was before."""
+        if self._opened is not None and self._opened.state != _state_of(self.path):
+            self._drop()
+        if self._opened is None:
+            self._opened = _Opened(self.path)
+        state = self._opened.state
+        if self._checked != state[:2]:
+            self._opened.check()
+            self._checked = state[:2]
+        return work(self._opened.file), state
 
     def rows(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
         """Rows [start, stop) of an array, of each `[*rest]`. A file that may grow is read in pieces that take less time
