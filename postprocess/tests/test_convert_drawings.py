@@ -170,6 +170,30 @@ def test_traces_and_areas_from_two_files(tmp_path, program):
     assert len(lines_of(tmp_path / "lines.dc")[0]) == 80 + 30
 
 
+def test_properties_that_are_not_used_are_named(tmp_path):
+    ring = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
+    write_map(
+        tmp_path / "a.geojson",
+        feature("Polygon", [ring], kind="area", Material=2, name="sheet 1"),
+        feature("LineString", [[-1, 1], [5, 1]], name="J1", dip=30),
+        feature("LineString", [[-1, 2], [5, 2]], name="J2", joint_material=1),
+    )
+    problems = convert(tmp_path / "a.geojson", tmp_path / "out").problems
+    assert [p.message for p in problems if "properties" in p.message] == [
+        "properties that are not used, with the number of their features: 'name' (3), 'Material' (1), 'dip' (1); "
+        "used are: kind, material, joint_material, block_material"
+    ]
+    assert {p.severity for p in problems} == {"note"}
+    write_map(tmp_path / "b.geojson", feature("Polygon", [ring], kind="area", block_material=2))
+    assert convert(tmp_path / "b.geojson", tmp_path / "plain").problems == []
+    # names are those of strangers: many, long, with control characters
+    strange = {f"{'x' * 100}{i}": 0 for i in range(30)} | {"\x1b[2J": 0}
+    write_map(tmp_path / "c.geojson", feature("Polygon", [ring], **strange))
+    (note,) = convert(tmp_path / "c.geojson", tmp_path / "strange").problems
+    assert note.message.isprintable()
+    assert len(note.message) <= 500
+
+
 def test_edges_between_areas_stay_and_portals_open(tmp_path, program):
     write_map(
         tmp_path / "a.geojson",

@@ -4,13 +4,14 @@
 LineStrings and Polygons (their rings) become lines, Points points. The property `kind` (joint, boundary, material,
 area, opening, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints, polygons areas
 and points measured points. The property `material` (or `joint_material`, `block_material`) is its material, by
-default 1.
+default 1. Other properties are not used; a note names them.
 """
 
 from __future__ import annotations
 
 import itertools
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from .report import MOST_ERRORS, MOST_LINES, Report, read_text
 
 LARGEST = 1e30  # as the program allows
 DEEPEST = 50  # collections within collections
+MATERIALS = ("material", "joint_material", "block_material")  # the first one that is there counts
+MOST_NAMED = 10  # properties that are not used
 
 
 class Reader:
@@ -35,6 +38,7 @@ class Reader:
         self.default = default
         self._failures: list[tuple[JsonPath, str]] = []
         self._positions = 0
+        self._unused: Counter[str] = Counter()  # features that have a property
 
     def fail(self, path: JsonPath, message: str) -> None:
         """Note an error; its place is found when all are known."""
@@ -62,6 +66,19 @@ class Reader:
             self.item(data, (), {})
             self._report_failures()
         self.report.raise_errors()
+        self._note_unused()
+
+    def _note_unused(self) -> None:
+        """Name the properties that are not used, those of most features first."""
+        if not self._unused:
+            return
+        named = [f"{shown(name)} ({count})" for name, count in self._unused.most_common(MOST_NAMED)]
+        more = len(self._unused) - len(named)
+        rest = f" and {more} more" if more else ""
+        self.report.note(
+            f"properties that are not used, with the number of their features: {', '.join(named)}{rest}; "
+            f"used are: kind, {', '.join(MATERIALS)}"
+        )
 
     def item(self, data: Any, path: JsonPath, properties: dict[str, Any]) -> None:
         """A collection, feature or geometry."""
@@ -77,6 +94,7 @@ class Reader:
             if found is not None and not isinstance(found, dict):
                 self.fail((*path, "properties"), f"properties: expected an object or null, found {shown(found)}")
             elif data.get("geometry") is not None:
+                self._unused.update(name for name in found or {} if name not in ("kind", *MATERIALS))
                 self.item(data["geometry"], (*path, "geometry"), found or {})
         elif kind == "GeometryCollection":
             for i, part in enumerate(self._list(data, "geometries", path)):
@@ -116,7 +134,7 @@ class Reader:
             return
         if kind == "skip":
             return
-        material = next((properties[k] for k in ("material", "joint_material", "block_material") if k in properties), 1)
+        material = next((properties[k] for k in MATERIALS if k in properties), 1)
         if (
             isinstance(material, bool)
             or not isinstance(material, int | float)
