@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
+from .namelist import parse_groups
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
 from .text import readable
@@ -381,6 +382,18 @@ class Results:
         """Names of the columns of `history/energy`."""
         return self._source.use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
 
+    @property
+    def has_energies(self) -> bool:
+        """False where the options switched the energy balance off: all columns of `history/energy` are then zero."""
+        if np.any(self["history/energy"]):
+            return True
+        try:
+            options = parse_groups(str(self["input/config"])).get("output", {})
+        except (KeyError, ValueError):  # no text that the program has accepted
+            return True
+        groups = [options] if isinstance(options, dict) else options
+        return [group["energy"] for group in groups if "energy" in group][-1:] != [False]  # the last one counts
+
     # -- frames --------------------------------------------------------------------------------------------------
 
     @property
@@ -444,8 +457,11 @@ class Results:
         Dimensions: frame (with the coordinates time and frame_step), block, vertex, step (with step_time), xy,
         stress_component, velocity_component, energy_column, contact_count, measured, fixed.
         """
-        import xarray
-
+        try:
+            import xarray
+        except ImportError as error:
+            message = f"to_xarray needs the package xarray: pip install 'rockdda[xarray]' ({error})"
+            raise ImportError(message, name="xarray") from error
         xy = ["x", "y"]
         frame, block = "frame", "block"
         data: dict[str, tuple[tuple[str, ...], Any]] = {

@@ -7,6 +7,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
+import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -171,6 +172,29 @@ def test_energy_ledger_shows_all_columns(wall):
     panels = pictures.energy(wall)
     names = {line.get_label().split(" (")[0].strip("|").replace(" ", "_") for panel in panels for line in panel.lines}
     assert set(wall.energy_names) <= names
+
+
+@pytest.mark.parametrize("config", ["&output energy = .false. /", "&output energy=T /\n&OUTPUT Energy = F /"])
+def test_energies_that_were_not_computed_are_not_drawn(tmp_path, config):
+    path = write_wall(tmp_path / "wall.h5", 3, 2)
+    with h5py.File(path, "a") as file:
+        del file["input/config"]
+        file["input/config"] = config
+    assert rockdda.open(path).has_energies  # whatever the options say
+    with h5py.File(path, "a") as file:
+        file["history/energy"][:] = 0
+    results = rockdda.open(path)
+    assert not results.has_energies
+    for draw in (pictures.energy, lambda results: pictures.history(results, "energy_kinetic")):
+        with pytest.raises(rockdda.InputError, match="the energy balance was switched off"):
+            draw(results)
+
+
+def test_energies_of_a_model_at_rest_are_drawn(tmp_path):
+    path = write_wall(tmp_path / "wall.h5", 3, 2)
+    with h5py.File(path, "a") as file:
+        file["history/energy"][:] = 0
+    assert len(pictures.energy(rockdda.open(path))) == 2
 
 
 def test_iterations(wall):

@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 import time
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import rockdda
 from places import INPUTS
+from synthetic import write_wall
 
 
 def test_arrays_are_those_of_the_file(flat_arch):
@@ -113,6 +115,12 @@ def test_history_is_a_table(flat_arch):
     assert table.shape[1] == 9 + len(results.energy_names) + 6 * len(results.measured_points) + 2 * len(
         results.fixed_points
     )
+
+
+def test_a_missing_xarray_is_named_with_its_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"pip install 'rockdda\[xarray\]'"):
+        rockdda.open(write_wall(tmp_path / "wall.h5", 3, 2)).to_xarray()
 
 
 def test_xarray(flat_arch):

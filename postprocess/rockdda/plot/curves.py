@@ -70,6 +70,14 @@ def default_columns(results: Results) -> list[str]:
     return [f"measured_displacement_{i}_{k}" for i in numbers for k in "xy"] or ["max_displacement"]
 
 
+def _need_energies(results: Results) -> None:
+    """InputError where the run computed no energies."""
+    if not results.has_energies:
+        raise InputError(
+            "there are no energies in it: the energy balance was switched off (&output energy = .false.)", results.path
+        )
+
+
 def history(
     results: Results,
     columns: Sequence[str] | str | None = None,
@@ -92,6 +100,8 @@ def history(
             raise InputError(f"there is no column {name!r}; the columns are: {', '.join(map(str, table.columns))}")
         chosen += found
     kinds = {_dimension(name) for name in chosen}
+    if "energy" in kinds:
+        _need_energies(results)
     if len(kinds) > 1:
         raise InputError(f"columns of different kinds cannot share an axis: {', '.join(chosen)}")
     with style():
@@ -216,6 +226,7 @@ def energy(
     import matplotlib.pyplot as plt
 
     units = Units.parse(units)
+    _need_energies(results)
     table: pandas.DataFrame = results.history()
     names = [name for name in results.energy_names if name not in CHECKS]
     time = table["time"].to_numpy()
