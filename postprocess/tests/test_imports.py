@@ -10,7 +10,14 @@ from pathlib import Path
 
 import pytest
 import rockdda
+from places import INPUTS
 from rockdda._old_names import OLD_NAMES
+from rockdda.analysis.compare import compare
+from rockdda.convert import convert
+from rockdda.export import to_csv
+from rockdda.options import _rows, _schema_text, names_that_add_up, options_schema
+from rockdda.plot import blocks, input_plot
+from synthetic import write_wall
 
 PACKAGE = Path(rockdda.__file__).parent
 PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
@@ -136,3 +143,67 @@ def test_the_warning_names_the_line_that_uses_the_old_name(tmp_path):
 def test_unknown_attributes_are_errors():
     with pytest.raises(AttributeError, match="has no attribute 'convert_dwg'"):
         rockdda.convert_dwg  # noqa: B018
+
+
+def _model():
+    model = rockdda.Model("box")
+    model.add_polygon([(0, 0), (1, 0), (0, 1)])
+    model.add_block_material(density=1, gravity=1, youngs_modulus=1, poisson_ratio=0.2)
+    model.add_joint_material(friction_angle=10)
+    return model
+
+
+def _with_a_fixed_line():
+    model = _model()
+    model.add_fixed((0.1, 0.1), (0.2, 0.2))
+    return model
+
+
+def _with_options():
+    model = _model()
+    model.options["time"] = {"dt_max": 1.0}
+    return model
+
+
+#: What the page says to need the compiled part.
+NEEDS_COMPILED = {
+    "run": lambda folder: rockdda.run(INPUTS / "flat_arch"),
+    "Simulation": lambda folder: rockdda.Simulation(INPUTS / "flat_arch"),
+    "cut": lambda folder: rockdda.cut([[0, 0, 1, 0]]),
+    "lines": lambda folder: rockdda.lines({"boundary": {"window": [0, 0, 1, 1]}}, seed=1),
+    "Model.read": lambda folder: rockdda.Model.read(INPUTS / "flat_arch"),
+    "Model.write` with\noptions": lambda folder: _with_options().write(folder),
+    "or with fixed lines": lambda folder: _with_a_fixed_line().write(folder),
+    "options.options_schema": lambda folder: options_schema(),
+    "plot.input_plot": lambda folder: input_plot(INPUTS / "flat_arch/flat_arch.dc"),
+}
+
+
+@pytest.fixture
+def without_compiled(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rockdda._rockdda", None)
+    monkeypatch.delattr(rockdda, "_rockdda", raising=False)
+    for function in (_schema_text, _rows, names_that_add_up):
+        function.cache_clear()
+    yield
+    for function in (_schema_text, _rows, names_that_add_up):
+        function.cache_clear()
+
+
+@pytest.mark.parametrize("name", NEEDS_COMPILED)
+def test_what_needs_the_compiled_part_says_so(without_compiled, tmp_path, name):
+    said = PAGE.read_text().split("These need it")[1]
+    assert name in said
+    with pytest.raises(ImportError, match="the compiled part of rockdda is missing"):
+        NEEDS_COMPILED[name](tmp_path / "model")
+
+
+def test_results_need_no_compiled_part(without_compiled, tmp_path):
+    results = rockdda.open(write_wall(tmp_path / "wall.h5", 3, 2))
+    to_csv(results, tmp_path / "wall.csv", "blocks")
+    results.animate(tmp_path / "wall.html")
+    blocks(results)
+    assert compare(results, results).same
+    (tmp_path / "a.geojson").write_text('{"type":"LineString","coordinates":[[0,0],[1,1]]}')
+    convert(tmp_path / "a.geojson", tmp_path / "a")
+    assert [path.name for path in _model().write(tmp_path / "model")] == ["box.dc", "box.df"]
