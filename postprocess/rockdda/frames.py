@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,14 @@ import numpy.typing as npt
 from .callers import stack_level
 from .errors import InputError
 
+if TYPE_CHECKING:
+    import pandas
+
 __all__ = [
     "BOLT_TABLES",
     "CONTACT_TABLES",
     "FIELDS",
+    "JOINT_TABLES",
     "OLD_FIELDS",
     "Contacts",
     "Field",
@@ -59,11 +63,16 @@ class FrameTables(Protocol):
     def bolt_blocks(self) -> IntArray: ...
     @property
     def fixed_points(self) -> FloatArray: ...
+    @property
+    def has_joints(self) -> bool: ...
+    def joints(self, frame: int = -1) -> pandas.DataFrame: ...
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
 
 
 BOLT_TABLES = ["bolt_ends", "bolt_force"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
+#: Of each contact, from version 2 of the results on.
+JOINT_TABLES = ["contact_opening", "contact_slip", "contact_length", "contact_normal_stress", "contact_shear_stress"]
 
 
 @dataclass(frozen=True)
@@ -82,8 +91,14 @@ class Contacts:
 
     point: FloatArray  # (n, 2) where the contact is: the vertex, after the step [length]
     force: FloatArray  # (n, 2) on the first block, zero when open [force]
-    state: IntArray  # (n,) 0 open, 1 sliding, 2 locked
+    state: IntArray  # (n,) 0 open, 1 sliding, 2 locked or tied
     blocks: IntArray  # (n, 2) numbers of the two blocks, from 0
+    # (n,) each, None in files of older versions
+    opening: FloatArray | None = None  # distance of the edges, negative where they overlap [length]
+    slip: FloatArray | None = None  # along the joint [length]
+    length: FloatArray | None = None  # share of the joint's length [length]
+    normal_stress: FloatArray | None = None  # tension positive [force/length²]
+    shear_stress: FloatArray | None = None  # [force/length²]
 
     def __len__(self) -> int:
         return len(self.state)
@@ -179,7 +194,8 @@ class Frame:
     def contacts(self) -> Contacts:
         """The contacts of the step that ended here (none in a file without contacts)."""
         begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
-        return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in CONTACT_TABLES))
+        names = CONTACT_TABLES + (JOINT_TABLES if self.results.has_joints else [])
+        return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in names))
 
     @property
     def bolt_ends(self) -> FloatArray:

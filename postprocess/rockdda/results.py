@@ -18,7 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, Contacts, Field, Frame, Frames
+from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, Contacts, Field, Frame, Frames
+from .joints import joint_points
+from .materials import JointStrength, joint_strengths
 from .namelist import parse_groups
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
@@ -73,6 +75,7 @@ class Results:
         self._run: tuple[Any, int] | None = None
         self._n_steps = self._n_frames = 0
         self._last_frame = -1  # its step
+        self._has_joints = False
         check_signature(self.path)
         self._read_sizes()
 
@@ -117,7 +120,9 @@ class Results:
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
-            rows = min(file[f"frames/{name}"].shape[0] for name in CONTACT_TABLES)
+            self._has_joints = all(f"frames/{name}" in file for name in JOINT_TABLES)
+            of_contacts = CONTACT_TABLES + (JOINT_TABLES if self._has_joints else [])
+            rows = min(file[f"frames/{name}"].shape[0] for name in of_contacts)
             if frames > 0 and offsets[frames] > rows:  # killed in the midst of a flush
                 frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
             # a reader may come while the last rows are written: no frame without its history
@@ -277,7 +282,7 @@ class Results:
         group, _, name = path.partition("/")
         if (length := self._view_length(path)) is not None:
             return length
-        if group == "frames" and name in CONTACT_TABLES:
+        if group == "frames" and name in (*CONTACT_TABLES, *JOINT_TABLES):
             return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
         return None
 
@@ -393,6 +398,26 @@ class Results:
             return True
         groups = [options] if isinstance(options, dict) else options
         return [group["energy"] for group in groups if "energy" in group][-1:] != [False]  # the last one counts
+
+    @property
+    def has_joints(self) -> bool:
+        """Do the frames hold stresses, opening and slip along joints? Not in files of version 1."""
+        return self._has_joints
+
+    def joint_strengths(self) -> dict[int, JointStrength]:
+        """Peak strengths by number of the joint material, as the input files in the results have them."""
+        return joint_strengths(str(self["input/analysis"]), str(self["input/config"]))
+
+    def joints(self, frame: int = -1) -> pandas.DataFrame:
+        """Points along the joints of a frame: a pandas table, whose rows are ordered joint by joint and along each.
+
+        A joint is where two blocks face each other: `first` < `second`, from 0. Columns: joint (from 0), first, second,
+        edge (vertex of the first block where its edge starts), material, x, y, x1, y1, x2, y2 (the part of the joint
+        that the point stands for), length, state, opening, slip, normal_stress (tension positive), shear_stress,
+        mobilised (shear stress over strength; NaN without strength), force_x, force_y (on the first block).
+        Raises InputError for a file without these values.
+        """
+        return joint_points(self.frames[frame], self.joint_strengths())
 
     # -- frames --------------------------------------------------------------------------------------------------
 

@@ -7,14 +7,14 @@ A results file holds numbers in any consistent units and does not say which. `--
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .materials import JointStrength, material_rows
 from .results import Results
 
 __all__ = ["ConvertedResults", "Units", "check_units", "in_units"]
@@ -52,6 +52,11 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "frames/bolt_force": (0, 0, 1),
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),
+    "frames/contact_opening": (1, 0, 0),
+    "frames/contact_slip": (1, 0, 0),
+    "frames/contact_length": (1, 0, 0),
+    "frames/contact_normal_stress": (-2, 0, 1),
+    "frames/contact_shear_stress": (-2, 0, 1),
 }
 # Bounds for solids and soils: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
 DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
@@ -118,6 +123,14 @@ class ConvertedResults(Results):
 
     def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
         return self._converted(path, super()._table(path, start, stop, *rest))
+
+    def joint_strengths(self) -> dict[int, JointStrength]:
+        length, _, force = self._factors
+        stress = force / length**2
+        return {
+            number: replace(strength, cohesion=stress * strength.cohesion, jcs=stress * strength.jcs)
+            for number, strength in super().joint_strengths().items()
+        }
 
     def _converted(self, path: str, values: Any) -> Any:
         powers = POWERS.get(path)
@@ -189,17 +202,6 @@ def _fits(name: str, density: float, weight: float) -> bool:
 def _densities_and_weights(results: Results) -> list[tuple[float, float]]:
     """Of the block materials in the analysis file that the results hold; [] where it cannot be read."""
     try:
-        text = str(results["input/analysis"])
-        lines = [re.split("[#!]", line)[0] for line in text.splitlines()]
-        words = [float(word.lower().replace("d", "e")) for line in lines for word in re.split(r"[\s,]+", line) if word]
-        blocks, joints = int(words[2]), int(words[3])
-        length = 13 * blocks + 3 * joints
-        if not (blocks > 0 and joints >= 0 and length <= len(words) - 6):
-            return []
-        for start in (len(words) - length, len(words) - length - 1):  # without and with an SOR factor at the end
-            rows = [words[start + 13 * i : start + 13 * (i + 1)] for i in range(blocks)]
-            if all(row[0] > 0 and row[2] > max(row[0], abs(row[1])) and -1 < row[3] < 0.5 for row in rows):
-                return [(row[0], row[1]) for row in rows]
-    except (KeyError, ValueError, IndexError, OverflowError, InputError):
-        pass
-    return []
+        return [(row[0], row[1]) for row in material_rows(str(results["input/analysis"]))[0]]
+    except (KeyError, InputError):
+        return []

@@ -119,8 +119,8 @@ def test_blocks_vertices_and_contacts_as_csv(flat_arch, tmp_path):
     contacts = read("contacts", None)
     assert len(contacts) == results["frames/contact_offset"][-1]
     np.testing.assert_array_equal(contacts[["force_x", "force_y"]], results["frames/contact_force"])
-    with pytest.raises(rockdda.InputError, match="there is no table 'joints'; the tables are: history, blocks"):
-        read("joints", None)
+    with pytest.raises(rockdda.InputError, match="there is no table 'cracks'; the tables are: history, blocks"):
+        read("cracks", None)
 
 
 def test_plain_text_of_outlines(wall, tmp_path):

@@ -24,6 +24,7 @@ HISTORY = (
 FRAMES = ("step", "time", "vertices", "centroid", "rotation", "stress", "velocity")
 MODEL_BOLTS = ("bolt_ends", "bolt_blocks", "bolt_properties")
 BOLTS = ("bolt_ends", "bolt_force")  # of frames
+JOINT_COLUMNS = ("opening", "slip", "length", "normal_stress", "shear_stress")  # not in files of version 1
 CONTACTS = ("contact_blocks", "contact_state", "contact_point", "contact_force")
 
 
@@ -230,7 +231,8 @@ def _contacts(
         if len(x) != len(y):
             message = f"step {step}, time {time:.6g}: {len(x)} and {len(y)} contacts"
             return Difference("frames/contacts", message, step, time, first=len(x), second=len(y))
-        for name in ("blocks", "state", "point", "force"):
+        of_joints = JOINT_COLUMNS if x.length is not None and y.length is not None else ()
+        for name in ("blocks", "state", "point", "force", *of_joints):
             u, v = getattr(x, name), getattr(y, name)
             scale = float(max(np.abs(u).max(initial=0.0), np.abs(v).max(initial=0.0)))
             differs, gap = _beyond(u, v, tolerance, scale)

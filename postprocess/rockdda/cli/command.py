@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, InputError, OutputError, RockddaError
+from ..joints import JOINT_FIELDS
 from . import exchange, studies, validate
 from .common import (
     BAD_INPUT,
@@ -26,6 +27,7 @@ from .common import (
     Json,
     Limits,
     Output,
+    PlotFieldName,
     Quiet,
     ResultsFile,
     Scale,
@@ -68,12 +70,12 @@ def plot_command(
         typer.Option(
             "--kind",
             "-k",
-            help="blocks (the default), stress, contacts, displacements, history, profile, energy or iterations; of a "
-            "geometry file lines (the default) or blocks.",
+            help="blocks (the default), stress, contacts, joints, displacements, history, profile, energy or "
+            "iterations; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
     ] = None,
-    field: FieldName = "displacement",
+    field: PlotFieldName = "displacement",
     frame: FrameNumber = -1,
     time: Annotated[
         float | None, typer.Option("--time", help="Take the frame nearest to this time.", show_default=False)
@@ -103,7 +105,7 @@ def plot_command(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Draw a picture (.png, .pdf, .svg): blocks, stresses, forces, histories, profiles, energies.
+    """Draw a picture (.png, .pdf, .svg): blocks, stresses, forces, joints, histories, profiles, energies.
 
     Without -o the picture gets the name of the results and the kind, as slope_blocks.png; an existing one is replaced.
     Several results files are drawn side by side with one colour scale. A geometry file is drawn before any run: its
@@ -118,6 +120,8 @@ def plot_command(
         rockdda-post plot slope.h5 --field stress_x --units m,s,N --show m,s,kN -o slope.pdf
 
         rockdda-post plot slope.h5 --kind contacts --time 0.5
+
+        rockdda-post plot slope.h5 --kind joints --field mobilised
 
         rockdda-post plot roof.h5 --kind profile --field displacement_y --line=-5,2,5,2
 
@@ -143,9 +147,14 @@ def plot_command(
         plot.save(drawn, path, dpi)
         print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
         return
-    kind = kind or "blocks"
+    kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
+    if kind == "joints":
+        field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
     framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
-    opened = [in_shown_units(open_results(path, frame, field, framed), units, show) for path in files]
+    opened = [
+        in_shown_units(open_results(path, frame, None if kind == "joints" else field, framed), units, show)
+        for path in files
+    ]
     runs, units = [run for run, _ in opened], opened[0][1]
     if time is not None and framed:
         frame = runs[0].frame_at(time).index

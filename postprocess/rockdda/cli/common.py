@@ -17,6 +17,7 @@ import typer
 
 from ..errors import InputError, OutputError
 from ..frames import FIELDS, OLD_FIELDS, field_name
+from ..joints import JOINT_FIELDS
 from ..results import Results
 
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
@@ -40,6 +41,15 @@ FieldName = Annotated[
         "--field",
         help=f"Field shown by the colours: {', '.join(FIELDS)}.",
         autocompletion=lambda: list(FIELDS),
+        callback=_present_field,
+    ),
+]
+PlotFieldName = Annotated[
+    str,
+    typer.Option(
+        "--field",
+        help=f"Field shown by the colours: {', '.join(FIELDS)}; of joints: {', '.join(JOINT_FIELDS)}.",
+        autocompletion=lambda: [*FIELDS, *JOINT_FIELDS],
         callback=_present_field,
     ),
 ]

@@ -34,7 +34,8 @@ def export_command(
         ),
     ] = None,
     table: Annotated[
-        str, typer.Option("--table", help="Of a .csv: history, blocks, vertices, contacts or bolts.")
+        str,
+        typer.Option("--table", help="Of a .csv: history, blocks, vertices, contacts, joints, joint_points or bolts."),
     ] = "history",
     frames: Annotated[
         str | None,
@@ -55,6 +56,8 @@ def export_command(
         rockdda-post export slope.h5 -o history.csv
 
         rockdda-post export slope.h5 -o blocks.csv --table blocks --frames -1
+
+        rockdda-post export slope.h5 -o joints.csv --table joints --frames -1
 
         rockdda-post export slope.h5 -o outlines.txt --frames 0:50:10
 

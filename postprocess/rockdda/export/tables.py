@@ -12,10 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
+from ..joints import joint_summary
 from ..results import FIELDS
 from .common import Progress, chosen, write_file
 
 if TYPE_CHECKING:
+    import pandas
+
     from ..results import Frame, Results
 
 __all__ = ["to_csv"]
@@ -29,8 +32,9 @@ def to_csv(
     progress: Progress | None = None,
 ) -> Path:
     """Write a table; returns the path. `what` is 'history' (one row per step), 'blocks' (per frame and block: centroid
-    and every field), 'vertices' (per frame and vertex), 'contacts' (per frame and contact) or 'bolts' (per frame and
-    bolt: its ends, their blocks, its length and axial force).
+    and every field), 'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and
+    pair of blocks: see `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see
+    `Results.joints`) or 'bolts' (per frame and bolt: its ends, their blocks, its length and axial force).
 
     Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
     1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
@@ -39,7 +43,10 @@ def to_csv(
     if what == "history":
         write_file(path, lambda stream: results.history().to_csv(stream, lineterminator="\n"))
         return path
-    tables = {"blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "bolts": _bolt_rows}
+    tables = {
+        "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
+        "joint_points": _joint_point_rows, "bolts": _bolt_rows,
+    }  # fmt: skip
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: history, {', '.join(tables)}")
     numbers = chosen(results, frames)
@@ -80,6 +87,20 @@ def _contact_rows(frame: Frame) -> dict[str, Any]:
     columns: dict[str, Any] = {"first": contacts.blocks[:, 0] + 1, "second": contacts.blocks[:, 1] + 1}
     columns |= {"x": contacts.point[:, 0], "y": contacts.point[:, 1], "state": contacts.state}
     return columns | {"force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
+
+
+def _joint_point_rows(frame: Frame) -> dict[str, Any]:
+    return _counted_from_1(frame.results.joints(frame.index).drop(columns="edge"))
+
+
+def _joint_rows(frame: Frame) -> dict[str, Any]:
+    return _counted_from_1(joint_summary(frame.results.joints(frame.index)).reset_index())
+
+
+def _counted_from_1(table: pandas.DataFrame) -> dict[str, Any]:
+    """The columns of a table whose joints and blocks count from 0."""
+    counted = ("joint", "first", "second")
+    return {str(name): table[name].to_numpy() + (name in counted) for name in table.columns}
 
 
 def _bolt_rows(frame: Frame) -> dict[str, Any]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ..errors import InputError, OutputError, RockddaError
 from ..frames import FIELDS
+from ..joints import JOINT_FIELDS
 from .common import Progress, chosen, write_file
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def to_vtk(
     a path without ending gets this one, and an existing folder takes such files under the name of the results.
     Ending in .vtu: one frame (the last by default). Polygons are blocks. Vertices have displacements; cells have every
     field, velocities as vectors, stresses as 3 × 3 tensors, and block numbers (from 1). Bolts are lines with their
-    forces, in a second file for each frame (…_bolts.vtu), which the index holds, too.
+    forces, joints lines with stresses, opening, slip and mobilised strength, in further files for each frame
+    (…_bolts.vtu, …_joints.vtu), which the index holds, too.
     """
     _check_vtk()
     path = Path(path)
@@ -48,9 +50,8 @@ def to_vtk(
     if path.suffix.lower() == ".vtu":
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
         now = results.frames[number]
-        _write_grid(path, _blocks(now))
-        if len(now.bolt_ends):
-            _write_grid(path.with_name(f"{path.stem}_bolts.vtu"), _bolts(now))
+        for name, grid in _grids(now).items():
+            _write_grid(path.with_name(f"{path.stem}{name}.vtu"), grid)
         return path
     if path.suffix.lower() != ".pvd":
         raise InputError(f"VTK files end in .pvd (all frames) or .vtu (one frame), not in {path.suffix!r}", path)
@@ -64,11 +65,10 @@ def to_vtk(
     collection = ElementTree.SubElement(index, "Collection")
     for done, number in enumerate(numbers, start=1):
         now = results.frames[number]
-        files = [folder / f"{path.stem}_{number:05d}.vtu"]
-        _write_grid(files[0], _blocks(now))
-        if len(now.bolt_ends):
-            files.append(folder / f"{path.stem}_bolts_{number:05d}.vtu")
-            _write_grid(files[1], _bolts(now))
+        files = []
+        for name, grid in _grids(now).items():
+            files.append(folder / f"{path.stem}{name}_{number:05d}.vtu")
+            _write_grid(files[-1], grid)
         for k, file in enumerate(files):
             part = {"part": str(k)} if len(files) > 1 else {}
             entry = {"timestep": repr(now.time), **part, "file": f"{folder.name}/{file.name}"}
@@ -79,6 +79,16 @@ def to_vtk(
     text = ElementTree.tostring(index, encoding="unicode", xml_declaration=True) + "\n"
     write_file(path, lambda stream: stream.write(text))
     return path
+
+
+def _grids(frame: Frame) -> dict[str, Any]:
+    """The grids of a frame by what their file names have behind the stem: blocks, bolts, joints."""
+    grids = {"": _blocks(frame)}
+    if len(frame.bolt_ends):
+        grids["_bolts"] = _bolts(frame)
+    if frame.results.has_joints:
+        grids["_joints"] = _joints(frame)
+    return grids
 
 
 def _check_vtk() -> None:
@@ -122,6 +132,20 @@ def _bolts(frame: Frame) -> Any:
         "blocks": (frame.results.bolt_blocks + 1).astype(np.int32),
     }
     return _grid(frame.time, ends, 2 * np.arange(n + 1), VTK_LINE, {"displacement": _in_space(ends - at_start)}, cells)
+
+
+def _joints(frame: Frame) -> Any:
+    """The joints of a frame as a grid of lines, one for each of their points."""
+    from vtkmodules.vtkCommonDataModel import VTK_LINE
+
+    table = frame.results.joints(frame.index)
+    ends = table[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2)
+    cells: Arrays = {name: table[name].to_numpy(dtype=float) for name in (*JOINT_FIELDS, "length")}
+    cells |= {name: table[name].to_numpy().astype(np.int32) for name in ("state", "material")}
+    cells["joint"] = (table["joint"].to_numpy() + 1).astype(np.int32)
+    cells["blocks"] = (table[["first", "second"]].to_numpy() + 1).astype(np.int32)
+    cells["force"] = _in_space(table[["force_x", "force_y"]].to_numpy(dtype=float))
+    return _grid(frame.time, ends, 2 * np.arange(len(table) + 1), VTK_LINE, {}, cells)
 
 
 def _in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
-Blocks: `blocks`, `stress_crosses`, `contact_forces`, `displacements`; curves: `history`, `profile`, `energy`,
+Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`; curves: `history`, `profile`, `energy`,
 `iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
 is named. `input_plot` draws geometry and block files before any run.
 """
@@ -12,6 +12,7 @@ from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile, profile_data
 from .input_files import INPUT_KINDS, input_plot, is_input
+from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
 from .window import interactive
 
@@ -28,6 +29,8 @@ __all__ = [
     "interactive",
     "is_input",
     "iterations",
+    "joint_field_name",
+    "joints",
     "plot",
     "profile",
     "profile_data",

@@ -222,7 +222,8 @@ def _material_blocks(axes: Axes, results: Results, shown: FloatArray, legend: bo
         axes.legend(handles, [f"block material {m}" for m in found], loc="upper left", bbox_to_anchor=(1.01, 1))
 
 
-def _plain_blocks(axes: Axes, results: Results, shown: FloatArray) -> None:
+def add_plain_blocks(axes: Axes, results: Results, shown: FloatArray) -> None:
+    """Add the blocks in light grey, beneath what is drawn on them."""
     edges = {"edgecolors": "#A8A8A8"} if results.n_blocks <= MANY else {}
     add_blocks(axes, shown, results.vertex_offset, facecolors="#F0F1F2", **edges)
 
@@ -257,7 +258,7 @@ def stress_crosses(
     order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
     with style():
         axes = frame_axes(results, now, now.vertices, axes, units, title)
-        _plain_blocks(axes, results, now.vertices)
+        add_plain_blocks(axes, results, now.vertices)
         many = results.n_blocks > MANY
         axes.add_collection(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
@@ -300,7 +301,7 @@ def contact_forces(
     colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
     with style():
         axes = frame_axes(results, now, now.vertices, axes, units, title)
-        _plain_blocks(axes, results, now.vertices)
+        add_plain_blocks(axes, results, now.vertices)
         if carrying.any():
             order = np.flatnonzero(carrying)[np.argsort(-force[carrying])]
             direction = contacts.force[order] / force[order, None]
@@ -350,7 +351,7 @@ def displacements(
         scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
     with style():
         axes = frame_axes(results, now, now.vertices, axes, units, title)
-        _plain_blocks(axes, results, results.vertices)
+        add_plain_blocks(axes, results, results.vertices)
         start = results.block_centroid
         arrows = axes.quiver(
             *start.T, *(scale * vector).T, length, angles="xy", scale_units="xy", scale=1,

@@ -19,6 +19,7 @@ from ..text import plain_text
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile
+from .joint_maps import joints
 from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     "blocks": blocks,
     "stress": stress_crosses,
     "contacts": contact_forces,
+    "joints": joints,
     "displacements": displacements,
     "history": history,
     "profile": profile,
@@ -103,8 +105,8 @@ KINDS: dict[str, Callable[..., Any]] = {
 def plot(results: Results, field: str | None = None, frame: int = -1, kind: str = "blocks", **options: Any) -> Any:
     """Draw a picture and return its axes (an array of them where there are several panels).
 
-    `kind` is one of KINDS; `field` colours the blocks or is drawn along the line of a profile; `options` go to the
-    function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
+    `kind` is one of KINDS; `field` colours the blocks or joints or is drawn along the line of a profile; `options`
+    go to the function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
     """
     if kind not in KINDS:
         raise InputError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")

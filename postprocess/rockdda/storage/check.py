@@ -50,6 +50,8 @@ def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
         return f"{path} holds a number that is not finite"
     if path == "frames/contact_state" and not np.isin(rows, range(STATES)).all():
         return f"{path} holds an impossible number"
+    if path == "frames/contact_length" and (rows < 0).any():
+        return f"{path} holds an impossible number"
     if path == "frames/contact_blocks" and ((rows < 0) | (rows >= n_blocks)).any():
         return f"{path} holds an impossible number"
     return ""
@@ -108,6 +110,9 @@ def _check(file: h5py.File) -> None:
     _table(file, "frames/contact_force", "f8", 2)
     _table(file, "frames/contact_state", "i4")
     _table(file, "frames/contact_blocks", "i4", 2)
+    for name in ("opening", "slip", "length", "normal_stress", "shear_stress"):
+        if f"frames/contact_{name}" in file:  # not in files of version 1
+            _table(file, f"frames/contact_{name}", "f8")
     offsets = _table(file, "frames/contact_offset", "i4")
     _need(len(offsets) >= 1, "frames/contact_offset", "has an unexpected shape")
     values = offsets[()]

@@ -31,7 +31,7 @@ __all__ = [
     "reason_of",
 ]
 
-FORMAT_VERSION = 1
+FORMAT_VERSIONS = (1, 2)
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
 PATIENCE = 5.0
 # File systems note the time of a change in steps of 1 to 10 ms.
@@ -146,8 +146,9 @@ def check_format(path: Path, attributes: dict[str, Any]) -> None:
     if found != "rockdda":
         raise InputError(f"is not a results file of RockDDA: its format is {found!r}, expected 'rockdda'", path)
     version = attributes.get("format_version")
-    if version != FORMAT_VERSION:
-        raise InputError(f"has format version {version}; this package reads version {FORMAT_VERSION}", path)
+    if version not in FORMAT_VERSIONS:
+        known = " and ".join(map(str, FORMAT_VERSIONS))
+        raise InputError(f"has format version {version}; this package reads versions {known}", path)
 
 
 class NoSuchPath(Exception):

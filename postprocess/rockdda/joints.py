@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""Stresses, opening and slip along the joints of a frame, point by point and joint by joint.
+
+A joint is where two blocks face each other. The solver gives its points with the lengths that they stand for:
+
+    first block      ----------- edge ---------->       points of an interval of length L with the weights
+    joint               x1 l x2 |   l   | l             L/6, 2L/3, L/6: drawn as three pieces end to end
+    second block     <---------- edge -----------
+
+Stresses are positive in tension, as all stresses of results; openings are negative where the edges overlap. Shear
+stress and slip keep their signs when the blocks are exchanged, forces do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .frames import Frame
+from .materials import JointStrength
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class JointField:
+    """A number for every point of a joint."""
+
+    label: str
+    dimension: str  # for its unit
+
+
+JOINT_FIELDS = {
+    "normal_stress": JointField("normal stress of joints", "stress"),
+    "shear_stress": JointField("shear stress of joints", "stress"),
+    "opening": JointField("opening of joints", "length"),
+    "slip": JointField("slip of joints", "length"),
+    "mobilised": JointField("mobilised shear strength", ""),
+}
+
+
+def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> pandas.DataFrame:
+    """A row for each point; `Results.joints` describes the columns. `strengths` by number of the joint material."""
+    import pandas
+
+    contacts = frame.contacts
+    if contacts.length is None or contacts.opening is None or contacts.slip is None:
+        raise InputError("the file holds no stresses along joints: its version is older", frame.results.path)
+    assert contacts.normal_stress is not None and contacts.shear_stress is not None
+    swapped = contacts.blocks[:, 0] > contacts.blocks[:, 1]
+    pair = np.sort(contacts.blocks.astype(np.int64), axis=1)
+    edge, facing = _edges(frame, contacts.point, pair)
+    start, along = _directions(frame, edge)
+    place = np.einsum("ij,ij->i", contacts.point - start, along)
+    order = np.lexsort((place, facing, edge, pair[:, 1], pair[:, 0]))
+    pair, edge, facing, place, along = pair[order], edge[order], facing[order], place[order], along[order]
+    point, length = contacts.point[order], contacts.length[order]
+    of_edges = np.column_stack([pair, edge, facing])
+    begin = _begins(place, length, _numbers(of_edges)) - place
+    ends = np.hstack([point + begin[:, None] * along, point + (begin + length)[:, None] * along])
+    material = frame.results.edge_joint[edge].astype(np.int64)
+    material = np.where(material > 0, material, frame.results.edge_joint[facing])
+    normal, shear = contacts.normal_stress[order], contacts.shear_stress[order]
+    force = np.where(swapped[:, None], -contacts.force, contacts.force)[order]
+    columns: dict[str, Any] = {
+        "joint": _numbers(pair), "first": pair[:, 0], "second": pair[:, 1], "edge": edge, "material": material,
+        "x": point[:, 0], "y": point[:, 1],
+    }  # fmt: skip
+    columns |= {name: ends[:, i] for i, name in enumerate(("x1", "y1", "x2", "y2"))}
+    columns |= {
+        "length": length, "state": contacts.state[order], "opening": contacts.opening[order],
+        "slip": contacts.slip[order], "normal_stress": normal, "shear_stress": shear,
+        "mobilised": _mobilised(normal, shear, _strength(normal, material, strengths)),
+        "force_x": force[:, 0], "force_y": force[:, 1],
+    }  # fmt: skip
+    return pandas.DataFrame(columns)
+
+
+def joint_summary(points: pandas.DataFrame) -> pandas.DataFrame:
+    """One row for each joint of a table of points: first, second, material (of its first point), length, points, those
+    that are open, means of the stresses and of the slip over the length, largest opening, largest mobilised share of
+    the strength, and the force on the first block."""
+    weights = points["length"]
+    weighted = points.assign(**{name: points[name] * weights for name in ("normal_stress", "shear_stress", "slip")})
+    groups = weighted.groupby("joint", sort=True)
+    table = groups.agg(
+        first=("first", "first"), second=("second", "first"), material=("material", "first"), length=("length", "sum"),
+        points=("state", "size"), open_points=("state", lambda states: int((states == 0).sum())),
+        normal_stress=("normal_stress", "sum"), shear_stress=("shear_stress", "sum"), slip=("slip", "sum"),
+        largest_opening=("opening", "max"), largest_mobilised=("mobilised", "max"),
+        force_x=("force_x", "sum"), force_y=("force_y", "sum"),
+    )  # fmt: skip
+    for name in ("normal_stress", "shear_stress", "slip"):
+        table[name] /= table["length"].where(table["length"] > 0)
+    return table
+
+
+def _numbers(rows: IntArray) -> IntArray:
+    """(n,) numbers from 0 of rows that are ordered: another one where a row differs from the one before."""
+    new = np.any(rows[1:] != rows[:-1], axis=1) if len(rows) else np.zeros(0, dtype=bool)
+    return np.concatenate([np.zeros(min(len(rows), 1), dtype=np.int64), np.cumsum(new)])
+
+
+def _begins(place: FloatArray, length: FloatArray, group: IntArray) -> FloatArray:
+    """Where the pieces of points begin along their edge, end to end around the centre of each group."""
+    n = int(group[-1]) + 1 if len(group) else 0
+    total = np.bincount(group, length, n)
+    centre = np.bincount(group, length * place, n) / np.where(total > 0, total, 1.0)
+    before = np.cumsum(length) - length
+    first = np.searchsorted(group, np.arange(n))
+    begin = (centre - total / 2)[group] + before - before[first][group]
+    return np.where(length > 0, begin, place)
+
+
+def _strength(normal: FloatArray, material: IntArray, strengths: Mapping[int, JointStrength]) -> FloatArray:
+    """(n,) shear strengths; NaN for a material without numbers."""
+    strength = np.full(len(normal), np.nan)
+    for number in np.unique(material):
+        if int(number) in strengths:
+            here = material == number
+            strength[here] = strengths[int(number)].at(normal[here])
+    return strength
+
+
+def _mobilised(normal: FloatArray, shear: FloatArray, strength: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(strength > 0, np.abs(shear) / strength, np.nan)
+
+
+# -- edges -----------------------------------------------------------------------------------------------------------
+
+
+def _after(offset: IntArray) -> IntArray:
+    """(nv,) the vertex that follows each one on the outline of its block."""
+    after = np.arange(1, offset[-1] + 1)
+    after[offset[1:] - 1] = offset[:-1]
+    return after
+
+
+def _directions(frame: Frame, edge: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Starts of edges and unit vectors along them."""
+    vertices, after = frame.vertices, _after(frame.results.vertex_offset)
+    along = vertices[after[edge]] - vertices[edge]
+    length = np.hypot(*along.T)
+    return vertices[edge], along / np.where(length > 0, length, 1.0)[:, None]
+
+
+def _edges(frame: Frame, point: FloatArray, pair: IntArray) -> tuple[IntArray, IntArray]:
+    """For each point between two blocks the edges of both between which it lies.
+
+    At a corner several edges are as near: those that run in opposite directions face each other.
+    """
+    offset = frame.results.vertex_offset.astype(np.int64)
+    counts = offset[pair + 1] - offset[pair]  # (n, 2)
+    sizes = counts[:, 0] * counts[:, 1]
+    owner = np.repeat(np.arange(len(pair)), sizes)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    edges = [offset[pair[owner, 0]] + number // counts[owner, 1], offset[pair[owner, 1]] + number % counts[owner, 1]]
+    vertices, after = frame.vertices, _after(offset)
+    distance = np.zeros(len(owner))
+    for edge in edges:
+        start, along = vertices[edge], vertices[after[edge]] - vertices[edge]
+        square = np.einsum("ij,ij->i", along, along)
+        share = np.einsum("ij,ij->i", point[owner] - start, along) / np.where(square > 0, square, 1.0)
+        distance += np.hypot(*(point[owner] - start - np.clip(share, 0.0, 1.0)[:, None] * along).T)
+    (_, one), (_, other) = (_directions(frame, edge) for edge in edges)
+    size = np.sqrt(frame.results.block_area[pair].min(axis=1))
+    miss = distance + size[owner] * (1.0 + np.einsum("ij,ij->i", one, other))
+    best = np.lexsort((miss, owner))[np.cumsum(sizes) - sizes] if len(pair) else np.zeros(0, dtype=np.int64)
+    return edges[0][best], edges[1][best]

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Materials in the input texts that results hold, read without the compiled part."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .namelist import parse_groups
+
+__all__ = ["JointStrength", "joint_strengths", "material_rows"]
+
+Rows = list[list[float]]
+FloatArray = npt.NDArray[np.float64]
+STEEPEST = 70.0  # degrees: the largest angle of Barton and Bandis
+
+
+def material_rows(text: str) -> tuple[Rows, Rows]:
+    """The 13 numbers of each block material and the 3 of each joint material in an analysis file; both empty where it
+    cannot be read."""
+    try:
+        lines = [re.split("[#!]", line)[0] for line in text.splitlines()]
+        words = [float(word.lower().replace("d", "e")) for line in lines for word in re.split(r"[\s,]+", line) if word]
+        blocks, joints = int(words[2]), int(words[3])
+        length = 13 * blocks + 3 * joints
+        if not (blocks > 0 and joints >= 0 and length <= len(words) - 6):
+            return [], []
+        for start in (len(words) - length, len(words) - length - 1):  # without and with an SOR factor at the end
+            rows = [words[start + 13 * i : start + 13 * (i + 1)] for i in range(blocks)]
+            if all(row[0] > 0 and row[2] > max(row[0], abs(row[1])) and -1 < row[3] < 0.5 for row in rows):
+                after = start + 13 * blocks
+                return rows, [words[after + 3 * i : after + 3 * (i + 1)] for i in range(joints)]
+    except (ValueError, IndexError, OverflowError):
+        pass
+    return [], []
+
+
+@dataclass(frozen=True)
+class JointStrength:
+    """Peak shear strength of a joint material, as the input has it."""
+
+    friction: float = 0.0  # degrees
+    cohesion: float = 0.0  # [stress]
+    jrc: float | None = None  # of Barton and Bandis; then jcs, too
+    jcs: float = 0.0  # [stress]
+    residual_friction: float = 0.0  # degrees
+
+    def at(self, normal_stress: FloatArray) -> FloatArray:
+        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension."""
+        pressure = np.maximum(-normal_stress, 0.0)
+        if self.jrc is None:
+            return self.cohesion + pressure * np.tan(np.radians(self.friction))
+        with np.errstate(divide="ignore"):
+            angle = self.jrc * np.log10(self.jcs / pressure) + self.residual_friction
+        return pressure * np.tan(np.radians(np.clip(angle, 0.0, STEEPEST)))
+
+
+def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
+    """Strengths by number of the joint material, of an analysis file and an options file.
+
+    `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed.
+    """
+    found = {i: JointStrength(row[0], row[1]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
+    try:
+        groups = parse_groups(config)
+    except (KeyError, ValueError):  # no text that the program has accepted
+        return found
+    numbers: dict[str, int] = {}
+    for kind, key in (("joint_material", "number"), ("joint_law", "material")):
+        entries = groups.get(kind, [])
+        for group in [entries] if isinstance(entries, Mapping) else entries:
+            number = group.get(key)
+            if isinstance(number, str):
+                number = numbers.get(number.strip().lower(), 0)
+            if not isinstance(number, int) or number < 1:
+                continue
+            if isinstance(name := group.get("name"), str):
+                numbers[name.strip().lower()] = number
+            found[number] = _changed(found.get(number, JointStrength()), group)
+    return found
+
+
+def _changed(strength: JointStrength, group: Mapping[str, Any]) -> JointStrength:
+    """A strength with the values that a group names."""
+    names = ("friction", "cohesion", "jcs", "residual_friction")
+    values = {name: float(group[name]) for name in names if isinstance(group.get(name), int | float)}
+    law, jrc = group.get("law"), group.get("jrc")
+    if isinstance(law, str) and law.strip().lower() == "barton_bandis" and isinstance(jrc, int | float):
+        return replace(strength, **values, jrc=float(jrc))
+    return replace(strength, **values)

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: MIT
+"""Stresses, opening and slip along joints: tables, pictures, exports; and files of version 1, which have none.
+
+The datasets are made here in the shape of those of the solver: one row for each contact.
+"""
+
+import shutil
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas
+import pytest
+import rockdda
+from matplotlib.collections import LineCollection
+from rockdda import cli
+from rockdda import plot as pictures
+from rockdda.deck import AnalysisDeck, BlockMaterial, JointMaterial
+from rockdda.export import to_csv, to_vtk
+from rockdda.joints import JOINT_FIELDS, joint_summary
+from rockdda.materials import JointStrength, joint_strengths
+from rockdda.plot.style import STATES
+from synthetic import write_wall
+
+WEIGHTS = (1 / 6, 2 / 3, 1 / 6)
+NAMES = ("opening", "slip", "length", "normal_stress", "shear_stress")
+#: rounding of coordinates of some metres
+ROUNDING = 1e-12
+
+
+def put(file, name, rows, kind="f8", width=()):
+    path = f"frames/contact_{name}"
+    if path in file:
+        del file[path]
+    file.create_dataset(path, data=np.asarray(rows, dtype=kind).reshape(-1, *width), maxshape=(None, *width))
+
+
+def add_joints(path, columns, rows, config=""):
+    """Intervals of three points on all joints of a wall that has not moved; the blocks of every second one exchanged.
+
+    Normal stress -100 (1 + y), shear stress 10 (1 + x), opening 1e-3 x, slip -1e-3 y; the first point is open.
+    """
+    joints = []
+    for j in range(rows):
+        for i in range(columns):
+            block = j * columns + i
+            if i + 1 < columns:
+                joints.append((block, block + 1, (i + 1.0, j), (i + 1.0, j + 1.0)))
+            if j + 1 < rows:
+                joints.append((block, block + columns, (i, j + 1.0), (i + 1.0, j + 1.0)))
+    blocks, points = [], []
+    for number, (first, second, start, end) in enumerate(joints):
+        for share in (1.0, 0.0, 0.5) if number % 3 else (0.5, 1.0, 0.0):  # in no order
+            blocks.append((second, first) if number % 2 else (first, second))
+            points.append((np.array(start) * (1 - share) + np.array(end) * share, WEIGHTS[int(2 * share)]))
+    place, length = np.array([p for p, _ in points]), np.array([w for _, w in points])
+    normal, shear = -100 * (1 + place[:, 1]), 10 * (1 + place[:, 0])
+    state = np.full(len(place), 2)
+    state[0], normal[0], shear[0] = 0, 0.0, 0.0
+    # any vector does: the second block gets the opposite one
+    force = np.where((np.array(blocks)[:, 0] < np.array(blocks)[:, 1])[:, None], 1.0, -1.0) * place * length[:, None]
+    with h5py.File(path, "a") as file:
+        file.attrs["format_version"] = 2
+        frames = len(file["frames/time"])
+        file["frames/vertices"][:] = file["model/vertices"][()]
+        file["frames/contact_offset"][:] = len(place) * np.arange(frames + 1)
+        tiled = {
+            "point": place, "force": force, "state": state, "blocks": np.array(blocks), "opening": 1e-3 * place[:, 0],
+            "slip": -1e-3 * place[:, 1], "length": length, "normal_stress": normal, "shear_stress": shear,
+        }  # fmt: skip
+        for name, values in tiled.items():
+            kind = "i4" if name in ("state", "blocks") else "f8"
+            put(file, name, np.concatenate([values] * frames), kind, values.shape[1:])
+        deck = AnalysisDeck(
+            1.0, 10, 0.01, 0.01, [BlockMaterial(2500.0, 25000.0, 1e9, 0.2)], [JointMaterial(45.0, 50.0)], stiffness=1e9,
+            fixed_tables=[], loading_tables=[],
+        )  # fmt: skip
+        for name, text in (("analysis", deck.text()), ("config", config)):
+            del file[f"input/{name}"]
+            file[f"input/{name}"] = text
+    return path
+
+
+@pytest.fixture
+def wall(tmp_path):
+    return rockdda.open(add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2))
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+def test_points_are_ordered_joint_by_joint_and_cover_their_edges(wall):
+    table = wall.joints()
+    pairs = [(0, 1), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (4, 5)]
+    assert list(zip(table["first"], table["second"], strict=True)) == [pair for pair in pairs for _ in range(3)]
+    assert table["joint"].tolist() == [k for k in range(7) for _ in range(3)]
+    for (first, second), points in table.groupby(["first", "second"]):
+        np.testing.assert_allclose(points["length"], WEIGHTS)
+        ends = points[["x1", "y1", "x2", "y2"]].to_numpy()
+        np.testing.assert_allclose(ends[1:, :2], ends[:-1, 2:], atol=ROUNDING)  # end to end
+        column = first % 3
+        edge = (
+            [[column + 1, first // 3], [column + 1, first // 3 + 1]]
+            if second == first + 1
+            else [[column, 1], [column + 1, 1]]
+        )
+        np.testing.assert_allclose(sorted([ends[0, :2].tolist(), ends[-1, 2:].tolist()]), edge, atol=ROUNDING)
+        # the edge of the first block whose start is named is this one
+        start = wall.vertices[points["edge"].iloc[0]]
+        np.testing.assert_allclose(start, ends[0, :2], atol=ROUNDING)
+
+
+def test_values_stay_with_their_points(wall):
+    table = wall.joints()
+    closed = table["state"] > 0
+    assert (~closed).sum() == 1
+    np.testing.assert_allclose(table["normal_stress"][closed], -100 * (1 + table["y"][closed]))
+    np.testing.assert_allclose(table["shear_stress"][closed], 10 * (1 + table["x"][closed]))
+    np.testing.assert_allclose(table["opening"], 1e-3 * table["x"])
+    np.testing.assert_allclose(table["slip"], -1e-3 * table["y"])
+    # on the block with the smaller number, whichever the solver had first
+    np.testing.assert_allclose(table["force_x"], table["x"] * table["length"])
+    np.testing.assert_allclose(table["force_y"], table["y"] * table["length"])
+
+
+def test_mobilised_strength_is_shear_stress_over_mohr_coulomb(wall):
+    table = wall.joints()
+    strength = 50.0 + np.maximum(-table["normal_stress"], 0) * np.tan(np.radians(45))
+    np.testing.assert_allclose(table["mobilised"], table["shear_stress"].abs() / strength)
+
+
+def test_options_change_the_strengths_that_they_name(tmp_path):
+    config = "&joint_material number = 1, name = 'Bedding', cohesion = 0 /\n"
+    config += "&joint_law material = ' bedding', friction = 30 /"
+    results = rockdda.open(add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2, config))
+    assert results.joint_strengths() == {1: JointStrength(friction=30.0)}
+    table = results.joints()
+    assert table["mobilised"].isna().tolist() == (table["state"] == 0).tolist()  # without cohesion: nothing to mobilise
+
+
+def test_strength_of_barton_and_bandis():
+    law = "&joint_material number = 2, law = 'barton_bandis', jrc = 10, jcs = 1e8, residual_friction = 28 /"
+    strength = joint_strengths("", law)[2]
+    # τ = σ tan(JRC log10(JCS/σ) + φr): 10 · 2 + 28 = 48° at a hundredth of the JCS; at most 70°; nothing in tension
+    np.testing.assert_allclose(strength.at(np.array([-1e6])), 1e6 * np.tan(np.radians(48.0)))
+    np.testing.assert_allclose(strength.at(np.array([-1.0])), np.tan(np.radians(70.0)))
+    assert strength.at(np.array([0.0, 1e6])).tolist() == [0.0, 0.0]
+
+
+def test_unreadable_strengths_are_no_numbers(tmp_path):
+    path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
+    with h5py.File(path, "a") as file:
+        del file["input/analysis"]
+        file["input/analysis"] = "no numbers"
+    results = rockdda.open(path)
+    assert results.joints()["mobilised"].isna().all()
+    with pytest.raises(rockdda.InputError, match="the strengths of joints cannot be read"):
+        pictures.joints(results, "mobilised")
+    pictures.joints(results, "slip")
+
+
+def test_a_joint_is_the_sum_of_its_points(wall):
+    points = wall.joints()
+    joints = joint_summary(points)
+    assert joints["length"].to_numpy() == pytest.approx(np.ones(7))
+    assert joints["points"].tolist() == [3] * 7
+    assert joints["open_points"].sum() == 1
+    # linear along the joint: the weights of Simpson's rule give the value in its middle
+    last = joints.iloc[-1]  # between the blocks 4 and 5: x = 2, y from 1 to 2
+    assert (last["normal_stress"], last["shear_stress"], last["slip"]) == pytest.approx((-250.0, 30.0, -1.5e-3))
+    assert (last["largest_opening"], last["largest_mobilised"]) == pytest.approx((2e-3, 30 / 250))
+    assert (last["force_x"], last["force_y"]) == pytest.approx((2.0, 1.5))
+
+
+def test_units_are_converted(wall):
+    converted = rockdda.units.in_units(wall, "m,s,N", "mm,s,kN")
+    a, b = wall.joints(), converted.joints()
+    for name, factor in (("x", 1e3), ("opening", 1e3), ("slip", 1e3), ("length", 1e3), ("x2", 1e3)):
+        np.testing.assert_allclose(b[name], factor * a[name], atol=1e3 * ROUNDING)
+    for name, factor in (("normal_stress", 1e-9), ("shear_stress", 1e-9), ("force_x", 1e-3), ("mobilised", 1.0)):
+        np.testing.assert_allclose(b[name], factor * a[name])
+
+
+@pytest.mark.parametrize("field", JOINT_FIELDS)
+def test_the_picture_has_a_line_for_each_point(wall, field):
+    axes = pictures.joints(wall, field)
+    table = wall.joints()
+    shown = table if field == "opening" else table[table["state"] > 0]
+    (drawn,) = [c for c in axes.collections if c.get_array() is not None]
+    np.testing.assert_allclose(np.sort(drawn.get_array()), np.sort(shown[field]))
+    segments = {tuple(ends) for ends in np.round(np.reshape(drawn.get_segments(), (-1, 4)), 9).tolist()}
+    assert segments == {tuple(ends) for ends in shown[["x1", "y1", "x2", "y2"]].round(9).to_numpy().tolist()}
+    lines = [c for c in axes.collections if isinstance(c, LineCollection)]
+    grey = [c for c in lines if c.get_array() is None and len(c.get_segments()) == 1]
+    assert len(grey) == (field != "opening")
+    if grey:
+        assert matplotlib.colors.to_hex(grey[0].get_color()[0]).upper() == STATES["open"]
+        assert axes.get_legend().get_texts()[0].get_text().startswith("open")
+    if field == "mobilised":
+        assert drawn.get_clim() == (0.0, 1.0)
+
+
+def test_points_without_length_are_dots(tmp_path):
+    path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
+    with h5py.File(path, "a") as file:
+        file["frames/contact_length"][:] = 0
+    results = rockdda.open(path)
+    axes = pictures.joints(results, "slip")
+    assert len(axes.collections[-1].get_offsets()) == (results.joints()["state"] > 0).sum()
+    assert joint_summary(results.joints())["slip"].isna().all()
+
+
+def test_tables(wall, tmp_path):
+    to_csv(wall, tmp_path / "points.csv", "joint_points", [-1])
+    to_csv(wall, tmp_path / "joints.csv", "joints", [0, 1])
+    points = pandas.read_csv(tmp_path / "points.csv")
+    table = wall.joints()
+    assert points["frame"].tolist() == [2] * 21
+    for name in ("joint", "first", "second"):
+        assert points[name].tolist() == (table[name] + 1).tolist()
+    for name in ("material", "x1", "length", "state", "normal_stress", "mobilised"):
+        assert points[name].tolist() == table[name].tolist()
+    joints = pandas.read_csv(tmp_path / "joints.csv")
+    assert joints["frame"].tolist() == [0] * 7 + [1] * 7
+    assert joints["second"].tolist() == [2, 4, 3, 5, 6, 5, 6] * 2
+
+
+def test_vtk_lines(wall, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    to_vtk(wall, tmp_path / "wall.pvd")
+    files = sorted(path.name for path in (tmp_path / "wall").iterdir())
+    assert files == [f"wall_{k:05d}.vtu" for k in range(3)] + [f"wall_joints_{k:05d}.vtu" for k in range(3)]
+    assert (tmp_path / "wall.pvd").read_text().count("_joints_") == 3
+    grid, table = pyvista.read(tmp_path / "wall/wall_joints_00002.vtu"), wall.joints()
+    assert grid.n_cells == 21
+    np.testing.assert_allclose(grid.points.reshape(-1, 6)[:, [0, 1, 3, 4]], table[["x1", "y1", "x2", "y2"]])
+    for name in JOINT_FIELDS:
+        np.testing.assert_array_equal(grid.cell_data[name], table[name])
+    assert grid.cell_data["blocks"].tolist() == (table[["first", "second"]] + 1).to_numpy().tolist()
+
+
+def test_commands(wall, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["plot", "wall.h5", "--kind", "joints", "--dpi", "40"]) == cli.DONE
+    assert cli.main(["plot", "wall.h5", "--field", "slip", "--dpi", "40", "-o", "slip.png"]) == cli.DONE
+    assert (tmp_path / "wall_joints.png").exists()
+    assert cli.main(["export", "wall.h5", "-o", "a.csv", "--table", "joints", "--frames", "-1"]) == cli.DONE
+    assert cli.main(["plot", "wall.h5", "--kind", "joints", "--field", "speed"]) == cli.BAD_INPUT
+    assert "there is no field 'speed' of joints; the fields are: normal_stress" in capsys.readouterr().err
+
+
+def test_files_of_version_1_stay_readable(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    results = rockdda.open(write_wall(tmp_path / "old.h5", 3, 2))
+    assert results.attributes["format_version"] == 1
+    assert not results.has_joints
+    assert results.frames[-1].contacts.length is None
+    assert len(results.frames[-1].contacts) == 3
+    with pytest.raises(rockdda.InputError, match="the file holds no stresses along joints: its version is older"):
+        results.joints()
+    assert cli.main(["plot", "old.h5", "--kind", "joints"]) == cli.BAD_INPUT
+    assert "its version is older" in capsys.readouterr().err
+    to_vtk(results, tmp_path / "old.pvd")
+    assert not list((tmp_path / "old").glob("*joints*"))
+
+
+def test_no_contacts(tmp_path):
+    path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
+    with h5py.File(path, "a") as file:
+        file["frames/contact_offset"][:] = 0
+    results = rockdda.open(path)
+    assert len(results.joints()) == len(joint_summary(results.joints())) == 0
+    for field in JOINT_FIELDS:
+        pictures.joints(results, field)
+    to_vtk(results, tmp_path / "wall.vtu")
+    to_csv(results, tmp_path / "joints.csv", "joints")
+    assert (tmp_path / "joints.csv").read_text().startswith("frame,time,joint,first")
+
+
+def test_rows_that_are_not_yet_written_hide_their_frame(tmp_path):
+    """A run that was killed between two tables."""
+    path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
+    with h5py.File(path, "a") as file:
+        file["frames/contact_slip"].resize(len(file["frames/contact_slip"]) - 1, axis=0)
+    results = rockdda.open(path)
+    assert results.n_frames == 2
+    assert len(results.joints()) == len(results["frames/contact_slip"]) // 2 == 21
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "message"),
+    [
+        ("length", -np.ones(63), "frames/contact_length holds an impossible number"),
+        ("slip", np.full(63, np.nan), "frames/contact_slip holds a number that is not finite"),
+        ("opening", np.zeros((63, 2)), "frames/contact_opening has an unexpected shape"),
+    ],
+)
+def test_damaged_tables_are_refused(tmp_path, name, rows, message):
+    path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
+    with h5py.File(path, "a") as file:
+        put(file, name, rows, width=rows.shape[1:])
+    with pytest.raises(rockdda.InputError, match=message):
+        rockdda.open(path).joints()
+
+
+def test_contacts_of_a_run_lie_on_the_edges_that_are_found(flat_arch, tmp_path):
+    """A result of the program, to which the tables are added."""
+    path = tmp_path / "arch.h5"
+    shutil.copy(flat_arch, path)
+    with h5py.File(path, "a") as file:
+        file.attrs["format_version"] = 2
+        n = len(file["frames/contact_state"])
+        for name in NAMES:
+            put(file, name, np.full(n, 0.1) if name == "length" else np.arange(n))
+    results = rockdda.open(path)
+    table = results.joints()
+    contacts = results.frames[-1].contacts
+    assert sorted(table["slip"]) == sorted(contacts.slip)
+    now = results.frames[-1]
+    offset = results.vertex_offset
+    for row in table.itertuples():
+        assert offset[row.first] <= row.edge < offset[row.first + 1]
+        following = row.edge + 1 if row.edge + 1 < offset[row.first + 1] else offset[row.first]
+        a, b, point = now.vertices[row.edge], now.vertices[following], np.array([row.x, row.y])
+        along = (b - a) / np.hypot(*(b - a))
+        # gaps of the search are below some millimetres in a model of 10 m
+        assert abs(along[0] * (point - a)[1] - along[1] * (point - a)[0]) < 0.01
+        assert -0.01 < along @ (point - a) < np.hypot(*(b - a)) + 0.01
+    pictures.joints(results, "normal_stress")
