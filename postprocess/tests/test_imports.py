@@ -25,7 +25,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
     "errors", "version", "callers", "text", "interrupts", "namelist", "materials", "native", "options", "storage",
-    "frames", "joints", "results", "units", "deck", "cutting", "simulation", "model", "networks",
+    "frames", "joints", "start", "results", "units", "deck", "cutting", "simulation", "model", "networks",
     "plot", "film", "convert", "export", "analysis", "study", "validation", "cli",
     "_old_names", "__init__", "__main__",
 )  # fmt: skip

@@ -70,7 +70,9 @@ def joints(
         add_plain_blocks(axes, results, now.vertices)
         for some, colour, share in ((without, STATES["open"], 0.4), (~without, RIM, 1.0)):
             lines = LineCollection(list(ends[some & line]), colors=colour, zorder=3)
-            lines.set(linewidths=share * width + (0.5 if some is not without else 0.0), in_layout=False)
+            lines.set(
+                linewidths=share * width + (min(0.5, 0.25 * width) if some is not without else 0.0), in_layout=False
+            )
             axes.add_collection(lines, autolim=False)
         # what is largest is drawn last
         order = np.flatnonzero(~without & line)

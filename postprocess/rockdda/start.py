@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""The model at the start, as a results file holds it: arrays that do not change during the run."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["StartArrays"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+class StartArrays(ABC):
+    """Blocks, points and bolts at the start. Arrays are read when they are first used, and cannot be changed."""
+
+    _cache: dict[str, npt.NDArray[Any]]
+
+    @abstractmethod
+    def __getitem__(self, path: str) -> Any: ...
+
+    @abstractmethod
+    def __contains__(self, path: object) -> bool: ...
+
+    def _constant(self, path: str) -> npt.NDArray[Any]:
+        if path not in self._cache:
+            array = np.asarray(self[path])
+            array.flags.writeable = False
+            self._cache[path] = array
+        return self._cache[path]
+
+    @property
+    def vertex_offset(self) -> IntArray:
+        """(nb+1,) block i owns the vertices [offset[i], offset[i+1])."""
+        return self._constant("model/vertex_offset")
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(nv, 2) vertices at the start, counter-clockwise block by block [length]."""
+        return self._constant("model/vertices")
+
+    @property
+    def edge_joint(self) -> IntArray:
+        """(nv,) joint material of the edge that starts at the vertex; 0: a bridge to an island."""
+        return self._constant("model/edge_joint")
+
+    @property
+    def block_material(self) -> IntArray:
+        """(nb,) material number, from 1."""
+        return self._constant("model/block_material")
+
+    @property
+    def block_area(self) -> FloatArray:
+        """(nb,) at the start [length²]."""
+        return self._constant("model/block_area")
+
+    @property
+    def block_centroid(self) -> FloatArray:
+        """(nb, 2) at the start [length]."""
+        return self._constant("model/block_centroid")
+
+    @property
+    def fixed_points(self) -> FloatArray:
+        """(nf, 2) at the start [length]."""
+        return self._constant("model/fixed_points")
+
+    @property
+    def loading_points(self) -> FloatArray:
+        """(n, 2) at the start [length]."""
+        return self._constant("model/loading_points")
+
+    @property
+    def measured_points(self) -> FloatArray:
+        """(nm, 2) at the start [length]."""
+        return self._constant("model/measured_points")
+
+    @property
+    def bolt_ends(self) -> FloatArray:
+        """(n, 2, 2) x y of both ends of the bolts at the start [length]; empty in files of older versions."""
+        return self._bolts("bolt_ends", np.zeros((0, 2, 2)))
+
+    @property
+    def bolt_blocks(self) -> IntArray:
+        """(n, 2) the blocks that hold the ends of the bolts, from 0; -1 the fixed outside."""
+        return self._bolts("bolt_blocks", np.zeros((0, 2), dtype=np.int64))
+
+    @property
+    def bolt_properties(self) -> FloatArray:
+        """(n, 3) stiffness [force/length], pretension and strength (0: unlimited) [force]."""
+        return self._bolts("bolt_properties", np.zeros((0, 3)))
+
+    def _bolts(self, name: str, none: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        path = f"model/{name}"
+        if path not in self._cache and path not in self:
+            self._cache[path] = none
+        return self._constant(path)
