@@ -13,11 +13,12 @@ module rockdda_app_report
 contains
 
    !> Print messages of at least this severity, if there are any.
-   subroutine show_messages(messages, at_least)
+   subroutine show_messages(messages, at_least, with_places)
       type(diagnostics_type), intent(in) :: messages
       integer, intent(in) :: at_least          !! one of severity%...
+      logical, intent(in), optional :: with_places !! also notes that point to a line
       character(len=:), allocatable :: text
-      text = messages%format(at_least)
+      text = messages%format(at_least, with_places)
       if (len(text) > 0) call print_error(text)
    end subroutine show_messages
 
@@ -116,7 +117,8 @@ contains
       logical :: ok
       exit_code = 2
       if (allocated(error)) exit_code = error%code
-      call show_messages(messages%summarised(), merge(severity%error, severity%warning, line%quiet))
+      call show_messages(messages%summarised(), merge(severity%error, severity%warning, line%quiet), &
+                         with_places=.not. line%quiet)
       if (allocated(error)) call show_error(error)
       if (.not. line%json) return
       call begin_json(json, line, 'error', exit_code)

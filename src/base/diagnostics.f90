@@ -218,19 +218,25 @@ contains
    end function format_diagnostic
 
    !> All messages of at least the given severity, one under the other; at most `max_shown`, then a count.
-   function format_diagnostics(self, at_least) result(text)
+   function format_diagnostics(self, at_least, with_places) result(text)
       class(diagnostics_type), intent(in) :: self
       integer, intent(in) :: at_least      !! one of severity%...
+      logical, intent(in), optional :: with_places !! also notes that point to a line: they help to find an error
       character(len=:), allocatable :: text
       integer :: i, shown, left
+      logical :: all_places
+      all_places = .false.
+      if (present(with_places)) all_places = with_places
       text = ''
       shown = 0
       do i = 1, self%n
          if (shown == max_shown) exit
-         if (self%items(i)%severity < at_least) cycle
-         if (shown > 0) text = text//new_line('a')
-         text = text//self%items(i)%format()
-         shown = shown + 1
+         associate (item => self%items(i))
+            if (item%severity < at_least .and. .not. (all_places .and. item%origin%line > 0)) cycle
+            if (len(text) > 0) text = text//new_line('a')
+            text = text//item%format()
+            if (item%severity >= at_least) shown = shown + 1
+         end associate
       end do
       left = sum(self%n_added(at_least:)) - shown
       if (left > 0) text = text//new_line('a')//'... and '//to_string(left)//' more'

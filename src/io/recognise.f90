@@ -9,7 +9,7 @@ module rockdda_io_recognise
    use rockdda_io_counting, only : fits_geometry, fits_analysis
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_option_list, only : option_list_type, list_options
-   use rockdda_io_peer_block_file, only : fits_peer_blocks
+   use rockdda_io_windows_block_file, only : fits_windows_blocks
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_statistics_names, only : statistics_groups
    use rockdda_io_source, only : source_type, read_source, file_text_problem, begins_as_xml
@@ -94,7 +94,7 @@ contains
          kind = kind_of_namelist(source)
       else
          n_fit = 0
-         if (fits_peer_blocks(tokens)) call fits(file_kind%blocks)
+         if (fits_windows_blocks(tokens)) call fits(file_kind%blocks)
          if (fits_geometry(tokens)) call fits(file_kind%geometry)
          if (fits_analysis(tokens)) call fits(file_kind%analysis)
          if (n_fit > 1) kind = file_kind%unknown

@@ -58,7 +58,7 @@ ANALYSIS = """\
 1.4
 """
 
-# The same in the peer's dialect.
+# The same in the dialect of DDA for Windows.
 PEER_ANALYSIS = """\
 1 20 1 1 0.01 0.01
 1000 9810 1e8 0.2  0 0 0  0 0 0  0 0 0

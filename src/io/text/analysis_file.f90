@@ -1,13 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> Reader of analysis files (.df, .ana), both dialects. Format: docs/file-formats.md.
+!>
+!> The dialect follows from the number of numbers in the file. Where words stand in place of numbers, or both dialects
+!> fit, the file is read in several ways, each a `reading_type`, and the one with the fewest errors is taken.
 module rockdda_io_analysis_file
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
-   use rockdda_io_analysis_body, only : read_analysis_header, read_analysis_body
+   use rockdda_model_options, only : dda_windows
+   use rockdda_io_analysis_body, only : read_analysis_header, read_analysis_body, sor_name
    use rockdda_io_counting, only : analysis_needs, fits_geometry, find_g0_points, g0_points_fit, plain_numbers
-   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, &
+   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, report_break, &
                                         report_decimal_comma, report_large_count
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_source, only : source_type, read_source
@@ -18,6 +22,43 @@ module rockdda_io_analysis_file
 
    !> Largest number of points tried for a file with mistyped numbers and without a geometry.
    integer, parameter :: most_tried_points = 50
+
+   !> The file, and what is known before its records are read.
+   type :: file_type
+      type(token_list_type) :: tokens
+      integer :: points(2) = -1         !! fixed and loading points of the model; < 0: unknown
+      integer :: n_points = -1          !! their sum; -1: unknown
+      integer :: forced = 0             !! dialect that the user named, or dialect%auto
+      integer :: counts(2) = 0          !! block materials, joint materials
+      integer(i8) :: needed = 0         !! numbers that dialect dda_windows needs without SOR factor
+      integer(i8) :: rest = 0           !! numbers beyond these
+      real(wp), allocatable :: values(:)  !! numbers outside comments
+      logical :: both_fit = .false.     !! without points, one number more is the SOR factor or g0
+      integer :: n_found = 0            !! numbers of points that fit, when they are unknown
+      integer :: found_points(2) = -1   !! the smallest two
+   contains
+      procedure :: read_counts
+      procedure :: choose_by_count
+      procedure :: choose_by_values
+      procedure :: choose_by_errors
+      procedure :: read_as
+      procedure :: report_dialect
+      procedure :: report_misfit
+      procedure :: numbers_needed
+      procedure :: rows_of_points
+   end type file_type
+
+   !> The file as one dialect has it.
+   type :: reading_type
+      integer :: way = 0                !! one of dialect%...; dialect%auto: none fits
+      integer :: n_points = 0           !! fixed and loading points
+      logical :: strict = .false.       !! words on lines of their own count as mistyped numbers
+      logical :: exact = .false.        !! the file has exactly the numbers that were read
+      logical :: has_sor_factor = .false.
+      type(record_reader_type) :: reader
+      type(analysis_input_type) :: analysis
+      type(diagnostics_type) :: messages
+   end type reading_type
 
 contains
 
@@ -41,218 +82,271 @@ contains
       integer, intent(in) :: n_fixed, n_loading, forced_dialect
       type(analysis_input_type), intent(out) :: analysis
       type(diagnostics_type), intent(inout) :: messages
-      type(token_list_type) :: tokens
-      type(record_reader_type) :: reader
+      type(file_type) :: file
+      type(reading_type) :: best
+      logical :: ok
+      file%points = [n_fixed, n_loading]
+      if (all(file%points >= 0)) file%n_points = sum(file%points)
+      file%forced = forced_dialect
+      call tokenise(source, file%tokens)
+      call file%read_counts(messages, ok)
+      if (.not. ok) return
+      call file%choose_by_count(best)
+      if (best%way /= dialect%auto) call file%read_as(best)
+      if (best%exact .and. file%both_fit .and. best%messages%has_errors()) call file%choose_by_values(best)
+      if (file%tokens%n_text > 0 .and. (best%messages%has_errors() .or. .not. best%exact)) &
+         call file%choose_by_errors(best)
+      if (.not. best%exact) then
+         call file%report_misfit(messages)
+         return
+      end if
+      analysis = best%analysis
+      if (best%messages%has_errors()) call report_decimal_comma(file%tokens, best%messages)
+      ! with one number missing, the SOR factor at the end would be read as the number before it
+      if (best%messages%has_errors() .or. .not. best%has_sor_factor) &
+         call report_break(file%tokens, best%reader, severity%warning, best%messages)
+      call append_in_order(messages, best%messages)
+      call file%report_dialect(best, messages)
+   end subroutine read_analysis_source
+
+   !> Read the header and count the numbers; ok is false, and the reason reported, when the numbers of materials are
+   !> unknown.
+   subroutine read_counts(self, messages, ok)
+      class(file_type), intent(inout) :: self
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok
       type(diagnostics_type) :: found, strict_found
-      real(wp), allocatable :: values(:)
-      integer(i8) :: rest, needed
-      integer :: n_points, counts(2), strict_counts(2), n_found, first, second, taken, p
-      logical :: ok, both_fit
-
-      call tokenise(source, tokens)
-      if (tokens%n == 0) then
-         call messages%add(severity%error, 'the file holds no numbers', tokens%end_origin())
-         return
-      end if
-      call read_analysis_header(tokens, reader, analysis, counts, found, ok)
-      if (.not. ok .and. fits_geometry(tokens)) then
-         call messages%add(severity%error, 'the numbers fit a geometry file, not an analysis file: '// &
-                           'are the files swapped?', tokens%end_origin())
-         return
-      else if (.not. ok .and. tokens%n_text > 0) then
-         ! a word in the place of a count, on a line of its own?
-         reader = record_reader_type(strict=.true.)
-         call read_analysis_header(tokens, reader, analysis, strict_counts, strict_found, ok)
-         counts = strict_counts
-         if (ok .or. strict_found%n_errors <= found%n_errors) found = strict_found
-      end if
-      if (.not. ok) then
-         call report_decimal_comma(tokens, found)
-         call append_in_order(messages, found)
-         return
-      end if
-      n_points = -1
-      if (n_fixed >= 0 .and. n_loading >= 0) n_points = n_fixed + n_loading
-      needed = analysis_needs(counts(1), counts(2))
-      rest = tokens%n_numbers - needed
-      values = plain_numbers(tokens)
-
-      ! dialects that fit the count
-      taken = dialect%auto
-      p = n_points
-      n_found = 0
-      if (rest >= 0 .and. rest <= 1 .and. forced_dialect /= dialect%g0) taken = dialect%peer
-      ! without points, one number more may be the SOR factor at the end or g0 behind g1
-      both_fit = rest == 1 .and. n_points < 1 .and. forced_dialect == dialect%auto
-      if (rest >= 1 .and. taken == dialect%auto .and. forced_dialect /= dialect%peer) then
-         if (n_points < 0) then
-            call find_g0_points(values, int(rest), n_found, first, second)
-            if (n_found == 1) taken = dialect%g0
-            p = first
-         else if (g0_points_fit(values, int(rest), n_points)) then
-            taken = dialect%g0
+      ok = .false.
+      associate (tokens => self%tokens)
+         if (tokens%n == 0) then
+            call messages%add(severity%error, 'the file holds no numbers', tokens%end_origin())
+            return
          end if
-      end if
+         call read_header(tokens, .false., self%counts, found, ok)
+         if (.not. ok .and. fits_geometry(tokens)) then
+            call messages%add(severity%error, 'the numbers fit a geometry file, not an analysis file: '// &
+                              'are the files swapped?', tokens%end_origin())
+            return
+         else if (.not. ok .and. tokens%n_text > 0) then
+            ! a word in the place of a count, on a line of its own?
+            call read_header(tokens, .true., self%counts, strict_found, ok)
+            if (strict_found%n_errors <= found%n_errors) found = strict_found
+         end if
+         if (.not. ok) then
+            call report_decimal_comma(tokens, found)
+            call append_in_order(messages, found)
+            return
+         end if
+         self%needed = analysis_needs(self%counts(1), self%counts(2))
+         self%rest = tokens%n_numbers - self%needed
+         self%values = plain_numbers(tokens)
+      end associate
+   end subroutine read_counts
 
-      if (taken /= dialect%auto) then
-         call try(taken, p, .false., analysis, found, ok)
-         if (both_fit) call choose_by_values()
-         if (tokens%n_text > 0 .and. (found%has_errors() .or. .not. ok)) &
-            call find_best_reading(ok, found%n_errors)
-      else if (tokens%n_text > 0) then
-         call find_best_reading(.false., huge(1))
-         ok = taken /= dialect%auto
+   !> Read only the header.
+   subroutine read_header(tokens, strict, counts, messages, ok)
+      type(token_list_type), intent(in) :: tokens
+      logical, intent(in) :: strict
+      integer, intent(out) :: counts(2)
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok
+      type(record_reader_type) :: reader
+      type(analysis_input_type) :: unused
+      reader%strict = strict
+      call read_analysis_header(tokens, reader, unused, counts, messages, ok)
+   end subroutine read_header
+
+   !> The dialect whose equality of counts holds, dialect%auto when there is none.
+   subroutine choose_by_count(self, reading)
+      class(file_type), intent(inout) :: self
+      type(reading_type), intent(inout) :: reading
+      reading%n_points = self%n_points
+      self%both_fit = self%rest == 1 .and. self%n_points < 1 .and. self%forced == dialect%auto
+      if (self%rest >= 0 .and. self%rest <= 1 .and. self%forced /= dialect%g0) then
+         reading%way = dialect%peer
+      else if (self%rest < 1 .or. self%forced == dialect%peer) then
+         return
+      else if (self%n_points >= 0) then
+         if (g0_points_fit(self%values, int(self%rest), self%n_points)) reading%way = dialect%g0
       else
-         ok = .false.
+         call find_g0_points(self%values, int(self%rest), self%n_found, self%found_points(1), self%found_points(2))
+         if (self%n_found == 1) reading%way = dialect%g0
+         reading%n_points = self%found_points(1)
       end if
-      if (ok) then
-         if (found%has_errors()) call report_decimal_comma(tokens, found)
-         call append_in_order(messages, found)
-         call report_dialect()
-      else if (n_found > 1) then
-         call messages%add(severity%error, 'the number of fixed and loading points does not follow from this file '// &
-            'alone ('//to_string(first)//' and '//to_string(second)//' both fit): the geometry is needed', &
-            tokens%end_origin())
-      else
-         ok = .true.
+   end subroutine choose_by_count
+
+   !> Read the file in the dialect of the reading.
+   subroutine read_as(self, reading)
+      class(file_type), intent(in) :: self
+      type(reading_type), intent(inout) :: reading   !! way, n_points, strict, reader%check: given; the rest: result
+      integer :: points(2), counts(2)
+      points = self%points
+      if (self%n_points < 0) points = [max(0, reading%n_points), 0]
+      reading%reader%strict = reading%strict
+      call read_analysis_header(self%tokens, reading%reader, reading%analysis, counts, reading%messages, reading%exact)
+      reading%analysis%dialect = reading%way
+      if (reading%exact) call read_analysis_body(self%tokens, reading%reader, points, counts, reading%analysis, &
+                                                 reading%messages, reading%exact)
+      reading%has_sor_factor = reading%reader%record%names(1) == sor_name
+   end subroutine read_as
+
+   !> Both dialects fit, and the values break the rules of dialect dda_windows (where a file of dialect g0 has Young's
+   !> modulus in place of Poisson's ratio): take dialect g0 if they satisfy its rules.
+   subroutine choose_by_values(self, best)
+      class(file_type), intent(in) :: self
+      type(reading_type), intent(inout) :: best
+      type(reading_type) :: other
+      other%way = dialect%g0
+      call self%read_as(other)
+      if (other%exact .and. .not. other%messages%has_errors()) best = other
+   end subroutine choose_by_values
+
+   !> The file contains text, perhaps in place of numbers: take the reading with the fewest errors.
+   subroutine choose_by_errors(self, best)
+      class(file_type), intent(in) :: self
+      type(reading_type), intent(inout) :: best
+      type(reading_type) :: other
+      integer :: attempt, way, points, last_points
+      do attempt = 1, 4
+         way = merge(dialect%peer, dialect%g0, modulo(attempt, 2) == 1)
+         if (self%forced /= dialect%auto .and. way /= self%forced) cycle
+         last_points = self%n_points
+         if (self%n_points < 0) last_points = merge(most_tried_points, 0, way == dialect%g0)
+         do points = max(0, self%n_points), last_points
+            other = reading_type(way=way, n_points=points, strict=attempt > 2)
+            call self%read_as(other)
+            if (.not. other%exact) cycle
+            if (best%exact .and. other%messages%n_errors >= best%messages%n_errors) cycle
+            best = other
+         end do
+      end do
+   end subroutine choose_by_errors
+
+   !> Add the note with the dialect.
+   subroutine report_dialect(self, reading, messages)
+      class(file_type), intent(in) :: self
+      type(reading_type), intent(in) :: reading
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: text
+      text = "read in dialect '"//dialect_name(reading%way)//"'"
+      if (self%forced /= dialect%auto) text = text//' as requested'
+      text = text//': '//counted(self%tokens%n_numbers, 'number')
+      if (reading%way == dialect%g0) text = text//', '//counted(reading%n_points, 'fixed and loading point')
+      if (self%both_fit .and. reading%way == dialect%peer) text = text// &
+         ", the last is the SOR factor; they fit dialect 'g0' without fixed and loading points, too: "// &
+         '--dialect g0 reads the number behind g1 as contact stiffness'
+      if (self%both_fit .and. reading%way == dialect%g0) text = text//", no SOR factor; they fit dialect '"// &
+         dda_windows//"', too: --dialect "//dda_windows//' reads the last number as SOR factor'
+      call messages%add(severity%note, text, self%tokens%source%file_origin())
+   end subroutine report_dialect
+
+   !> No dialect fits: report why.
+   subroutine report_misfit(self, messages)
+      class(file_type), intent(in) :: self
+      type(diagnostics_type), intent(inout) :: messages
+      type(diagnostics_type) :: strict_found
+      type(reading_type) :: farthest
+      character(len=:), allocatable :: ending
+      integer :: counts(2)
+      logical :: ok
+      associate (tokens => self%tokens)
+         if (self%n_found > 1) then
+            call messages%add(severity%error, 'the number of fixed and loading points does not follow from this file '// &
+               'alone ('//to_string(self%found_points(1))//' and '//to_string(self%found_points(2))// &
+               ' both fit): the geometry is needed', tokens%end_origin())
+            return
+         end if
          if (tokens%n_text > 0) then
             ! a word in the place of a count, on a line of its own?
-            reader = record_reader_type(strict=.true.)
-            call read_analysis_header(tokens, reader, analysis, strict_counts, strict_found, ok)
-         end if
-         if (ok) then
-            call report_decimal_comma(tokens, messages)
-            call report_large_count(tokens, 3, 'number of block materials', counts(1), 13, messages)
-            call report_large_count(tokens, 4, 'number of joint materials', counts(2), 3, messages)
-            call report_count()
-            if (tokens%n_text > 0) call note_comment(tokens, messages)
-         else
-            call append_in_order(messages, strict_found)
-         end if
-      end if
-
-   contains
-
-      !> Read the file in one dialect.
-      subroutine try(way, points, strict, result, notes, exact)
-         integer, intent(in) :: way, points             !! dialect, number of fixed and loading points
-         logical, intent(in) :: strict
-         type(analysis_input_type), intent(out) :: result
-         type(diagnostics_type), intent(out) :: notes
-         logical, intent(out) :: exact                  !! the file has exactly the numbers that were read
-         type(record_reader_type) :: cursor
-         integer :: nf, nl, numbers(2)
-         nf = n_fixed
-         nl = n_loading
-         if (n_points < 0) then
-            nf = max(0, points)
-            nl = 0
-         end if
-         cursor%strict = strict
-         call read_analysis_header(tokens, cursor, result, numbers, notes, exact)
-         if (exact) call read_analysis_body(tokens, cursor, way, nf, nl, numbers, result, notes, exact)
-      end subroutine try
-
-      !> Both dialects fit: choose peer if all values satisfy its rules (read as peer, a file of dialect g0 has Young's
-      !> modulus in place of Poisson's ratio), else g0 if they satisfy those of g0.
-      subroutine choose_by_values()
-         type(analysis_input_type) :: other
-         type(diagnostics_type) :: other_found
-         logical :: exact
-         if (.not. ok .or. .not. found%has_errors()) return
-         call try(dialect%g0, 0, .false., other, other_found, exact)
-         if (.not. exact .or. other_found%has_errors()) return
-         taken = dialect%g0
-         p = 0
-         analysis = other
-         found = other_found
-      end subroutine choose_by_values
-
-      !> The file contains text, perhaps in place of numbers: choose the reading with the fewest errors.
-      subroutine find_best_reading(known_ok, known_errors)
-         logical, intent(in) :: known_ok                !! `analysis` and `found` hold a reading
-         integer, intent(in) :: known_errors            !! its errors
-         type(analysis_input_type) :: other
-         type(diagnostics_type) :: other_found
-         integer :: fewest, attempt, way, points, first_points, last_points
-         logical :: exact
-         fewest = huge(1)
-         if (known_ok) fewest = known_errors
-         do attempt = 1, 4
-            way = merge(dialect%peer, dialect%g0, modulo(attempt, 2) == 1)
-            if (forced_dialect /= dialect%auto .and. way /= forced_dialect) cycle
-            first_points = n_points
-            last_points = n_points
-            if (n_points < 0) first_points = 0
-            if (n_points < 0) last_points = merge(most_tried_points, 0, way == dialect%g0)
-            do points = first_points, last_points
-               call try(way, points, attempt > 2, other, other_found, exact)
-               if (.not. exact .or. other_found%n_errors >= fewest) cycle
-               fewest = other_found%n_errors
-               taken = way
-               p = points
-               analysis = other
-               found = other_found
-               ok = .true.
-            end do
-         end do
-      end subroutine find_best_reading
-
-      !> Add the note with the dialect.
-      subroutine report_dialect()
-         character(len=:), allocatable :: text
-         text = "read in dialect '"//trim(merge('peer', 'g0  ', taken == dialect%peer))//"'"
-         if (forced_dialect /= dialect%auto) text = text//' as requested'
-         text = text//': '//counted(tokens%n_numbers, 'number')
-         if (taken == dialect%g0) text = text//', '//counted(p, 'fixed and loading point')
-         if (both_fit .and. taken == dialect%peer) text = text// &
-            ", the last is the SOR factor; they fit dialect 'g0' "// &
-            "without fixed and loading points, too: --dialect g0 reads the number behind g1 as contact stiffness"
-         if (both_fit .and. taken == dialect%g0) text = text//", no SOR factor; they fit dialect 'peer', too: "// &
-            "--dialect peer reads the last number as SOR factor"
-         call messages%add(severity%note, text, source%file_origin())
-      end subroutine report_dialect
-
-      !> No dialect fits: report the numbers that each needs.
-      subroutine report_count()
-         character(len=:), allocatable :: text
-         integer(i8) :: rows
-         text = 'found '//counted(tokens%n_numbers, 'number')//' for '//counted(counts(1), 'block material')// &
-                ' and '//counted(counts(2), 'joint material')
-         if (forced_dialect /= dialect%g0) text = text//"; dialect 'peer' needs "//to_string(needed)// &
-                                                  ' (or '//to_string(needed + 1)//' with an SOR factor)'
-         if (forced_dialect /= dialect%peer) then
-            text = text//"; dialect 'g0' needs "
-            if (n_points < 0) then
-               text = text//to_string(needed + 2)//' + P + 3 rows (one less without SOR factor) for P fixed and '// &
-                      'loading points, and no P fits'
-            else
-               rows = -1
-               if (rest >= 1 + n_points) rows = rows_of_points()
-               if (rows >= 0) then
-                  text = text//to_string(needed + 2 + n_points + 3*rows)//' (or '// &
-                         to_string(needed + 1 + n_points + 3*rows)//' without SOR factor) with '// &
-                         to_string(rows)//' rows for '//counted(n_points, 'fixed and loading point')
-               else
-                  text = text//'at least '//to_string(needed + 1 + n_points)//' for '// &
-                         counted(n_points, 'fixed and loading point')
-               end if
+            call read_header(tokens, .true., counts, strict_found, ok)
+            if (.not. ok) then
+               call append_in_order(messages, strict_found)
+               return
             end if
          end if
-         call messages%add(severity%error, text, tokens%end_origin())
-      end subroutine report_count
+         call report_decimal_comma(tokens, messages)
+         call report_large_count(tokens, 3, 'number of block materials', self%counts(1), 13, messages)
+         call report_large_count(tokens, 4, 'number of joint materials', self%counts(2), 3, messages)
+         call find_break(self, farthest)
+         ending = ''
+         if (farthest%reader%n_missing > 0) ending = farthest%reader%missing_name//': the file ends here; '
+         call messages%add(severity%error, ending//self%numbers_needed(), tokens%end_origin())
+         call report_break(tokens, farthest%reader, severity%note, messages)
+         if (tokens%n_text > 0) call note_comment(tokens, messages)
+      end associate
+   end subroutine report_misfit
 
-      !> Rows of time-dependent values as counted in the file, -1 when the counts are not whole.
-      integer(i8) function rows_of_points()
-         integer :: k
-         rows_of_points = -1
-         if (size(values) < 7 + n_points) return
-         do k = 8, 7 + n_points
-            if (.not. is_whole(values(k)) .or. values(k) < 0) return
+   !> Read the file, which has too many or too few numbers, in each dialect that may be meant, and keep the reading whose
+   !> records follow the lines of the file furthest.
+   subroutine find_break(file, farthest)
+      type(file_type), intent(in) :: file
+      type(reading_type), intent(out) :: farthest
+      type(reading_type) :: other
+      integer :: way, points, last_points, end_of_other, end_of_farthest
+      end_of_farthest = 0
+      do way = dialect%peer, dialect%g0
+         if (file%forced /= dialect%auto .and. way /= file%forced) cycle
+         last_points = file%n_points
+         if (file%n_points < 0) last_points = merge(most_tried_points, 0, way == dialect%g0)
+         do points = max(0, file%n_points), last_points
+            other = reading_type(way=way, n_points=points)
+            other%reader%check = .false.
+            call file%read_as(other)
+            end_of_other = merge(other%reader%broken_at, other%reader%at, other%reader%broken_at > 0)
+            if (end_of_other <= end_of_farthest) cycle
+            end_of_farthest = end_of_other
+            farthest = other
          end do
-         rows_of_points = sum(nint(values(8:7 + n_points), i8))
-      end function rows_of_points
+      end do
+   end subroutine find_break
 
-   end subroutine read_analysis_source
+   !> The numbers found, and those that each dialect needs.
+   function numbers_needed(self) result(text)
+      class(file_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      integer(i8) :: rows
+      text = 'found '//counted(self%tokens%n_numbers, 'number')//' for '//counted(self%counts(1), 'block material')// &
+             ' and '//counted(self%counts(2), 'joint material')
+      if (self%forced /= dialect%g0) text = text//"; dialect '"//dda_windows//"' needs "//to_string(self%needed)// &
+                                            ' (or '//to_string(self%needed + 1)//' with an SOR factor)'
+      if (self%forced == dialect%peer) return
+      text = text//"; dialect 'g0' needs "
+      if (self%n_points < 0) then
+         text = text//to_string(self%needed + 2)//' + P + 3 rows (one less without SOR factor) for P fixed and '// &
+                'loading points, and no P fits'
+         return
+      end if
+      rows = -1
+      if (self%rest >= 1 + self%n_points) rows = self%rows_of_points()
+      associate (least => self%needed + 1 + self%n_points)
+         if (rows >= 0) then
+            text = text//to_string(least + 1 + 3*rows)//' (or '//to_string(least + 3*rows)// &
+                   ' without SOR factor) with '//to_string(rows)//' rows'
+         else
+            text = text//'at least '//to_string(least)
+         end if
+      end associate
+      text = text//' for '//counted(self%n_points, 'fixed and loading point')
+   end function numbers_needed
+
+   !> Rows of time-dependent values as counted in the file, -1 when the counts are not whole.
+   pure integer(i8) function rows_of_points(self)
+      class(file_type), intent(in) :: self
+      integer :: k
+      rows_of_points = -1
+      if (size(self%values) < 7 + self%n_points) return
+      do k = 8, 7 + self%n_points
+         if (.not. is_whole(self%values(k)) .or. self%values(k) < 0) return
+      end do
+      rows_of_points = sum(nint(self%values(8:7 + self%n_points), i8))
+   end function rows_of_points
+
+   !> Name of a dialect for messages.
+   pure function dialect_name(way) result(name)
+      integer, intent(in) :: way           !! one of dialect%...
+      character(len=:), allocatable :: name
+      name = dda_windows
+      if (way == dialect%g0) name = 'g0'
+   end function dialect_name
 
 end module rockdda_io_analysis_file

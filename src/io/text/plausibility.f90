@@ -27,6 +27,23 @@ module rockdda_io_plausibility
    !> Contact springs may be softer than the rock by this factor without a warning.
    real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
 
+   !> What the rules read of a model, and the warnings so far.
+   type :: inspection_type
+      logical, allocatable :: block_used(:), joint_used(:)         !! materials that blocks and edges use
+      real(wp) :: unit_weight = 0                                  !! the largest of the blocks
+      real(wp) :: height = 0                                       !! of the model
+      character(len=:), allocatable :: analysis_file, options_file
+      type(diagnostics_type) :: warnings
+   contains
+      procedure :: warn
+      procedure :: check_friction
+      procedure :: check_weight
+      procedure :: check_modulus
+      procedure :: check_stiffness
+      procedure :: check_loads
+      procedure :: check_supports
+   end type inspection_type
+
 contains
 
    !> Warn of implausible values.
@@ -36,160 +53,171 @@ contains
       type(run_options_type), intent(in) :: options
       character(len=*), intent(in) :: analysis_file, options_file   !! for messages
       type(diagnostics_type), intent(inout) :: messages
-      logical :: block_used(size(parameters%block_materials)), joint_used(size(parameters%joint_materials))
-      real(wp) :: unit_weight, height
+      type(inspection_type) :: inspection
       integer :: i
       if (blocks%n_blocks == 0) return
-      block_used = [(any(blocks%block_material == i), i=1, size(block_used))]
-      joint_used = [(any(blocks%edge_joint == i), i=1, size(joint_used))]
-      height = maxval(blocks%vertices(2, :)) - minval(blocks%vertices(2, :))
-      unit_weight = 0
-      do i = 1, size(block_used)
-         if (.not. block_used(i)) cycle
+      inspection%analysis_file = analysis_file
+      inspection%options_file = options_file
+      inspection%block_used = [(any(blocks%block_material == i), i=1, size(parameters%block_materials))]
+      inspection%joint_used = [(any(blocks%edge_joint == i), i=1, size(parameters%joint_materials))]
+      inspection%height = maxval(blocks%vertices(2, :)) - minval(blocks%vertices(2, :))
+      associate (materials => parameters%block_materials)
          if (parameters%gravity >= 0) then
-            unit_weight = max(unit_weight, parameters%gravity*parameters%block_materials(i)%density)
+            inspection%unit_weight = maxval([0.0_wp, pack(parameters%gravity*materials%density, inspection%block_used)])
          else
-            unit_weight = max(unit_weight, abs(parameters%block_materials(i)%weight))
+            inspection%unit_weight = maxval([0.0_wp, pack(abs(materials%weight), inspection%block_used)])
          end if
-      end do
-      call check_friction()
-      call check_weight()
-      call check_modulus()
-      call check_stiffness()
-      call check_loads()
-      call check_supports()
-
-   contains
-
-      !> A warning with the file that holds the value.
-      subroutine warn(text, from_options)
-         character(len=*), intent(in) :: text
-         logical, intent(in) :: from_options         !! the options file replaces the value of the analysis file
-         type(origin_type) :: origin
-         origin%file = analysis_file
-         if (from_options .and. len(options_file) > 0) origin%file = options_file
-         call messages%add(severity%warning, text, origin)
-      end subroutine warn
-
-      !> Friction angles in degrees, not radians.
-      subroutine check_friction()
-         integer :: k
-         do k = 1, size(joint_used)
-            associate (angle => parameters%joint_materials(k)%friction_angle)
-               if (.not. joint_used(k) .or. .not. angle > 0 .or. angle > largest_radian) cycle
-               call warn('friction angle of joint material '//to_string(k)//' is '//to_string(angle)// &
-                         ' degrees: is it in radians? ('//to_string(angle)//' rad are '// &
-                         to_string(angle*180/pi, 3)//' degrees)', .false.)
-            end associate
-            return
-         end do
-      end subroutine check_friction
-
-      !> Weight and density in consistent units.
-      subroutine check_weight()
-         real(wp) :: acceleration
-         integer :: k
-         if (parameters%gravity >= 0) return
-         do k = 1, size(block_used)
-            associate (m => parameters%block_materials(k))
-               acceleration = abs(m%weight)/m%density
-               if (.not. block_used(k) .or. .not. abs(m%weight) > 0) cycle
-               if (acceleration >= smallest_acceleration .and. acceleration <= largest_acceleration) cycle
-               call warn('weight '//to_string(m%weight)//' and density '//to_string(m%density)// &
-                         ' of block material '//to_string(k)//' give an acceleration of '// &
-                         to_string(acceleration, 3)// &
-                            ', not 9.81: do their units fit together (N with kg, kN with t)?', &
-                         .false.)
-            end associate
-            return
-         end do
-      end subroutine check_weight
-
-      !> Blocks stiff enough for their own weight.
-      subroutine check_modulus()
-         real(wp) :: strain
-         integer :: k
-         do k = 1, size(block_used)
-            associate (e => parameters%block_materials(k)%youngs_modulus)
-               if (.not. block_used(k)) cycle
-               strain = unit_weight*height/e
-               if (.not. strain > largest_strain) cycle
-               call warn('Young''s modulus of block material '//to_string(k)//' is '//to_string(e)// &
-                         ': the weight of the model, '//to_string(unit_weight, 4)//' times its height '// &
-                         to_string(height, 4)//', strains such blocks by '//to_string(100*strain, 2)// &
-                         ' %: is E in the unit of stress that fits the weights?', .false.)
-            end associate
-            return
-         end do
-      end subroutine check_modulus
-
-      !> Contact springs stiff enough for the model.
-      subroutine check_stiffness()
-         real(wp) :: penetration, e_max
-         logical :: from_options
-         from_options = is_set(options%stiffness)
-         penetration = unit_weight*height/(2*parameters%normal_stiffness)
-         e_max = maxval(parameters%block_materials%youngs_modulus, mask=block_used)
-         if (penetration > largest_penetration .and. parameters%normal_stiffness >= e_max .and. &
-             2*penetration*parameters%normal_stiffness > largest_strain*e_max) then
-            ! E is too low already; the contact stiffness follows from it and is not reported again
-            return
-         else if (penetration > largest_penetration) then
-            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)// &
-               ': under the weight of the model, '// &
-                      to_string(unit_weight, 4)//' times its height '//to_string(height, 4)// &
-                      ', blocks sink into each other by '//to_string(100*penetration, 2)// &
-                         ' % of their size', from_options)
-         else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
-            call warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//' is '// &
-                      to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//to_string(e_max)// &
-                      ': contacts are far softer than the blocks', from_options)
-         end if
-      end subroutine check_stiffness
-
-      !> A load or motion.
-      subroutine check_loads()
-         integer :: k
-         if (unit_weight > 0 .or. size(parameters%line_loads) > 0) return
-         if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
-         if (acts(parameters%fixed_tables) .or. acts(parameters%loading_tables)) return
-         do k = 1, size(block_used)
-            if (.not. block_used(k)) cycle
-            associate (m => parameters%block_materials(k))
-               if (any(abs([m%stress, m%stress_gradient, m%velocity]) > 0)) return
-            end associate
-         end do
-         if (blocks%bolts%n > 0) then
-            if (any(abs(blocks%bolts%pretension) > 0)) return
-         end if
-         call warn('the weight of all blocks is 0 and there is no other load, initial stress or velocity: '// &
-                   'nothing moves the blocks', .false.)
-      end subroutine check_loads
-
-      !> Does one of these tables hold values other than 0?
-      pure logical function acts(tables)
-         type(time_table_type), intent(in) :: tables(:)
-         integer :: k
-         acts = .false.
-         do k = 1, size(tables)
-            if (.not. allocated(tables(k)%rows)) cycle
-            acts = acts .or. any(abs(tables(k)%rows(2:3, :)) > 0)
-         end do
-      end function acts
-
-      !> A support; not needed for a single block or for blocks with an initial velocity.
-      subroutine check_supports()
-         integer :: k
-         if (.not. unit_weight > 0 .or. blocks%fixed%n > 0 .or. blocks%n_blocks == 1) return
-         do k = 1, size(block_used)
-            if (block_used(k) .and. any(abs(parameters%block_materials(k)%velocity) > 0)) return
-         end do
-         if (blocks%bolts%n > 0) then
-            if (any(blocks%bolts%blocks == 0)) return
-         end if
-         call warn('the blocks have weight, but no fixed point holds one of them: all of them fall', .false.)
-      end subroutine check_supports
-
+      end associate
+      call inspection%check_friction(parameters)
+      call inspection%check_weight(parameters)
+      call inspection%check_modulus(parameters)
+      call inspection%check_stiffness(parameters, is_set(options%stiffness))
+      call inspection%check_loads(blocks, parameters)
+      call inspection%check_supports(blocks, parameters)
+      call messages%append(inspection%warnings)
    end subroutine check_plausibility
+
+   !> Add a warning with the file that holds the value.
+   subroutine warn(self, text, from_options)
+      class(inspection_type), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      logical, intent(in) :: from_options         !! the options file replaces the value of the analysis file
+      type(origin_type) :: origin
+      origin%file = self%analysis_file
+      if (from_options .and. len(self%options_file) > 0) origin%file = self%options_file
+      call self%warnings%add(severity%warning, text, origin)
+   end subroutine warn
+
+   !> Friction angles in degrees, not radians.
+   subroutine check_friction(self, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer :: k
+      do k = 1, size(self%joint_used)
+         associate (angle => parameters%joint_materials(k)%friction_angle)
+            if (.not. self%joint_used(k) .or. .not. angle > 0 .or. angle > largest_radian) cycle
+            call self%warn('friction angle of joint material '//to_string(k)//' is '//to_string(angle)// &
+                      ' degrees: is it in radians? ('//to_string(angle)//' rad are '// &
+                      to_string(angle*180/pi, 3)//' degrees)', .false.)
+         end associate
+         return
+      end do
+   end subroutine check_friction
+
+   !> Weight and density in consistent units.
+   subroutine check_weight(self, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: acceleration
+      integer :: k
+      if (parameters%gravity >= 0) return
+      do k = 1, size(self%block_used)
+         associate (m => parameters%block_materials(k))
+            acceleration = abs(m%weight)/m%density
+            if (.not. self%block_used(k) .or. .not. abs(m%weight) > 0) cycle
+            if (acceleration >= smallest_acceleration .and. acceleration <= largest_acceleration) cycle
+            call self%warn('weight '//to_string(m%weight)//' and density '//to_string(m%density)// &
+                      ' of block material '//to_string(k)//' give an acceleration of '// &
+                      to_string(acceleration, 3)// &
+                         ', not 9.81: do their units fit together (N with kg, kN with t)?', &
+                      .false.)
+         end associate
+         return
+      end do
+   end subroutine check_weight
+
+   !> Blocks stiff enough for their own weight.
+   subroutine check_modulus(self, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: strain
+      integer :: k
+      do k = 1, size(self%block_used)
+         associate (e => parameters%block_materials(k)%youngs_modulus)
+            if (.not. self%block_used(k)) cycle
+            strain = self%unit_weight*self%height/e
+            if (.not. strain > largest_strain) cycle
+            call self%warn('Young''s modulus of block material '//to_string(k)//' is '//to_string(e)// &
+                      ': the weight of the model, '//to_string(self%unit_weight, 4)//' times its height '// &
+                      to_string(self%height, 4)//', strains such blocks by '//to_string(100*strain, 2)// &
+                      ' %: is E in the unit of stress that fits the weights?', .false.)
+         end associate
+         return
+      end do
+   end subroutine check_modulus
+
+   !> Contact springs stiff enough for the model.
+   subroutine check_stiffness(self, parameters, from_options)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      logical, intent(in) :: from_options              !! the options file has the stiffness
+      real(wp) :: penetration, e_max
+      penetration = self%unit_weight*self%height/(2*parameters%normal_stiffness)
+      e_max = maxval(parameters%block_materials%youngs_modulus, mask=self%block_used)
+      if (penetration > largest_penetration .and. parameters%normal_stiffness >= e_max .and. &
+          2*penetration*parameters%normal_stiffness > largest_strain*e_max) then
+         ! E is too low already; the contact stiffness follows from it and is not reported again
+         return
+      else if (penetration > largest_penetration) then
+         call self%warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)// &
+            ': under the weight of the model, '// &
+                   to_string(self%unit_weight, 4)//' times its height '//to_string(self%height, 4)// &
+                   ', blocks sink into each other by '//to_string(100*penetration, 2)// &
+                      ' % of their size', from_options)
+      else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
+         call self%warn('contact stiffness g0 = '//to_string(parameters%normal_stiffness)//' is '// &
+                   to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//to_string(e_max)// &
+                   ': contacts are far softer than the blocks', from_options)
+      end if
+   end subroutine check_stiffness
+
+   !> A load or motion.
+   subroutine check_loads(self, blocks, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer :: k
+      if (self%unit_weight > 0 .or. size(parameters%line_loads) > 0) return
+      if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
+      if (acts(parameters%fixed_tables) .or. acts(parameters%loading_tables)) return
+      do k = 1, size(self%block_used)
+         if (.not. self%block_used(k)) cycle
+         associate (m => parameters%block_materials(k))
+            if (any(abs([m%stress, m%stress_gradient, m%velocity]) > 0)) return
+         end associate
+      end do
+      if (blocks%bolts%n > 0) then
+         if (any(abs(blocks%bolts%pretension) > 0)) return
+      end if
+      call self%warn('the weight of all blocks is 0 and there is no other load, initial stress or velocity: '// &
+                'nothing moves the blocks', .false.)
+   end subroutine check_loads
+
+   !> Does one of these tables hold values other than 0?
+   pure logical function acts(tables)
+      type(time_table_type), intent(in) :: tables(:)
+      integer :: k
+      acts = .false.
+      do k = 1, size(tables)
+         if (.not. allocated(tables(k)%rows)) cycle
+         acts = acts .or. any(abs(tables(k)%rows(2:3, :)) > 0)
+      end do
+   end function acts
+
+   !> A support; not needed for a single block or for blocks with an initial velocity.
+   subroutine check_supports(self, blocks, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer :: k
+      if (.not. self%unit_weight > 0 .or. blocks%fixed%n > 0 .or. blocks%n_blocks == 1) return
+      do k = 1, size(self%block_used)
+         if (self%block_used(k) .and. any(abs(parameters%block_materials(k)%velocity) > 0)) return
+      end do
+      if (blocks%bolts%n > 0) then
+         if (any(blocks%bolts%blocks == 0)) return
+      end if
+      call self%warn('the blocks have weight, but no fixed point holds one of them: all of them fall', .false.)
+   end subroutine check_supports
 
 end module rockdda_io_plausibility

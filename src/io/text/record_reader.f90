@@ -14,7 +14,7 @@ module rockdda_io_record_reader
    implicit none
    private
    public :: record_reader_type, largest_coordinate, smallest_length, largest_value
-   public :: append_in_order, note_comment, report_decimal_comma, report_large_count
+   public :: append_in_order, note_comment, report_break, report_decimal_comma, report_large_count
 
    !> Largest coordinate accepted (fourth powers must stay finite).
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
@@ -24,11 +24,14 @@ module rockdda_io_record_reader
    real(wp), parameter :: largest_value = 1.0e60_wp
    !> Reading stops after this number of messages.
    integer, parameter :: most_errors = 1000
-   integer, parameter :: longest_record = 16
+   integer, parameter :: longest_record = 16, longest_name = 80
 
    !> The last record.
    type :: record_type
       integer :: n = 0                          !! numbers
+      character(len=longest_name) :: names(longest_record) = ''   !! of the numbers
+      character(len=:), allocatable :: object   !! object that the numbers belong to; empty: none
+      integer :: number = 0                     !! of the object; 0: it has none
       real(wp) :: value(longest_record) = 0     !! 0 without a valid number
       integer :: token(longest_record) = 0      !! token of each; 0: not read or not a number
       integer :: first_token = 0                !! 0: no token read
@@ -36,10 +39,10 @@ module rockdda_io_record_reader
 
    type :: record_reader_type
       integer :: at = 1               !! next token
-      integer :: n_taken = 0          !! numbers read, mistyped ones counted
       integer :: n_bad = 0            !! tokens that are not numbers in place of numbers
       integer :: n_missing = 0        !! numbers missing at the end of the file
       integer :: broken_at = 0        !! first token of the first record that does not fit the lines of the file
+      character(len=:), allocatable :: broken_name  !! "block material 2", empty when the record has no object
       integer :: end_line = 0         !! line on which the last complete record ended, 0: none yet
       logical :: strict = .false.
       logical :: check = .true.       !! check values, not only syntax
@@ -56,6 +59,7 @@ module rockdda_io_record_reader
       procedure :: to_whole
       procedure :: record_origin
       procedure :: too_many_errors
+      procedure :: goes_on
    end type record_reader_type
 
 contains
@@ -88,78 +92,74 @@ contains
       character(len=*), intent(in) :: object       !! object that the numbers belong to; empty: none
       integer, intent(in) :: number                !! of the object; 0: it has none
       type(diagnostics_type), intent(inout) :: messages
-      integer :: k, n, left, at
-      logical :: starts_line, spans
-
+      integer :: k, n
       n = size(names)
       call self%skip_comment(tokens)
-      self%record%n = n
-      self%record%value = 0
-      self%record%token = 0
-      self%record%first_token = 0
+      self%record = record_type(n=n, object=object, number=number)
+      self%record%names(1:n) = names
       if (self%at <= tokens%n) self%record%first_token = self%at
       do k = 1, n
-         if (self%at <= tokens%n .and. k > 1) then
-            ! a stray word although no number is missing: an error, but not in place of a number
-            if (tokens%kind(self%at) == token_kind%text) then
-               left = tokens%numbers_left_on_line(self%at + 1)
-               if (self%at < tokens%n) then
-                  if (tokens%line(self%at + 1) /= tokens%line(self%at)) left = 0
-               end if
-               if (left == n - k + 1) then
-                  call bad_token(k)
-                  self%at = self%at + 1
-               end if
-            end if
-         end if
+         if (k > 1) call skip_stray_word(self, tokens, k, messages)
          if (self%at > tokens%n) then
-            if (self%n_missing == 0) self%missing_name = full_name(trim(names(k)), object, number)
+            if (self%n_missing == 0) self%missing_name = full_name(self%record, k)
             self%n_missing = self%n_missing + n - k + 1
-            self%n_taken = self%n_taken + n - k + 1
             return
          end if
-         self%n_taken = self%n_taken + 1
-         select case (tokens%kind(self%at))
-         case (token_kind%number)
+         if (tokens%kind(self%at) == token_kind%number) then
             self%record%value(k) = tokens%value(self%at)
             self%record%token(k) = self%at
-         case default
-            call bad_token(k)
-         end select
+         else
+            call report_bad_token(self, tokens, k, messages)
+         end if
          self%at = self%at + 1
       end do
-      at = self%at
-      self%end_line = tokens%line(at - 1)
-      if (self%broken_at == 0 .and. n > 1) then
-         spans = tokens%line(self%record%first_token) /= self%end_line
-         starts_line = self%record%first_token == 1
-         if (.not. starts_line) starts_line = tokens%line(self%record%first_token - 1) < &
-                                              tokens%line(self%record%first_token)
-         left = 0
-         if (at <= tokens%n) then
-            if (tokens%line(at) == self%end_line .and. tokens%kind(at) /= token_kind%text) left = 1
-         end if
-         if (spans .and. (left > 0 .or. .not. starts_line)) self%broken_at = self%record%first_token
+      self%end_line = tokens%line(self%at - 1)
+      if (self%broken_at == 0 .and. n > 1 .and. is_broken(self, tokens)) then
+         self%broken_at = self%record%first_token
+         self%broken_name = full_name(self%record, 0)
       end if
-
-   contains
-
-      !> Report a token in place of a number.
-      subroutine bad_token(k)
-         integer, intent(in) :: k
-         character(len=:), allocatable :: name
-         self%n_bad = self%n_bad + 1
-         name = full_name(trim(names(k)), object, number)
-         if (tokens%kind(self%at) == token_kind%out_of_range) then
-            call messages%add(severity%error, name//": the number '"//tokens%text(self%at)//"' is out of range", &
-                              tokens%origin(self%at))
-         else
-            call messages%add(severity%error, name//": expected a number, found '"//tokens%text(self%at)//"'", &
-                              tokens%origin(self%at))
-         end if
-      end subroutine bad_token
-
    end subroutine read_record
+
+   !> Skip a stray word before number k: the rest of its line has all the numbers that the record still needs, so that
+   !> the word is an error, but not in place of a number.
+   subroutine skip_stray_word(self, tokens, k, messages)
+      class(record_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: k
+      type(diagnostics_type), intent(inout) :: messages
+      if (self%at >= tokens%n) return
+      if (tokens%kind(self%at) /= token_kind%text .or. tokens%line(self%at + 1) /= tokens%line(self%at)) return
+      if (tokens%numbers_left_on_line(self%at + 1) /= self%record%n - k + 1) return
+      call report_bad_token(self, tokens, k, messages)
+      self%at = self%at + 1
+   end subroutine skip_stray_word
+
+   !> Report the next token, which is not a number, in place of number k.
+   subroutine report_bad_token(self, tokens, k, messages)
+      class(record_reader_type), intent(inout) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: k
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: problem
+      self%n_bad = self%n_bad + 1
+      problem = "expected a number, found '"//tokens%text(self%at)//"'"
+      if (tokens%kind(self%at) == token_kind%out_of_range) &
+         problem = "the number '"//tokens%text(self%at)//"' is out of range"
+      call messages%add(severity%error, full_name(self%record, k)//': '//problem, tokens%origin(self%at))
+   end subroutine report_bad_token
+
+   !> Does the last record spread over lines that it does not fill: begin or end within a line of other numbers?
+   pure logical function is_broken(self, tokens)
+      class(record_reader_type), intent(in) :: self
+      type(token_list_type), intent(in) :: tokens
+      integer :: first
+      first = self%record%first_token
+      is_broken = .false.
+      if (tokens%line(first) == self%end_line) return
+      if (first > 1) is_broken = tokens%line(first - 1) == tokens%line(first)
+      if (self%at > tokens%n) return
+      if (tokens%line(self%at) == self%end_line .and. tokens%kind(self%at) /= token_kind%text) is_broken = .true.
+   end function is_broken
 
    !> Read a record of one whole number >= 0; -1 when there is none.
    subroutine read_count(self, tokens, name, count, messages)
@@ -168,23 +168,18 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(out) :: count
       type(diagnostics_type), intent(inout) :: messages
-      character(len=len(name)) :: names(1)
-      names(1) = name
       count = -1
-      call self%read_record(tokens, names, '', 0, messages)
+      call self%read_record(tokens, [name], '', 0, messages)
       if (self%record%token(1) == 0) return
-      if (abs(self%record%value(1)) > real(huge(1), wp)) then
-         call messages%add(severity%error, name//': must not be larger than '//to_string(huge(1))//", found '"// &
-                           tokens%text(self%record%token(1))//"'", tokens%origin(self%record%token(1)))
-      else if (.not. is_whole(self%record%value(1))) then
-         call messages%add(severity%error, name//": expected a whole number, found '"// &
-                           tokens%text(self%record%token(1))//"'", tokens%origin(self%record%token(1)))
-      else if (self%record%value(1) < 0) then
-         call messages%add(severity%error, name//": must not be negative, found '"// &
-                           tokens%text(self%record%token(1))//"'", tokens%origin(self%record%token(1)))
-      else
-         count = nint(self%record%value(1))
-      end if
+      associate (value => self%record%value(1))
+         call self%require(tokens, abs(value) <= real(huge(1), wp), 1, 'must not be larger than '// &
+                           to_string(huge(1)), messages)
+         if (abs(value) > real(huge(1), wp)) return
+         call self%require(tokens, is_whole(value), 1, 'expected a whole number', messages)
+         if (.not. is_whole(value)) return
+         call self%require(tokens, value >= 0, 1, 'must not be negative', messages)
+         if (value >= 0) count = nint(value)
+      end associate
    end subroutine read_count
 
    !> Numbers from here to the end of the file, without comments.
@@ -213,49 +208,46 @@ contains
    end function is_exact
 
    !> Report number `k` of the record unless `condition` holds: "<name> …: must be …, found '…'".
-   subroutine require(self, tokens, condition, k, name, object, number, rule, messages)
+   subroutine require(self, tokens, condition, k, rule, messages)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens
       logical, intent(in) :: condition
       integer, intent(in) :: k                          !! place in the record
-      character(len=*), intent(in) :: name, object      !! as in read_record
-      integer, intent(in) :: number
       character(len=*), intent(in) :: rule              !! "must be greater than 0"
       type(diagnostics_type), intent(inout) :: messages
       if (condition .or. .not. self%check) return
       if (self%record%token(k) == 0) return
-      call messages%add(severity%error, full_name(trim(name), object, number)//': '//rule//", found '"// &
+      call messages%add(severity%error, full_name(self%record, k)//': '//rule//", found '"// &
                         tokens%text(self%record%token(k))//"'", tokens%origin(self%record%token(k)))
    end subroutine require
 
-   !> Report every number of the record beyond a limit on the absolute value.
-   subroutine require_size(self, tokens, limit, names, object, number, messages)
+   !> Report each of the first n numbers of the record (default: all) beyond a limit on the absolute value.
+   subroutine require_size(self, tokens, limit, messages, n)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens
       real(wp), intent(in) :: limit
-      character(len=*), intent(in) :: names(:), object
-      integer, intent(in) :: number
       type(diagnostics_type), intent(inout) :: messages
-      integer :: k
-      do k = 1, size(names)
-         if (abs(self%record%value(k)) > limit) call self%require(tokens, .false., k, names(k), object, number, &
-                                                           'must not be larger than '//to_string(limit), messages)
+      integer, intent(in), optional :: n
+      integer :: k, last
+      last = self%record%n
+      if (present(n)) last = n
+      do k = 1, last
+         if (abs(self%record%value(k)) > limit) call self%require(tokens, .false., k, 'must not be larger than '// &
+                                                                  to_string(limit), messages)
       end do
    end subroutine require_size
 
    !> Number `k` of the record as a material number >= 1; 1 when it is none (reported).
-   integer function to_whole(self, tokens, k, name, object, number, messages)
+   integer function to_whole(self, tokens, k, messages)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k
-      character(len=*), intent(in) :: name, object
-      integer, intent(in) :: number
       type(diagnostics_type), intent(inout) :: messages
       to_whole = 1
       if (.not. is_whole(self%record%value(k))) then
-         call self%require(tokens, .false., k, name, object, number, 'must be a whole number', messages)
+         call self%require(tokens, .false., k, 'must be a whole number', messages)
       else if (self%record%value(k) < 1) then
-         call self%require(tokens, .false., k, name, object, number, 'must be at least 1', messages)
+         call self%require(tokens, .false., k, 'must be at least 1', messages)
       else
          to_whole = nint(self%record%value(k))
       end if
@@ -269,12 +261,33 @@ contains
       if (self%record%first_token > 0) origin = tokens%origin(self%record%first_token)
    end function record_origin
 
-   !> Is it time to give up?
+   !> Are there so many errors that reading stops?
    pure logical function too_many_errors(self, messages)
       class(record_reader_type), intent(in) :: self
       type(diagnostics_type), intent(in) :: messages
       too_many_errors = messages%n_errors >= most_errors .or. self%n_bad >= most_errors
    end function too_many_errors
+
+   !> May the next record be read: no number is missing so far, and there are not too many errors?
+   pure logical function goes_on(self, messages)
+      class(record_reader_type), intent(in) :: self
+      type(diagnostics_type), intent(in) :: messages
+      goes_on = self%n_missing == 0 .and. .not. self%too_many_errors(messages)
+   end function goes_on
+
+   !> Point at the first record that does not fit the lines of the file, if there is one.
+   subroutine report_break(tokens, reader, level, messages)
+      type(token_list_type), intent(in) :: tokens
+      type(record_reader_type), intent(in) :: reader   !! after all records
+      integer, intent(in) :: level                     !! one of severity%...
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: place
+      if (reader%broken_at == 0) return
+      place = 'from here on'
+      if (len(reader%broken_name) > 0) place = place//' ('//reader%broken_name//')'
+      call messages%add(level, place//' the numbers do not fit the lines of the file: one may be missing or '// &
+                        'too many', tokens%origin(reader%broken_at))
+   end subroutine report_break
 
    !> The numbers of the file do not add up and there is text on lines of its own: point at the first.
    subroutine note_comment(tokens, messages)
@@ -304,7 +317,7 @@ contains
       end do
    end subroutine report_decimal_comma
 
-   !> A count that asks alone for more numbers than the file holds: it is the one that is wrong.
+   !> Report a count that alone needs more numbers than the file holds.
    subroutine report_large_count(tokens, place, name, count, each, messages)
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: place                   !! the count is this number of the file
@@ -347,14 +360,16 @@ contains
       comes_before = line_a < line_b .or. (line_a == line_b .and. a%column < b%column)
    end function comes_before
 
-   !> "x1 of line 3"; "cohesion of joint material 2" from the name 'cohesion'.
-   pure function full_name(name, object, number) result(text)
-      character(len=*), intent(in) :: name, object
-      integer, intent(in) :: number
+   !> "x1 of line 3", "cohesion of joint material 2"; for k = 0 "line 3".
+   pure function full_name(record, k) result(text)
+      type(record_type), intent(in) :: record
+      integer, intent(in) :: k                   !! place in the record, 0: the record itself
       character(len=:), allocatable :: text
-      text = name
-      if (len(object) > 0) text = text//' of '//object
-      if (number > 0) text = text//' '//to_string(number)
+      text = ''
+      if (k > 0) text = trim(record%names(k))
+      if (k > 0 .and. len(record%object) > 0) text = text//' of '
+      text = text//record%object
+      if (record%number > 0) text = text//' '//to_string(record%number)
    end function full_name
 
 end module rockdda_io_record_reader

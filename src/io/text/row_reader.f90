@@ -70,84 +70,84 @@ contains
       character(len=*), intent(in) :: object         !! description of the row, for messages
       type(diagnostics_type), intent(inout) :: messages
       character(len=*), intent(in), optional :: optional_names(:)   !! of optional numbers at the end
-      character(len=:), allocatable :: hint
-      integer :: k, i, first, last, most
+      character(len=:), allocatable :: hint, name
+      integer :: k, i, first, n, most
       self%row_ok = .false.
       self%value = 0
       self%token = 0
-      if (self%at > self%n_rows) then
-         call messages%add(severity%error, object//': the file ends here', tokens%end_origin())
-         return
-      end if
-      if (self%keyword(tokens) /= word) then
-         if (len(word) > 0) then
-            call messages%add(severity%error, object//": expected '"//word//"', found '"// &
-                              tokens%text(self%first(self%at))//"'", tokens%origin(self%first(self%at)))
-            return
-         else if (.not. tokens%is_not_finite(self%first(self%at)) .and. &
-                  self%first(self%at + 1) - self%first(self%at) /= size(names)) then
-            call messages%add(severity%error, object//": expected a number, found '"// &
-                              tokens%text(self%first(self%at))//"'", tokens%origin(self%first(self%at)))
-            return
-         end if
-      end if
+      if (.not. begins_with(self, tokens, word, size(names), object, messages)) return
       self%row = self%at
       self%at = self%at + 1
-      first = self%first(self%row)
-      if (len(word) > 0) first = first + 1
-      last = self%first(self%row + 1) - 1
-      hint = decimal_comma(first, last)
+      first = self%first(self%row) + merge(1, 0, len(word) > 0)
+      n = self%first(self%row + 1) - first
+      hint = decimal_comma(tokens, first, first + n - 1)
       most = size(names)
       ! a decimal comma adds a number, too
       if (present(optional_names) .and. len(hint) == 0) most = most + size(optional_names)
-      self%row_ok = last - first + 1 >= size(names) .and. last - first + 1 <= most
-      do k = 1, min(most, last - first + 1)
+      self%row_ok = n >= size(names) .and. n <= most
+      do k = 1, min(most, n)
          i = first + k - 1
          if (tokens%kind(i) == token_kind%number) then
             self%value(k) = tokens%value(i)
             self%token(k) = i
+            cycle
+         end if
+         if (k <= size(names)) then
+            name = trim(names(k))
          else
-            self%row_ok = .false.
-            call messages%add(severity%error, name_of(k)//' of '//object//": expected a number, found '"// &
-                              tokens%text(i)//"'", tokens%origin(i))
+            name = trim(optional_names(k - size(names)))
          end if
+         self%row_ok = .false.
+         call messages%add(severity%error, name//' of '//object//": expected a number, found '"//tokens%text(i)//"'", &
+                           tokens%origin(i))
       end do
-      if (last - first + 1 < size(names)) then
-         call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
-                           'found '//to_string(last - first + 1), tokens%origin(last))
-      else if (last - first + 1 > most) then
-         call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, '// &
-                           'found '//to_string(last - first + 1)//hint, tokens%origin(first + most))
-      end if
-
-   contains
-
-      !> Name of number i of the row.
-      pure function name_of(i) result(name)
-         integer, intent(in) :: i
-         character(len=:), allocatable :: name
-         if (i <= size(names)) then
-            name = trim(names(i))
-         else if (present(optional_names)) then
-            name = trim(optional_names(i - size(names)))
-         end if
-      end function name_of
-
-      !> A hint at the first pair of numbers of the row that looks like one with a decimal comma, or nothing.
-      function decimal_comma(from, to) result(text)
-         integer, intent(in) :: from, to
-         character(len=:), allocatable :: text
-         integer :: j
-         text = ''
-         do j = from, to - 1
-            if (.not. tokens%has_decimal_comma(j)) cycle
-            text = "; if '"//tokens%text(j)//','//tokens%text(j + 1)//"' has a decimal comma, write "// &
-                   tokens%text(j)//'.'//tokens%text(j + 1)
-            return
-         end do
-      end function decimal_comma
-
+      if (n >= size(names) .and. n <= most) return
+      if (n < size(names)) hint = ''
+      call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, found '// &
+                        to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
    end subroutine read_row
+
+   !> Does the next row begin with this word, or without a word with a number? If not, the reason is reported.
+   logical function begins_with(self, tokens, word, n, object, messages)
+      class(row_reader_type), intent(in) :: self
+      type(token_list_type), intent(in) :: tokens
+      character(len=*), intent(in) :: word           !! empty: a number
+      integer, intent(in) :: n                       !! numbers of the row
+      character(len=*), intent(in) :: object
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: expected
+      begins_with = .false.
+      if (self%at > self%n_rows) then
+         call messages%add(severity%error, object//': the file ends here', tokens%end_origin())
+         return
+      end if
+      associate (first => self%first(self%at))
+         begins_with = self%keyword(tokens) == word
+         ! a word in the place of the first number is reported with the name of the number
+         if (len(word) == 0 .and. .not. begins_with) &
+            begins_with = tokens%is_not_finite(first) .or. self%first(self%at + 1) - first == n
+         if (begins_with) return
+         expected = 'a number'
+         if (len(word) > 0) expected = "'"//word//"'"
+         call messages%add(severity%error, object//': expected '//expected//", found '"//tokens%text(first)//"'", &
+                           tokens%origin(first))
+      end associate
+   end function begins_with
+
+   !> A hint at the first pair of numbers of a row that looks like one with a decimal comma; empty when there is none.
+   function decimal_comma(tokens, from, to) result(text)
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: from, to                !! tokens
+      character(len=:), allocatable :: text
+      integer :: j
+      text = ''
+      do j = from, to - 1
+         if (.not. tokens%has_decimal_comma(j)) cycle
+         text = "; if '"//tokens%text(j)//','//tokens%text(j + 1)//"' has a decimal comma, write "// &
+                tokens%text(j)//'.'//tokens%text(j + 1)
+         return
+      end do
+   end function decimal_comma
 
    !> Skip rows of numbers.
    pure subroutine skip_to_keyword(self, tokens)
