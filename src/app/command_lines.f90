@@ -1,13 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda lines: joint statistics to lines.
 module rockdda_app_command_lines
-   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : to_string
    use rockdda_lines_generate, only : generate_lines
-   use rockdda_lines_report, only : lines_report_type, set_report_type
-   use rockdda_lines_joint_sets, only : is_endless
+   use rockdda_lines_report, only : lines_report_type
    use rockdda_lines_statistics, only : statistics_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : is_set
@@ -16,9 +13,8 @@ module rockdda_app_command_lines
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
-   use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : print_line
-   use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
+   use rockdda_app_lines_summary, only : print_summary
+   use rockdda_app_report, only : show_messages, report_failure
    implicit none
    private
    public :: run_lines
@@ -51,104 +47,8 @@ contains
       end if
       exit_code = 0
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call summarise(line, statistics, geometry, report, output, messages, ok)
+      call print_summary(line, statistics, geometry, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_lines
-
-   !> Print the statistics of the lines drawn.
-   subroutine summarise(line, statistics, geometry, report, output, messages, ok)
-      type(command_line_type), intent(in) :: line
-      type(statistics_type), intent(in) :: statistics
-      type(geometry_input_type), intent(in) :: geometry
-      type(lines_report_type), intent(in) :: report
-      character(len=*), intent(in) :: output
-      type(diagnostics_type), intent(in) :: messages
-      logical, intent(out) :: ok
-      type(json_type) :: json
-      type(error_type), allocatable :: none
-      character(len=:), allocatable :: text
-      character(len=1), parameter :: nl = new_line('a')
-      integer :: i
-      if (line%json) then
-         call begin_json(json, line, 'done', 0)
-         call json%put('input', line%files(1)%text)
-         call json%put('output', output)
-         call json%put('seed', statistics%seed)
-         call json%put('lines', size(geometry%line_joint))
-         call json%put('boundary_lines', geometry%n_boundary)
-         call json%put('openings', size(statistics%openings))
-         call json%put('dropped_lines', report%n_short)
-         call json%put('rock_area', report%rock_area)
-         call json%open('[', 'joint_sets')
-         do i = 1, size(report%sets)
-            call set_to_json(report%sets(i))
-         end do
-         call json%close(']')
-         call end_json(json, messages, none, ok)
-         return
-      end if
-      text = output//': '//to_string(size(geometry%line_joint))//' lines, of which '// &
-             to_string(geometry%n_boundary)//' boundary lines; seed '//to_string(statistics%seed)//nl// &
-             'rock area '//to_string(report%rock_area, 10)//', openings: '//to_string(size(statistics%openings))// &
-             ', pieces too short to keep: '//to_string(report%n_short)
-      do i = 1, size(report%sets)
-         text = text//nl//set_to_text(i)
-      end do
-      call print_line(text, ok)
-
-   contains
-
-      !> A set in JSON; quantities without a sample are null.
-      subroutine set_to_json(set)
-         type(set_report_type), intent(in) :: set
-         call json%open('{', '')
-         call json%put('lines', set%n_lines)
-         call json%put('traces', set%n_traces)
-         call json%put('whole_traces', set%n_whole)
-         call json%put('total_length', set%length)
-         call put_mean('spacing', set%n_lines - 1, set%spacing, set%spacing_deviation)
-         call put_mean('trace', set%n_drawn, set%trace, set%trace_deviation)
-         call put_mean('bridge', set%n_bridges, set%bridge, set%bridge_deviation)
-         call json%close('}')
-      end subroutine set_to_json
-
-      !> Mean and deviation of a sample.
-      subroutine put_mean(name, n, mean, deviation)
-         character(len=*), intent(in) :: name
-         integer, intent(in) :: n
-         real(wp), intent(in) :: mean, deviation
-         if (n > 0) then
-            call json%put(name, mean)
-            call json%put(name//'_deviation', deviation)
-         else
-            call json%put_null(name)
-            call json%put_null(name//'_deviation')
-         end if
-      end subroutine put_mean
-
-      !> A set as text: the statistics drawn, and the wanted values in brackets.
-      function set_to_text(number) result(words)
-         integer, intent(in) :: number
-         character(len=:), allocatable :: words
-         associate (set => statistics%sets(number), drawn => report%sets(number))
-            words = 'joint set '//to_string(number)//': inclination '//to_string(set%inclination)//' deg, '// &
-                    to_string(drawn%n_lines)//' lines, '//to_string(drawn%n_traces)//' traces'
-            if (drawn%n_lines > 1) words = words//nl//'  spacing '//plus_minus(drawn%spacing, &
-               drawn%spacing_deviation, set%spacing)
-            if (.not. is_endless(set) .and. drawn%n_drawn > 0) words = words//nl//'  trace '// &
-               plus_minus(drawn%trace, drawn%trace_deviation, set%trace)//', whole traces: '//to_string(drawn%n_whole)
-            if (drawn%n_bridges > 0) words = words//nl//'  bridge '//plus_minus(drawn%bridge, &
-               drawn%bridge_deviation, set%bridge)
-         end associate
-      end function set_to_text
-
-      !> "1.02 +- 0.3 (wanted: 1)"
-      pure function plus_minus(mean, deviation, asked) result(words)
-         real(wp), intent(in) :: mean, deviation, asked
-         character(len=:), allocatable :: words
-         words = to_string(mean)//' +- '//to_string(deviation, 3)//' (wanted: '//to_string(asked)//')'
-      end function plus_minus
-
-   end subroutine summarise
 
 end module rockdda_app_command_lines

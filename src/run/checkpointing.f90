@@ -1,23 +1,24 @@
 ! SPDX-License-Identifier: MIT
-!> Write a simulation to a checkpoint and read it.
+!> Write a simulation to a checkpoint, read it, and check one.
 module rockdda_run_checkpointing
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_archive, only : archive_type
-   use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
+   use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type, results_path
    use rockdda_io_checkpoint_model, only : exchange_blocks, exchange_parameters
    use rockdda_io_checkpoint_state, only : exchange_state, exchange_contacts, exchange_control, exchange_ledger, &
       exchange_record
    use rockdda_io_checkpoint_check, only : parameters_problem, blocks_problem, facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
    use rockdda_io_guard, only : run_in_child, end_child, guard
-   use rockdda_io_posix, only : get_file_size
+   use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind
    implicit none
    private
-   public :: save_checkpoint, load_checkpoint
+   public :: save_checkpoint, load_checkpoint, check_checkpoint
 
    !> Limit of the processor time to read a checkpoint: a constant [s], and bytes per second.
    real(wp), parameter :: least_seconds = 1, slowest_reading = 1.0e7_wp
@@ -68,6 +69,25 @@ contains
       end select
       call load_values(path, sim, facts, digest, error)
    end subroutine load_checkpoint
+
+   !> Check a checkpoint completely, and that its results are in the same folder.
+   subroutine check_checkpoint(path, messages)
+      character(len=*), intent(in) :: path
+      type(diagnostics_type), intent(inout) :: messages
+      type(simulation_type) :: sim
+      type(checkpoint_facts_type) :: facts
+      type(error_type), allocatable :: error
+      type(origin_type) :: origin
+      character(len=digest_length) :: digest
+      call load_checkpoint(path, sim, facts, digest, error)
+      origin%file = path
+      if (allocated(error)) then
+         call messages%add(severity%error, error%message(len(path) + 3:), origin)
+      else if (get_path_kind(results_path(path, facts%results_ending)) /= path_kind%file) then
+         call messages%add(severity%warning, 'its results '//results_path(path, facts%results_ending)// &
+                           ' are not beside it', origin)
+      end if
+   end subroutine check_checkpoint
 
    !> Read and check everything.
    subroutine load_values(path, sim, facts, digest, error)

@@ -14,7 +14,13 @@ module rockdda_io_namelist_file
    use rockdda_io_source, only : source_type, read_source
    implicit none
    private
-   public :: read_options_file, read_options_source
+   public :: read_options_file, read_options_source, list_given_options, given_group_type
+
+   !> A group of a file as it stands there.
+   type :: given_group_type
+      character(len=:), allocatable :: name
+      character(len=:), allocatable :: entries   !! names, ', ' between them
+   end type given_group_type
 
 contains
 
@@ -44,6 +50,30 @@ contains
       call check_stages(options%stages, reader%messages)
       call append_in_order(messages, reader%messages)
    end subroutine read_options_source
+
+   !> The groups of a file with the names in them, none when it cannot be read.
+   subroutine list_given_options(path, groups)
+      character(len=*), intent(in) :: path
+      type(given_group_type), allocatable, intent(out) :: groups(:)
+      type(namelist_type) :: namelist
+      type(source_type) :: source
+      type(diagnostics_type) :: ignored
+      integer :: i, k
+      logical :: ok
+      call read_source(path, source, ignored, ok)
+      if (ok) call parse_namelist(source, namelist, ignored)
+      allocate (groups(namelist%n))
+      do i = 1, namelist%n
+         associate (given => namelist%groups(i))
+            groups(i)%name = given%name
+            groups(i)%entries = ''
+            do k = 1, given%n
+               if (k > 1) groups(i)%entries = groups(i)%entries//', '
+               groups(i)%entries = groups(i)%entries//given%entries(k)%name
+            end do
+         end associate
+      end do
+   end subroutine list_given_options
 
    !> Every stage but the last must end, and later than the one before it.
    subroutine check_stages(stages, messages)
