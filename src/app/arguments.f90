@@ -6,7 +6,7 @@ module rockdda_app_arguments
    use rockdda_base_random, only : largest_seed
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
-   use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows
+   use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows, most_threads
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_model_input, only : run_request_type
@@ -171,7 +171,7 @@ contains
                call add_problem(self%problems, "option --dialect: '"//value//"' is neither "//dda_windows//' nor g0')
             end select
          case ('--seed'); call get_whole(name, value, 0, largest_seed, line%seed, self%problems)
-         case ('--threads'); call get_whole(name, value, 1, huge(1), line%threads, self%problems)
+         case ('--threads'); call get_whole(name, value, 1, most_threads, line%threads, self%problems)
          case ('--steps'); call get_whole(name, value, 0, huge(1), line%steps, self%problems)
          case ('--save-every'); call get_whole(name, value, 1, huge(1), line%save_every, self%problems)
          case ('--t-end'); call get_positive(name, value, line%t_end, self%problems)

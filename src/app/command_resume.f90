@@ -63,7 +63,7 @@ contains
          return
       end if
       call progress%begin(line%quiet)
-      call step_until_done(run, progress, error)
+      call step_until_done(run, line%quiet, progress, error)
       call progress%finish()
       call end_run(line, run, messages, error, exit_code)
    end subroutine run_resume

@@ -55,7 +55,7 @@ contains
       call set_writing(.false.)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
       call progress%begin(line%quiet)
-      call step_until_done(run, progress, error)
+      call step_until_done(run, line%quiet, progress, error)
       call progress%finish()
       call end_run(line, run, messages, error, exit_code)
    end subroutine run_run

@@ -25,6 +25,7 @@ module rockdda_app_running
    type, extends(step_observer_type) :: terminal_observer_type
       type(stop_request_type) :: request
       type(progress_type), pointer :: progress => null()
+      logical :: quiet = .false.                   !! no warnings
    contains
       procedure :: stop_reason
       procedure :: begin_writing
@@ -35,13 +36,15 @@ contains
 
    !> Compute the steps of the run. On return `run%reason` is the reason for its end; an error is a failure of the
    !> computation or of the output.
-   subroutine step_until_done(run, progress, error)
+   subroutine step_until_done(run, quiet, progress, error)
       type(run_type), intent(inout) :: run
+      logical, intent(in) :: quiet                 !! no warnings
       type(progress_type), intent(inout), target :: progress
       type(error_type), allocatable, intent(out) :: error
       type(terminal_observer_type) :: observer
       observer%request%deadline = run%deadline
       observer%progress => progress
+      observer%quiet = quiet
       call run%sim%set_interruption(observer%request)
       call advance_run(run, observer, error)
    end subroutine step_until_done
@@ -68,7 +71,7 @@ contains
       logical, intent(in) :: accepted
       call set_writing(.false.)
       if (.not. accepted) return
-      if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
+      if (allocated(run%warning) .and. .not. self%quiet) call print_error('rockdda: warning: '//run%warning)
       call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
                                 to_string(run%sim%state%time))
    end subroutine end_step
@@ -106,7 +109,7 @@ contains
       ! from here on a second SIGINT has no computation to interrupt
       call set_writing(.true.)
       call run%close(error)
-      if (allocated(run%warning)) call print_error('rockdda: warning: '//run%warning)
+      if (allocated(run%warning) .and. .not. line%quiet) call print_error('rockdda: warning: '//run%warning)
       exit_code = 0
       if (allocated(error)) then
          exit_code = error%code
@@ -154,7 +157,7 @@ contains
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
                   'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file// &
-                  warnings_text(run%warnings), ok)
+                  warnings_text(run%warnings, line%quiet), ok)
          return
       end if
       call begin_json(json, line, status, exit_code)
@@ -202,12 +205,14 @@ contains
       call end_json(json, all_messages, error, ok)
    end subroutine summarise
 
-   !> One line for each warning, each after a line end.
-   pure function warnings_text(warnings) result(text)
+   !> One line for each warning, each after a line end; with quiet none.
+   pure function warnings_text(warnings, quiet) result(text)
       type(diagnostics_type), intent(in) :: warnings
+      logical, intent(in) :: quiet
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (quiet) return
       do i = 1, warnings%n
          text = text//new_line('a')//'warning: '//warnings%items(i)%message
       end do

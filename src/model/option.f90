@@ -62,6 +62,7 @@ module rockdda_model_option
       logical :: in_analysis = .false.               !! the analysis file has this number, too
       logical :: required = .false.
       logical :: adds_up = .false.                   !! given again in a group: one row more
+      logical :: not_blank = .false.                 !! a text that must have a character
       integer :: rule = 0                            !! one of list_rule%...
    end type option_type
 
@@ -82,13 +83,13 @@ contains
    !> A row of the table.
    pure function option(name, meaning, unit, applies, see, quantity, choices, old_choice, columns, default, &
                         preset_default, default_word, default_text, remark, least, above, most, below, in_analysis, &
-                        required, adds_up, rule) result(row)
+                        required, adds_up, not_blank, rule) result(row)
       character(len=*), intent(in) :: name, meaning
       character(len=*), intent(in), optional :: unit, applies, see, quantity, choices, old_choice, columns
       real(wp), intent(in), optional :: default, preset_default
       character(len=*), intent(in), optional :: default_word, default_text, remark
       real(wp), intent(in), optional :: least, above, most, below    !! bounds; above and below exclude the bound
-      logical, intent(in), optional :: in_analysis, required, adds_up
+      logical, intent(in), optional :: in_analysis, required, adds_up, not_blank
       integer, intent(in), optional :: rule
       type(option_type) :: row
       row%name = name
@@ -115,6 +116,7 @@ contains
       if (present(in_analysis)) row%in_analysis = in_analysis
       if (present(required)) row%required = required
       if (present(adds_up)) row%adds_up = adds_up
+      if (present(not_blank)) row%not_blank = not_blank
       if (present(rule)) row%rule = rule
 
    contains

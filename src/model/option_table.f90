@@ -5,7 +5,7 @@
 module rockdda_model_option_table
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : run_options_type, stage_type, line_load_type, joint_law_type, dda_windows, &
-      old_dda_windows
+      old_dda_windows, most_threads
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    implicit none
@@ -102,10 +102,10 @@ contains
                             quantity='end time', above=0.0_wp, default_text='none'), o%t_end, p%t_end)
       call table%add(option('save_every', 'a frame every so many steps', least=1.0_wp, &
                             default_text='about 100 frames in the run'), o%save_every)
-      call table%add(option('save_dt', 'a frame every so much time', unit='time', above=0.0_wp, default_text='none'), &
-                     o%save_dt)
-      call table%add(option('threads', 'number of OpenMP threads', least=1.0_wp, default_text='all processors'), &
-                     o%threads)
+      call table%add(option('save_dt', 'a frame every so much time; where save_every is given, too, both count', &
+                            unit='time', above=0.0_wp, default_text='none'), o%save_dt)
+      call table%add(option('threads', 'number of OpenMP threads', least=1.0_wp, most=real(most_threads, wp), &
+                            default_text='all processors'), o%threads)
       call table%add(option('max_wall', 'wall-clock time after which the run stops with a checkpoint (exit 4)', &
                             unit='s', above=0.0_wp, default_text='none', applies='not to a resumed run'), o%max_wall)
       call table%add(option('checkpoint_every', 'wall-clock time between checkpoints', unit='s', above=0.0_wp, &
@@ -230,8 +230,8 @@ contains
       type(run_options_type), intent(inout) :: o
       type(parameters_type), intent(inout) :: p
       call table%begin('output', 'What is written.')
-      call table%add(option('file', 'path of the results', default_text='stem of the analysis file + .h5'), &
-                     o%output_file)
+      call table%add(option('file', 'path of the results', default_text='stem of the analysis file + .h5', &
+                            not_blank=.true.), o%output_file)
       call table%add(option('frames', 'write the frames'), o%write_frames)
       call table%add(option('contacts', 'write the contacts of frames'), o%write_contacts)
       call table%add(option('energy', 'compute and write the energy balance', quantity='energy balance'), &

@@ -10,10 +10,13 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, line_load_type, joint_law_type, base_motion_type
-   public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows
+   public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
    character(len=*), parameter :: dda_windows = 'dda_windows', old_dda_windows = 'peer'
+
+   !> Largest number of threads: a larger one is a slip, which the operating system might refuse in the midst of a run.
+   integer, parameter :: most_threads = 1024
 
    !> Sentinel of a real option that was not given.
    real(wp), parameter :: unset_real = -huge(1.0_wp)

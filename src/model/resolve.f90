@@ -15,7 +15,7 @@ module rockdda_model_resolve
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: resolve_parameters
+   public :: resolve_parameters, length_scale
 
 contains
 
@@ -50,9 +50,12 @@ contains
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
          options%dt_min_origin)
+      if (is_set(options%save_every) .and. is_set(options%save_dt)) call messages%add(severity%note, &
+         'save_every and save_dt are both given: a frame is saved every '//to_string(options%save_every)// &
+         ' steps and every '//to_string(options%save_dt)//' of time')
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out')
-      parameters%w0 = reference_length(blocks, settings%length_scale, is_windows)
+      parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       call resolve_stiffness(analysis, settings, parameters, messages)
       call resolve_lengths(blocks, settings, parameters, messages)
    end subroutine resolve_parameters
@@ -91,18 +94,24 @@ contains
                         to_string(analysis%n_steps)//' of the analysis file')
    end subroutine note_extent
 
+   !> The extent of which w0 is half: the option, or where it is not given that of the dialect.
+   pure function length_scale(given, of_dialect) result(scale)
+      character(len=:), allocatable, intent(in) :: given
+      integer, intent(in) :: of_dialect                 !! one of dialect%...
+      character(len=:), allocatable :: scale
+      scale = ''
+      if (allocated(given)) scale = trim(given)
+      if (len(scale) == 0) scale = trim(merge('largest', 'height ', of_dialect == dialect%peer))
+   end function length_scale
+
    !> Half the model's height or larger extent.
-   pure real(wp) function reference_length(blocks, length_scale, is_windows)
+   pure real(wp) function reference_length(blocks, scale)
       type(block_system_type), intent(in) :: blocks
-      character(len=*), intent(in) :: length_scale   !! empty: that of the dialect
-      logical, intent(in) :: is_windows
+      character(len=*), intent(in) :: scale   !! 'height' or 'largest'
       real(wp) :: extent(2)
-      logical :: by_height
-      by_height = .not. is_windows
-      if (len(length_scale) > 0) by_height = length_scale /= 'largest'
       extent = 0
       if (blocks%n_vertices() > 0) extent = maxval(blocks%vertices, dim=2) - minval(blocks%vertices, dim=2)
-      reference_length = 0.5_wp*merge(extent(2), maxval(extent), by_height)
+      reference_length = 0.5_wp*merge(maxval(extent), extent(2), scale == 'largest')
    end function reference_length
 
    !> Stiffness of contacts and fixed points.

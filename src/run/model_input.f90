@@ -8,7 +8,7 @@ module rockdda_run_model_input
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set
+   use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_resolve, only : resolve_parameters
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
@@ -134,6 +134,8 @@ contains
       integer :: before
       call read_config(input, messages)
       call apply_to_options(request, input%options)
+      if (request%threads > most_threads) call messages%add(severity%error, 'threads: must be '// &
+         to_string(most_threads)//' or less, found '//to_string(request%threads))
       call read_blocks(input, messages, error)
       before = messages%n_errors
       call read_analysis(request%dialect, input, messages)

@@ -32,6 +32,7 @@ module rockdda_run_model_run
    use rockdda_io_timestamp, only : utc_now, wall_seconds
    use rockdda_run_checkpoint_timer, only : checkpoint_timer_type
    use rockdda_run_checkpointing, only : save_checkpoint, load_checkpoint
+   use rockdda_run_log_head, only : write_log_head
    use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_run_model_input, only : model_input_type, run_request_type
    use rockdda_run_outcome, only : short_run_warning, cuts_text
@@ -83,7 +84,7 @@ module rockdda_run_model_run
       procedure :: close => close_run
       procedure :: fraction_done
       procedure, private :: warn, check_energy
-      procedure, private :: begin_files, write_log_head, write_rows, log_step, log_choice, save_frame, save, &
+      procedure, private :: begin_files, write_rows, log_step, log_choice, save_frame, save, &
          reopen_files, end_files
    end type run_type
 
@@ -289,33 +290,12 @@ contains
       ! that of an older run
       call remove_file(self%checkpoint_file)
       call self%log%open(self%log_file, error)
-      if (.not. allocated(error)) call self%write_log_head(input, messages, error)
       self%plan = new_frame_plan(input%options, input%parameters)
+      if (.not. allocated(error)) call write_log_head(self%log, input, self%facts%header, self%output, self%plan, &
+                                                      messages, error)
       if (.not. allocated(error)) call self%save_frame(error)
       if (.not. allocated(error)) call self%save(.false., error)
    end subroutine begin_files
-
-   !> Write the head of the log.
-   subroutine write_log_head(self, input, messages, error)
-      class(run_type), intent(inout) :: self
-      type(model_input_type), intent(in) :: input
-      type(diagnostics_type), intent(in) :: messages
-      type(error_type), allocatable, intent(out) :: error
-      call self%log%put(build_description(), error)
-      if (.not. allocated(error)) call self%log%put('title: '//self%facts%header%title, error)
-      if (.not. allocated(error)) call self%log%put('created: '//self%facts%header%created, error)
-      if (.not. allocated(error)) call self%log%put('geometry or blocks: '//input%model_file, error)
-      if (.not. allocated(error)) call self%log%put('analysis: '//input%analysis_file, error)
-      if (.not. allocated(error) .and. len(input%config_file) > 0) &
-         call self%log%put('options: '//input%config_file, error)
-      if (.not. allocated(error)) call self%log%put('results: '//self%output, error)
-      if (.not. allocated(error)) call self%log%put_model(input%blocks, error)
-      if (.not. allocated(error)) call self%log%put_messages(messages, error)
-      if (.not. allocated(error)) call self%log%put_parameters(input%parameters, error, &
-                                                                            input%options)
-      if (.not. allocated(error)) call self%log%put_columns(error)
-      if (.not. allocated(error)) call self%log%flush(error)
-   end subroutine write_log_head
 
    !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due.
    subroutine write_rows(self, error)

@@ -107,6 +107,41 @@ class OptionsTable(ProgramTest):
         ):
             self.assertIn("\n  " + text, log)
 
+    def test_the_log_has_the_value_of_what_is_not_given(self):
+        def logged(*more):
+            self.assertEqual(self.run_program("run", "block.dc", "block.df", "--force", "--quiet", *more).code, 0)
+            rows = re.findall(r"^  (\S.*?) += (.*)$", self.path("block.log").read_text(), re.MULTILINE)
+            return dict(rows)
+
+        values = logged("--steps", "250", "--threads", "2")
+        expected = {"save_every": "2", "save_dt": "none", "threads": "2", "length_scale": "height", "file": "block.h5"}
+        self.assertEqual({name: values[name] for name in expected}, expected)
+        self.write("time.nml", "&run save_dt = 0.5 / &time length_scale = 'largest' /\n")
+        values = logged("--config", "time.nml", "--steps", "2")
+        self.assertEqual(
+            [values[name] for name in ("save_every", "save_dt", "length_scale")], ["none", "0.5", "largest"]
+        )
+
+    def test_what_was_accepted_in_silence(self):
+        self.write(
+            "bad.nml",
+            "&run threads = 100000 /\n&output file = '' /\n&load harmonic = 1, 0, 2, 0, 0, 1, 0, -3, 0, 0 /\n",
+        )
+        outcome = self.run_program("check", "bad.nml")
+        self.assertEqual(outcome.code, 2)
+        for text in (
+            "bad.nml:1:16: error: threads: must be at least 1 and at most 1024, found '100000'\n",
+            "bad.nml:2:16: error: file: must not be empty, found ''\n",
+            "bad.nml:3:39: error: harmonic: the frequency must not be negative, found '-3'\n",
+        ):
+            self.assertIn(text, outcome.err)
+        outcome = self.run_program("run", "block.dc", "block.df", "--threads", "100000")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("option --threads: must be 1024 or less, found 100000", outcome.err)
+        self.write("both.nml", "&run save_every = 3, save_dt = 0.5 /\n")
+        outcome = self.run_program("check", "block.dc", "block.df", "both.nml")
+        self.assertIn("note: save_every and save_dt are both given: a frame is saved every 3 steps", outcome.err)
+
     def test_the_old_name_of_dda_windows_is_read(self):
         logs = []
         for word in ("peer", "dda_windows"):

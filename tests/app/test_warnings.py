@@ -62,6 +62,16 @@ class EnergyFromNowhere(ProgramTest):
         (warning,) = [m["message"] for m in outcome.json["messages"] if m["severity"] == "warning"]
         self.assertIn("energy from nowhere", warning)
 
+    def test_quiet_prints_no_warning(self):
+        command = ("run", "fall.dc", "fall.df", "--config", "late.nml", "--quiet")
+        outcome = self.run_program(*command)
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        self.assertNotIn("warning", outcome.out)
+        self.assertIn("done: 40 steps", outcome.out)
+        self.assertEqual(self.path("fall.log").read_text().count("warning: "), 1)
+        # the JSON summary has all messages, --quiet or not
+        self.assertEqual(self.run_program(*command, "--json", "--force").json["warnings"], 1)
+
     def test_strict_ends_the_run_and_keeps_its_results(self):
         self.write("strict.nml", "&contact close_tolerance = 0.005 /\n&run strict = .true. /\n")
         for more in (("--config", "late.nml", "--strict"), ("--config", "strict.nml")):

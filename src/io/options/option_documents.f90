@@ -178,7 +178,9 @@ contains
          case (option_kind%number); text = text//'"type": "number"'//schema_bounds(row)
          case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
          case (option_kind%logical); text = text//'"type": "boolean"'
-         case (option_kind%text); text = text//'"type": "string"'
+         case (option_kind%text)
+            text = text//'"type": "string"'
+            if (row%not_blank) text = text//', "minLength": 1'
          case (option_kind%choice)
             text = text//'"type": "string", "enum": ['
             do i = 1, n_choices(row)

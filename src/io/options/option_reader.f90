@@ -249,6 +249,8 @@ contains
       do while (self%next(row, cursor, entry))
          if (size(words) == 0) then
             call get_text(self%namelist, entry, given, self%messages)
+            if (row%not_blank .and. allocated(given)) &
+               call demand(self%namelist, entry, len_trim(given) > 0, 'must not be empty', self%messages)
          else
             call get_choice(self%namelist, entry, words, given, self%messages, row%old_choice)
          end if
@@ -394,17 +396,24 @@ contains
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: values(:, :)
-      integer :: n
+      integer :: n, i
       n = size(values, 2)
       select case (row%rule)
       case (list_rule%two_points)
          call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ', &
                      self%messages)
       case (list_rule%rising)
-         call demand(self%namelist, entry, all(values(1, 2:) >= values(1, :n - 1)), 'the times must not decrease', &
-                     self%messages)
+         do i = 2, n
+            if (values(1, i) >= values(1, i - 1)) cycle
+            call demand(self%namelist, entry, .false., 'the times must not decrease', self%messages, &
+                        place=(i - 1)*size(values, 1) + 1)
+            exit
+         end do
       case (list_rule%frequency)
-         call demand(self%namelist, entry, all(values(3, :) >= 0), 'the frequency must not be negative', self%messages)
+         do i = 1, n
+            call demand(self%namelist, entry, values(3, i) >= 0, 'the frequency must not be negative', self%messages, &
+                        place=(i - 1)*size(values, 1) + 3)
+         end do
       end select
    end subroutine demand_rule
 

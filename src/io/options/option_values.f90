@@ -162,17 +162,23 @@ contains
       end do
    end subroutine get_integers
 
-   !> Report the entry's first value unless a condition holds: "<name>: must be …, found '…'".
-   subroutine demand(namelist, entry, condition, rule, messages)
+   !> Report a value of the entry (default: the first) unless a condition holds: "<name>: must be …, found '…'".
+   subroutine demand(namelist, entry, condition, rule, messages, place)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
       logical, intent(in) :: condition
       character(len=*), intent(in) :: rule
       type(diagnostics_type), intent(inout) :: messages
+      integer, intent(in), optional :: place
+      integer :: k
       if (condition .or. entry%n < 1) return
-      if (entry%values(1)%kind /= value_kind%number .and. entry%values(1)%kind /= value_kind%text) return
-      call messages%add(severity%error, entry%name//': '//rule//", found '"//entry%values(1)%text//"'", &
-                        namelist%origin(entry%values(1)%place))
+      k = 1
+      if (present(place)) k = place
+      associate (value => entry%values(k))
+         if (value%kind /= value_kind%number .and. value%kind /= value_kind%text) return
+         call messages%add(severity%error, entry%name//': '//rule//", found '"//value%text//"'", &
+                           namelist%origin(value%place))
+      end associate
    end subroutine demand
 
    !> Place of a name in a list of names, 0 when it is not there.

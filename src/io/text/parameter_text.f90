@@ -190,6 +190,8 @@ contains
       if (present(used)) value = used
       if (.not. is_set(value)) then
          call self%put(row, '', present(used))
+      else if (value < row%least) then
+         call self%put(row, 'none', present(used))
       else if (value == huge(value)) then
          call self%put(row, 'no limit', present(used))
       else

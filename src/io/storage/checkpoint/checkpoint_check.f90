@@ -9,7 +9,7 @@ module rockdda_io_checkpoint_check
    use rockdda_base_strings, only : to_string
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_model_options, only : is_set
+   use rockdda_model_options, only : is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_stepping_control, only : step_control_type
@@ -22,7 +22,6 @@ module rockdda_io_checkpoint_check
 
    !> Coordinates as large as input may have them.
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
-   integer, parameter :: most_threads = 4096
 
 contains
 
