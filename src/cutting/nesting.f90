@@ -32,19 +32,9 @@ contains
       type(grid_type) :: grid
       real(wp), allocatable :: segments(:, :)
       integer, allocatable :: edge(:)
-      integer :: g, k, h, c, e, v, n
-      allocate (nesting%face(faces%n_groups), nesting%leftmost(faces%n_groups), nesting%hit(faces%n_groups))
-      nesting%face = 0
-      nesting%leftmost = 0
-      nesting%hit = 0
-      do h = 1, 2*graph%n_edges
-         c = faces%cycle(h)
-         if (c == 0) cycle
-         g = faces%group(c)
-         v = half_edge_origin(graph, h)
-         if (nesting%leftmost(g) == 0) nesting%leftmost(g) = v
-         if (is_left_of(graph%position(:, v), graph%position(:, nesting%leftmost(g)))) nesting%leftmost(g) = v
-      end do
+      integer :: g, k, c, e, n
+      allocate (nesting%face(faces%n_groups), nesting%hit(faces%n_groups), source=0)
+      nesting%leftmost = leftmost_nodes(graph, faces)
       nesting%order = sorted_order(graph%position(1, nesting%leftmost))
       if (faces%n_groups < 2) return
 
@@ -115,6 +105,23 @@ contains
       end subroutine first_hit
 
    end subroutine find_nesting
+
+   !> Leftmost node of each group, the lowest of several.
+   pure function leftmost_nodes(graph, faces) result(leftmost)
+      type(graph_type), intent(in) :: graph
+      type(face_set_type), intent(in) :: faces
+      integer :: leftmost(faces%n_groups)
+      integer :: h, c, g, v
+      leftmost = 0
+      do h = 1, 2*graph%n_edges
+         c = faces%cycle(h)
+         if (c == 0) cycle
+         g = faces%group(c)
+         v = half_edge_origin(graph, h)
+         if (leftmost(g) == 0) leftmost(g) = v
+         if (is_left_of(graph%position(:, v), graph%position(:, leftmost(g)))) leftmost(g) = v
+      end do
+   end function leftmost_nodes
 
    !> Smaller x, or the same x and smaller y.
    pure logical function is_left_of(p, q)

@@ -36,16 +36,13 @@ contains
       call describe_output(table, options, parameters)
    end subroutine describe_settings
 
-   !> The groups each of which is an element of a list.
+   !> The groups each of which is an element of a list. A visitor that changes the length of a list sets all its elements.
    subroutine describe_lists(table, line_loads, joint_laws, stages)
       class(option_visitor_type), intent(inout) :: table
       type(line_load_type), allocatable, intent(inout) :: line_loads(:)
       type(joint_law_type), allocatable, intent(inout) :: joint_laws(:)
       type(stage_type), allocatable, intent(inout) :: stages(:)
-      type(line_load_type), allocatable :: more_loads(:)
-      type(joint_law_type), allocatable :: more_laws(:)
-      type(stage_type), allocatable :: more_stages(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(line_loads)) allocate (line_loads(0))
       if (.not. allocated(joint_laws)) allocate (joint_laws(0))
       if (.not. allocated(stages)) allocate (stages(0))
@@ -53,10 +50,8 @@ contains
       call table%begin('line_load', 'A force along one edge of a block.', is_list=.true.)
       n = size(line_loads)
       call table%resize(n)
-      allocate (more_loads(n))
-      kept = min(n, size(line_loads))
-      more_loads(1:kept) = line_loads(1:kept)
-      call move_alloc(more_loads, line_loads)
+      if (n /= size(line_loads)) deallocate (line_loads)
+      if (.not. allocated(line_loads)) allocate (line_loads(n))
       do i = 1, n
          call table%start_element(i, line_loads(i)%origin)
          call describe_line_load(table, line_loads(i))
@@ -65,10 +60,8 @@ contains
       call table%begin('joint_law', 'Friction law and damping of one joint material.', is_list=.true.)
       n = size(joint_laws)
       call table%resize(n)
-      allocate (more_laws(n))
-      kept = min(n, size(joint_laws))
-      more_laws(1:kept) = joint_laws(1:kept)
-      call move_alloc(more_laws, joint_laws)
+      if (n /= size(joint_laws)) deallocate (joint_laws)
+      if (.not. allocated(joint_laws)) allocate (joint_laws(n))
       do i = 1, n
          call table%start_element(i, joint_laws(i)%origin)
          call describe_joint_law(table, joint_laws(i))
@@ -78,10 +71,8 @@ contains
                        is_list=.true.)
       n = size(stages)
       call table%resize(n)
-      allocate (more_stages(n))
-      kept = min(n, size(stages))
-      more_stages(1:kept) = stages(1:kept)
-      call move_alloc(more_stages, stages)
+      if (n /= size(stages)) deallocate (stages)
+      if (.not. allocated(stages)) allocate (stages(n))
       do i = 1, n
          call table%start_element(i, stages(i)%origin)
          call describe_stage(table, stages(i))

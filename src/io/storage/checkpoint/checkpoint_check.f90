@@ -30,7 +30,6 @@ contains
       type(parameters_type), intent(in) :: p
       character(len=:), allocatable :: problem
       type(value_check_type) :: check
-      integer :: i
       check%group = 'parameters'
       call check%is_there(allocated(p%title), 'title')
       call check%is_there(allocated(p%solver_method), 'method')
@@ -67,10 +66,19 @@ contains
          call check%has_shape(size(p%base%harmonics, 1) == 5, 'harmonic')
          call check%is_finite(p%base%harmonics, 'harmonic')
       end if
-      if (.not. check%passed()) then
-         problem = check%problem()
-         return
+      if (check%passed()) then
+         call check_materials(check, p)
+         call check_loads(check, p)
+         call check_stages(check, p)
       end if
+      problem = check%problem()
+   end function parameters_problem
+
+   !> Block and joint materials, and laws of joints.
+   subroutine check_materials(check, p)
+      type(value_check_type), intent(inout) :: check
+      type(parameters_type), intent(in) :: p
+      integer :: i
       call check%holds(size(p%block_materials) >= 1, 'block_materials')
       call check%holds(size(p%joint_materials) >= 1, 'joint_materials')
       do i = 1, size(p%block_materials)
@@ -94,6 +102,13 @@ contains
             if (allocated(law%parameters)) call check%is_finite(law%parameters, name//'_parameters')
          end associate
       end do
+   end subroutine check_materials
+
+   !> Line loads, and tables of fixed and loading points.
+   subroutine check_loads(check, p)
+      type(value_check_type), intent(inout) :: check
+      type(parameters_type), intent(in) :: p
+      integer :: i
       do i = 1, size(p%line_loads)
          associate (load => p%line_loads(i), name => 'line_load_'//to_string(i))
             call check%holds(all(abs(load%ends) <= largest_coordinate), name//'_ends')
@@ -108,9 +123,7 @@ contains
       do i = 1, size(p%loading_tables)
          call check_table(check, 'loading_table_rows', 3, p%loading_tables(i)%rows)
       end do
-      call check_stages(check, p)
-      problem = check%problem()
-   end function parameters_problem
+   end subroutine check_loads
 
    !> A table of m columns: finite, times in order. A missing table is empty.
    subroutine check_table(check, name, m, rows)

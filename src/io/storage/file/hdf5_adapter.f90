@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The adapter to the HDF5 library: datasets and tables, and what rockdda_io_hdf5_file (files, groups) and
-!> rockdda_io_hdf5_attributes make. Nobody else uses the library but rockdda_io_hdf5_extras and rockdda_io_hdf5_driver,
-!> for what its Fortran interface lacks.
+!> rockdda_io_hdf5_attributes make. Of the other modules only rockdda_io_hdf5_extras and rockdda_io_hdf5_driver use
+!> the library, for what its Fortran interface lacks.
 !>
 !> Files have the library's default (oldest) format, which stays readable after a kill once it was flushed.
 !> Arrays travel as flat lists with their shape in Fortran order; readers that count in C order (h5py) see the
@@ -45,6 +45,12 @@ module rockdda_io_hdf5_adapter
       procedure, private :: create_dataset
       procedure, private :: open_rows
    end type hdf5_file_type
+
+   !> Rows of an open dataset, selected in the file and in memory.
+   type :: selection_type
+      integer(hid_t) :: dataset = -1, memory = -1, space = -1
+      integer(i8) :: n = 0                     !! entries
+   end type selection_type
 
 contains
 
@@ -211,15 +217,15 @@ contains
       integer, intent(in) :: n_rows
       real(wp), intent(in) :: values(:)       !! (entries of a row * n_rows)
       type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: dataset, memory, space
-      integer(i8) :: n
+      type(selection_type) :: rows
       integer :: status
-      call select_in_table(self, name, dataset, memory, space, n, error, skip, int(n_rows, i8))
+      call select_in_table(self, name, value_kind%reals, rows, error, skip, int(n_rows, i8))
       if (allocated(error)) return
       status = 0
-      if (n > 0) call h5dwrite_f(dataset, H5T_NATIVE_DOUBLE, values, [int(n, hsize_t)], status, memory, space)
+      if (rows%n > 0) call h5dwrite_f(rows%dataset, H5T_NATIVE_DOUBLE, values, [int(rows%n, hsize_t)], status, &
+                                      rows%memory, rows%space)
       if (status /= 0) call self%fail('cannot write '//name, error)
-      call close_rows(dataset, memory, space)
+      call close_rows(rows)
    end subroutine write_real_rows
 
    !> Write rows of integers of a table, after the first `skip`.
@@ -230,15 +236,15 @@ contains
       integer, intent(in) :: n_rows
       integer, intent(in) :: values(:)        !! (entries of a row * n_rows)
       type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: dataset, memory, space
-      integer(i8) :: n
+      type(selection_type) :: rows
       integer :: status
-      call select_in_table(self, name, dataset, memory, space, n, error, skip, int(n_rows, i8))
+      call select_in_table(self, name, value_kind%integers, rows, error, skip, int(n_rows, i8))
       if (allocated(error)) return
       status = 0
-      if (n > 0) call h5dwrite_f(dataset, H5T_NATIVE_INTEGER, values, [int(n, hsize_t)], status, memory, space)
+      if (rows%n > 0) call h5dwrite_f(rows%dataset, H5T_NATIVE_INTEGER, values, [int(rows%n, hsize_t)], status, &
+                                      rows%memory, rows%space)
       if (status /= 0) call self%fail('cannot write '//name, error)
-      call close_rows(dataset, memory, space)
+      call close_rows(rows)
    end subroutine write_integer_rows
 
    !> Write a whole chunk of reals, neither shuffled nor compressed, so that its address does not change when it is
@@ -287,17 +293,16 @@ contains
       real(wp), allocatable, intent(out) :: values(:)   !! in array element order
       type(error_type), allocatable, intent(out) :: error
       integer(i8), intent(in), optional :: skip, count
-      integer(hid_t) :: dataset, memory, space
-      integer(i8) :: n
+      type(selection_type) :: rows
       integer :: status
-      call select_in_table(self, name, dataset, memory, space, n, error, skip, count)
-      if (.not. allocated(error)) call check_kind(self, name, dataset, memory, space, value_kind%reals, error)
+      call select_in_table(self, name, value_kind%reals, rows, error, skip, count)
       if (allocated(error)) return
-      allocate (values(n))
+      allocate (values(rows%n))
       status = 0
-      if (n > 0) call h5dread_f(dataset, H5T_NATIVE_DOUBLE, values, [int(n, hsize_t)], status, memory, space)
+      if (rows%n > 0) call h5dread_f(rows%dataset, H5T_NATIVE_DOUBLE, values, [int(rows%n, hsize_t)], status, &
+                                     rows%memory, rows%space)
       if (status /= 0) call self%fail('cannot read '//name, error)
-      call close_rows(dataset, memory, space)
+      call close_rows(rows)
    end subroutine read_reals
 
    !> Read a dataset of integers, or some rows of it.
@@ -307,17 +312,16 @@ contains
       integer, allocatable, intent(out) :: values(:)
       type(error_type), allocatable, intent(out) :: error
       integer(i8), intent(in), optional :: skip, count
-      integer(hid_t) :: dataset, memory, space
-      integer(i8) :: n
+      type(selection_type) :: rows
       integer :: status
-      call select_in_table(self, name, dataset, memory, space, n, error, skip, count)
-      if (.not. allocated(error)) call check_kind(self, name, dataset, memory, space, value_kind%integers, error)
+      call select_in_table(self, name, value_kind%integers, rows, error, skip, count)
       if (allocated(error)) return
-      allocate (values(n))
+      allocate (values(rows%n))
       status = 0
-      if (n > 0) call h5dread_f(dataset, H5T_NATIVE_INTEGER, values, [int(n, hsize_t)], status, memory, space)
+      if (rows%n > 0) call h5dread_f(rows%dataset, H5T_NATIVE_INTEGER, values, [int(rows%n, hsize_t)], status, &
+                                     rows%memory, rows%space)
       if (status /= 0) call self%fail('cannot read '//name, error)
-      call close_rows(dataset, memory, space)
+      call close_rows(rows)
    end subroutine read_integers
 
    !> Read a scalar text dataset.
@@ -346,48 +350,34 @@ contains
       call h5tclose_f(type, status)
    end subroutine read_text
 
-   !> Select all of a dataset or some rows of it.
-   subroutine select_in_table(self, name, dataset, memory, space, n, error, skip, count)
+   !> Select all of a dataset or some rows of it. It must hold values of this kind.
+   subroutine select_in_table(self, name, kind, rows, error, skip, count)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
-      integer(hid_t), intent(out) :: dataset, memory, space
-      integer(i8), intent(out) :: n            !! entries selected
+      integer, intent(in) :: kind              !! one of value_kind%...
+      type(selection_type), intent(out) :: rows
       type(error_type), allocatable, intent(out) :: error
       integer(i8), intent(in), optional :: skip, count
-      integer(hsize_t), allocatable :: dims(:)
-      integer(hsize_t) :: first, rows
+      integer(hsize_t), allocatable :: dims(:), start(:)
       integer :: status, rank
-      memory = -1
-      n = 0
-      call self%open_rows(name, dataset, space, dims, error)
+      call self%open_rows(name, rows%dataset, rows%space, dims, error)
       if (allocated(error)) return
-      call h5sclose_f(space, status)
       rank = size(dims)
-      first = 0
-      if (rank > 0) rows = dims(rank)
-      if (present(skip)) first = skip
-      if (present(count)) rows = count
-      if (rank > 0) then
-         call select_rows(dataset, dims, first, rows, memory, space, status)
-         n = int(product(dims(1:rank - 1))*rows, i8)
-         if (status == 0) return
+      allocate (start(rank), source=0_hsize_t)
+      if (rank > 0 .and. present(skip)) start(rank) = skip
+      if (rank > 0 .and. present(count)) dims(rank) = count
+      status = merge(0, -1, rank > 0)
+      if (status == 0) call h5sselect_hyperslab_f(rows%space, H5S_SELECT_SET_F, start, dims, status)
+      if (status == 0) call h5screate_simple_f(rank, dims, rows%memory, status)
+      rows%n = int(product(dims), i8)
+      if (status /= 0) then
+         call self%fail('cannot select rows of '//name, error)
+      else if (kind_of_values(int(rows%dataset, i8)) /= kind) then
+         call self%fail('cannot read '//name//': it holds no '// &
+                        trim(merge('integers', 'reals   ', kind == value_kind%integers)), error)
       end if
-      call self%fail('cannot select rows of '//name, error)
-      call h5dclose_f(dataset, status)
+      if (allocated(error)) call close_rows(rows)
    end subroutine select_in_table
-
-   !> An error, with everything closed again, when a dataset does not hold values of this kind.
-   subroutine check_kind(self, name, dataset, memory, space, kind, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(hid_t), intent(in) :: dataset, memory, space
-      integer, intent(in) :: kind              !! one of value_kind%...
-      type(error_type), allocatable, intent(out) :: error
-      if (kind_of_values(int(dataset, i8)) == kind) return
-      call self%fail('cannot read '//name//': it holds no '// &
-                     trim(merge('integers', 'reals   ', kind == value_kind%integers)), error)
-      call close_rows(dataset, memory, space)
-   end subroutine check_kind
 
    !> Open a dataset and its space and get its shape.
    subroutine open_rows(self, name, dataset, space, dims, error)
@@ -408,31 +398,13 @@ contains
       if (status < 0) call self%fail('cannot open '//name, error)
    end subroutine open_rows
 
-   !> Select rows of the last dimension in the file, and as much memory.
-   subroutine select_rows(dataset, dims, first, rows, memory, space, status)
-      integer(hid_t), intent(in) :: dataset
-      integer(hsize_t), intent(in) :: dims(:)
-      integer(hsize_t), intent(in) :: first, rows
-      integer(hid_t), intent(out) :: memory, space
-      integer, intent(out) :: status
-      integer(hsize_t) :: start(size(dims)), count(size(dims))
-      memory = -1
-      start = 0
-      start(size(dims)) = first
-      count = dims
-      count(size(dims)) = rows
-      call h5dget_space_f(dataset, space, status)
-      if (status == 0) call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, start, count, status)
-      if (status == 0) call h5screate_simple_f(size(dims), count, memory, status)
-   end subroutine select_rows
-
    !> Close what `select_in_table` opened.
-   subroutine close_rows(dataset, memory, space)
-      integer(hid_t), intent(in) :: dataset, memory, space
+   subroutine close_rows(rows)
+      type(selection_type), intent(in) :: rows
       integer :: status
-      call h5sclose_f(memory, status)
-      call h5sclose_f(space, status)
-      call h5dclose_f(dataset, status)
+      if (rows%memory >= 0) call h5sclose_f(rows%memory, status)
+      call h5sclose_f(rows%space, status)
+      call h5dclose_f(rows%dataset, status)
    end subroutine close_rows
 
 end module rockdda_io_hdf5_adapter
