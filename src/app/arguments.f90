@@ -71,7 +71,7 @@ contains
       if (len(parser%problems) > 0) call make_error(error, error_code%input, parser%problems)
    end subroutine parse_command_line
 
-   !> An option and its value: --name=value, --name value, or --name.
+   !> Read an option and its value: --name=value, --name value, or --name.
    subroutine read_option(self, arguments, i)
       class(parser_type), intent(inout) :: self
       type(argument_type), intent(in) :: arguments(:)
@@ -116,7 +116,7 @@ contains
       is_option = find_option(text) > 0 .or. text == '--'
    end function is_option
 
-   !> An argument that is no option: the command, then files.
+   !> Read an argument that is no option: the command, then files.
    subroutine read_word(self, word, is_file)
       class(parser_type), intent(inout) :: self
       character(len=*), intent(in) :: word
@@ -181,7 +181,7 @@ contains
       end associate
    end subroutine set_option
 
-   !> Path from the value of an option.
+   !> Get the path from the value of an option.
    pure subroutine get_path(name, value, path, problems)
       character(len=*), intent(in) :: name, value
       character(len=:), allocatable, intent(inout) :: path
@@ -190,7 +190,7 @@ contains
       if (len_trim(value) == 0) call add_problem(problems, 'option '//name//': expected a file name, found nothing')
    end subroutine get_path
 
-   !> Whole number between two bounds from the value of an option; unchanged when there is a problem.
+   !> Get a whole number between two bounds from the value of an option; unchanged when there is a problem.
    pure subroutine get_whole(name, value, least, most, number, problems)
       character(len=*), intent(in) :: name, value
       integer, intent(in) :: least, most
@@ -210,7 +210,7 @@ contains
       end if
    end subroutine get_whole
 
-   !> Number above zero from the value of an option; unchanged when there is a problem.
+   !> Get a number above zero from the value of an option; unchanged when there is a problem.
    pure subroutine get_positive(name, value, number, problems)
       character(len=*), intent(in) :: name, value
       real(wp), intent(inout) :: number

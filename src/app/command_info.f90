@@ -63,8 +63,8 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_info
 
-   !> Fixed and loading points of the first model among the files, which the reader of an analysis file may need;
-   !> -1 without a model.
+   !> Find the numbers of fixed and loading points of the first model among the files, which the reader of an analysis
+   !> file may need; -1 without a model.
    subroutine find_points(files, points)
       type(argument_type), intent(in) :: files(:)
       integer, intent(out) :: points(2)

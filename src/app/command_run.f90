@@ -60,7 +60,7 @@ contains
       call end_run(line, run, messages, error, exit_code)
    end subroutine run_run
 
-   !> The files of the command line.
+   !> Find the files of the command line.
    subroutine find_run_files(line, input, messages, error)
       type(command_line_type), intent(in) :: line
       type(model_input_type), intent(inout) :: input

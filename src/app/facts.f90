@@ -49,7 +49,7 @@ contains
       self%items(self%n)%type = type
    end subroutine next
 
-   !> A text.
+   !> Add a text.
    subroutine add_text(self, name, value)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name, value
@@ -57,7 +57,7 @@ contains
       self%items(self%n)%text = value
    end subroutine add_text
 
-   !> A whole number.
+   !> Add a whole number.
    subroutine add_integer(self, name, value)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -66,7 +66,7 @@ contains
       self%items(self%n)%whole = value
    end subroutine add_integer
 
-   !> A real.
+   !> Add a real.
    subroutine add_real(self, name, value)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -75,7 +75,7 @@ contains
       self%items(self%n)%number = value
    end subroutine add_real
 
-   !> Yes or no.
+   !> Add yes or no.
    subroutine add_logical(self, name, value)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -103,7 +103,7 @@ contains
       end do
    end function facts_to_text
 
-   !> An object with the member `file` and the facts.
+   !> Write an object with the member `file` and the facts.
    subroutine facts_to_json(self, json)
       class(facts_type), intent(in) :: self
       type(json_type), intent(inout) :: json

@@ -20,7 +20,7 @@ module rockdda_app_file_facts
 
 contains
 
-   !> Facts about one file; its problems go into `messages`.
+   !> Find facts about one file; its problems go into `messages`.
    subroutine describe_file(path, kind, named_dialect, points, facts, messages)
       character(len=*), intent(in) :: path
       integer, intent(in) :: kind                !! one of file_kind%...
@@ -49,7 +49,7 @@ contains
       end select
    end subroutine describe_file
 
-   !> A joint statistics file.
+   !> Describe a joint statistics file.
    subroutine describe_statistics(content, facts)
       type(file_content_type), intent(in) :: content
       type(facts_type), intent(inout) :: facts
@@ -68,7 +68,7 @@ contains
       end associate
    end subroutine describe_statistics
 
-   !> A geometry file.
+   !> Describe a geometry file.
    subroutine describe_geometry(content, facts)
       type(file_content_type), intent(in) :: content
       type(facts_type), intent(inout) :: facts
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine describe_geometry
 
-   !> An analysis file.
+   !> Describe an analysis file.
    subroutine describe_analysis(content, facts)
       type(file_content_type), intent(in) :: content
       type(facts_type), intent(inout) :: facts
@@ -122,7 +122,7 @@ contains
       end associate
    end subroutine describe_analysis
 
-   !> A block file.
+   !> Describe a block file.
    subroutine describe_blocks(content, facts)
       type(file_content_type), intent(in) :: content
       type(facts_type), intent(inout) :: facts
@@ -152,7 +152,7 @@ contains
       end associate
    end subroutine describe_blocks
 
-   !> An options file: its groups and names.
+   !> Describe an options file: its groups and names.
    subroutine describe_options(path, facts)
       character(len=*), intent(in) :: path
       type(facts_type), intent(inout) :: facts
@@ -164,7 +164,7 @@ contains
       end do
    end subroutine describe_options
 
-   !> A results file.
+   !> Describe a results file.
    subroutine describe_results(content, facts)
       type(file_content_type), intent(in) :: content
       type(facts_type), intent(inout) :: facts
@@ -191,7 +191,7 @@ contains
       end associate
    end subroutine describe_results
 
-   !> A checkpoint.
+   !> Describe a checkpoint.
    subroutine describe_checkpoint(path, facts, messages)
       character(len=*), intent(in) :: path
       type(facts_type), intent(inout) :: facts
@@ -228,7 +228,7 @@ contains
       call facts%add('sha256_of_options', info%input_digests(3))
    end subroutine describe_checkpoint
 
-   !> Numbers of the measured points where they are not 1 ... n: points of the input were ignored.
+   !> Add the numbers of the measured points where they are not 1 ... n: points of the input were ignored.
    subroutine add_numbers(facts, numbers)
       type(facts_type), intent(inout) :: facts
       integer, intent(in) :: numbers(:)

@@ -41,7 +41,7 @@ contains
       self%first = .false.
    end subroutine close
 
-   !> Comma and name of a member.
+   !> Write the comma and the name of a member.
    subroutine begin_member(self, name)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -50,7 +50,7 @@ contains
       if (len(name) > 0) self%text = self%text//quoted(name)//': '
    end subroutine begin_member
 
-   !> A text.
+   !> Put a text.
    subroutine put_text(self, name, value)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name, value
@@ -58,7 +58,7 @@ contains
       self%text = self%text//quoted(value)
    end subroutine put_text
 
-   !> A whole number.
+   !> Put a whole number.
    subroutine put_integer(self, name, value)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -67,7 +67,7 @@ contains
       self%text = self%text//to_string(value)
    end subroutine put_integer
 
-   !> A long whole number.
+   !> Put a long whole number.
    subroutine put_long(self, name, value)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -76,7 +76,7 @@ contains
       self%text = self%text//to_string(value)
    end subroutine put_long
 
-   !> A real with all its digits; null when it is not finite.
+   !> Put a real with all its digits; null when it is not finite.
    subroutine put_real(self, name, value)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -89,7 +89,7 @@ contains
       end if
    end subroutine put_real
 
-   !> true or false.
+   !> Put true or false.
    subroutine put_logical(self, name, value)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -98,7 +98,7 @@ contains
       self%text = self%text//trim(merge('true ', 'false', value))
    end subroutine put_logical
 
-   !> null.
+   !> Put null.
    subroutine put_null(self, name)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name

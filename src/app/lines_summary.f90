@@ -62,7 +62,7 @@ contains
       call print_line(text, ok)
    end subroutine print_summary
 
-   !> A set in JSON; quantities without a sample are null.
+   !> Write a set as JSON; quantities without a sample are null.
    subroutine set_to_json(set, json)
       type(set_report_type), intent(in) :: set
       type(json_type), intent(inout) :: json
@@ -77,7 +77,7 @@ contains
       call json%close('}')
    end subroutine set_to_json
 
-   !> Mean and deviation of a sample.
+   !> Write mean and deviation of a sample.
    subroutine put_mean(json, name, n, mean, deviation)
       type(json_type), intent(inout) :: json
       character(len=*), intent(in) :: name

@@ -53,7 +53,7 @@ module rockdda_app_process
 
 contains
 
-   !> The command line, without the program's name.
+   !> Get the command line, without the program's name.
    subroutine get_arguments(arguments)
       type(argument_type), allocatable, intent(out) :: arguments(:)
       integer :: i, n
@@ -115,7 +115,7 @@ contains
       is_terminal = c_is_terminal(2_c_int) /= 0
    end function is_terminal
 
-   !> From now on stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) are recorded
+   !> Record stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) from now on
    !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.
    subroutine watch_signals()
       call c_watch_signals()

@@ -56,7 +56,7 @@ contains
       text = self%request%reason()
    end function stop_reason
 
-   !> While rows are written, a second SIGINT waits.
+   !> Let a second SIGINT wait while rows are written.
    subroutine begin_writing(self)
       class(terminal_observer_type), intent(inout) :: self
       associate (unused => self%request)
@@ -136,7 +136,7 @@ contains
       if (.not. ok .and. exit_code == 0) exit_code = error_code%output
    end subroutine end_run
 
-   !> The summary on standard output.
+   !> Print the summary on standard output.
    subroutine summarise(line, run, messages, error, exit_code, ok)
       type(command_line_type), intent(in) :: line
       type(run_type), intent(in) :: run

@@ -66,7 +66,7 @@ contains
       call make_error(error, error_code%input, path//problem)
    end subroutine find_model_files
 
-   !> One more file of a kind.
+   !> Count one more file of a kind.
    pure subroutine count_file(name, path, n, list, place)
       character(len=*), intent(in) :: name, path
       integer, intent(inout) :: n

@@ -22,7 +22,7 @@ module rockdda_io_recognise
       integer :: unknown = 0
       integer :: geometry = 1     !! .dc, .geo
       integer :: analysis = 2     !! .df, .ana
-      integer :: blocks = 3       !! .blk, ours or the peer's
+      integer :: blocks = 3       !! .blk, of RockDDA or DDA for Windows
       integer :: options = 4      !! .nml
       integer :: statistics = 5   !! .dl, joint statistics
       integer :: ddaml = 6        !! XML of DDA for Windows: rockdda-post convert
@@ -36,7 +36,7 @@ module rockdda_io_recognise
 
 contains
 
-   !> Kind of a file. An error only when the file cannot be read as one or nothing tells its kind.
+   !> Find the kind of a file. An error only when the file cannot be read as one or its kind cannot be determined.
    subroutine recognise(path, kind, error)
       character(len=*), intent(in) :: path
       integer, intent(out) :: kind                          !! one of file_kind%...
@@ -55,7 +55,7 @@ contains
          kind = merge(file_kind%checkpoint, file_kind%hdf5, is_checkpoint(path))
          return
       end if
-      ! a damaged one is no HDF5 file to the eye
+      ! a damaged checkpoint has no signature of HDF5
       if (kind_of_ending(path) == file_kind%checkpoint) then
          kind = file_kind%checkpoint
          return
@@ -73,11 +73,11 @@ contains
       end if
       kind = kind_of_ending(path)
       if (kind == file_kind%unknown) call make_error(error, error_code%input, trim(path)// &
-         ': error: neither content nor ending (.dc, .geo, .df, .ana, .blk, .nml, .dl, .h5) tells what kind of '// &
+         ': error: neither content nor ending (.dc, .geo, .df, .ana, .blk, .nml, .dl, .h5) shows what kind of '// &
          'file this is')
    end subroutine recognise
 
-   !> What the content says; unknown when it says nothing or several things.
+   !> Kind by content; unknown when no kind fits, or several do.
    function kind_of_text(source) result(kind)
       type(source_type), intent(in) :: source
       integer :: kind
@@ -102,7 +102,7 @@ contains
 
    contains
 
-      !> One more kind that fits.
+      !> Note one more kind that fits.
       subroutine fits(this)
          integer, intent(in) :: this
          n_fit = n_fit + 1
@@ -133,7 +133,7 @@ contains
       if (n_statistics > n_options) kind = file_kind%statistics
    end function kind_of_namelist
 
-   !> What the ending of a name says.
+   !> Kind by the ending of the name.
    pure integer function kind_of_ending(path)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: name

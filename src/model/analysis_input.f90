@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What an analysis file (.df, .ana) says: run control and materials.
+!> Content of an analysis file (.df, .ana): run control and materials.
 module rockdda_model_analysis_input
    use rockdda_base_kinds, only : wp
    implicit none
@@ -8,7 +8,7 @@ module rockdda_model_analysis_input
 
    type :: dialect_enum
       integer :: auto = 0   !! decide by counting
-      integer :: peer = 1   !! no contact stiffness, no time tables
+      integer :: peer = 1   !! DDA for Windows ('dda_windows'): no contact stiffness, no time tables
       integer :: g0 = 2     !! contact stiffness, time tables
    end type dialect_enum
    type(dialect_enum), parameter :: dialect = dialect_enum()

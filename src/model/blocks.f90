@@ -55,7 +55,7 @@ module rockdda_model_blocks
 
 contains
 
-   !> Numbers by which users know the points: an ignored point of the input does not renumber the later ones.
+   !> Numbers of the points in the input: an ignored point of the input does not renumber the later ones.
    pure function numbers(self) result(list)
       class(point_set_type), intent(in) :: self
       integer, allocatable :: list(:)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What a geometry file (.dc, .geo) says: lines and points before cutting.
+!> Content of a geometry file (.dc, .geo): lines and points before cutting.
 !>
-!> Units are the user's own consistent set. Lines keep where they came from, so that the cutter can
-!> name a dropped line as the file does.
+!> Units are the user's own consistent set. Lines keep their place in the file, for messages
+!> about dropped lines.
 module rockdda_model_geometry_input
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
@@ -45,7 +45,7 @@ contains
                 self%measured_origin(n_measured), self%hole_origin(n_holes))
    end subroutine allocate_all
 
-   !> Back to the state of a new object.
+   !> Deallocate every array.
    pure subroutine drop_all(self)
       class(geometry_input_type), intent(inout) :: self
       if (.not. allocated(self%lines)) return

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> One row of the table of options, and the base of all that goes through the table.
+!> One row of the table of options, and the base type of all visitors of the table.
 !>
 !> rockdda_model_option_table describes each option once and binds it to the variable that keeps what the user gives
 !> and, where there is one, to the number that the run uses:
@@ -7,7 +7,7 @@
 !>     call table%begin('time', 'Time steps.')
 !>     call table%add(option('steps', 'number of time steps', least=0.0_wp), options%steps, parameters%n_steps)
 !>
-!> What is done with a row is the extension's: the reader takes the value from a file, the list collects the rows for
+!> Each extension does its own work with a row: the reader takes the value from a file, the list collects the rows for
 !> hints and documents, others fill in defaults, write the log, or exchange numbers with a checkpoint. An extension
 !> redefines the procedures that it needs; those of this base do nothing.
 module rockdda_model_option
@@ -165,7 +165,7 @@ contains
       if (index_of_choice == 0 .and. len(row%old_choice) > 0 .and. row%old_choice == word) index_of_choice = 1
    end function index_of_choice
 
-   !> A group begins.
+   !> Begin a group.
    subroutine begin(self, name, meaning, is_list)
       class(option_visitor_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
@@ -174,7 +174,7 @@ contains
       end associate
    end subroutine begin
 
-   !> The list of this group has n elements; the visitor may want another number of them.
+   !> Change the number of elements of the list of this group, where the visitor determines it.
    subroutine resize(self, n)
       class(option_visitor_type), intent(inout) :: self
       integer, intent(inout) :: n
@@ -182,7 +182,7 @@ contains
       end associate
    end subroutine resize
 
-   !> The rows that follow are those of element i.
+   !> Begin the rows of element i.
    subroutine start_element(self, i, origin)
       class(option_visitor_type), intent(inout) :: self
       integer, intent(in) :: i
@@ -191,7 +191,7 @@ contains
       end associate
    end subroutine start_element
 
-   !> A real.
+   !> Visit a real.
    subroutine add_real(self, row, given, used, origin)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -203,7 +203,7 @@ contains
       end associate
    end subroutine add_real
 
-   !> A whole number.
+   !> Visit a whole number.
    subroutine add_integer(self, row, given, used)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -213,7 +213,7 @@ contains
       end associate
    end subroutine add_integer
 
-   !> .true. or .false.
+   !> Visit a logical.
    subroutine add_logical(self, row, given, used)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -223,7 +223,7 @@ contains
       end associate
    end subroutine add_logical
 
-   !> A text, or one of several words.
+   !> Visit a text, or one of several words.
    subroutine add_text(self, row, given, used)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -233,7 +233,7 @@ contains
       end associate
    end subroutine add_text
 
-   !> One of several words that the run keeps as a logical: true for word `true_for`.
+   !> Visit one of several words that the run keeps as a logical: true for word `true_for`.
    subroutine add_choice(self, row, given, used, true_for)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -245,7 +245,7 @@ contains
       end associate
    end subroutine add_choice
 
-   !> A fixed number of reals.
+   !> Visit a fixed number of reals.
    subroutine add_reals(self, row, given, otherwise)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -255,7 +255,7 @@ contains
       end associate
    end subroutine add_reals
 
-   !> Any number of reals.
+   !> Visit any number of reals.
    subroutine add_list(self, row, given)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -264,7 +264,7 @@ contains
       end associate
    end subroutine add_list
 
-   !> Any number of whole numbers.
+   !> Visit any number of whole numbers.
    subroutine add_integers(self, row, given)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -273,7 +273,7 @@ contains
       end associate
    end subroutine add_integers
 
-   !> Rows of reals, (columns, rows).
+   !> Visit rows of reals, (columns, rows).
    subroutine add_rows(self, row, given, used)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -283,7 +283,7 @@ contains
       end associate
    end subroutine add_rows
 
-   !> Rows of reals in a file that the option names.
+   !> Visit rows of reals in a file that the option names.
    subroutine add_file(self, row, given, used)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -292,7 +292,7 @@ contains
       end associate
    end subroutine add_file
 
-   !> A number of the run that is computed from options and model.
+   !> Visit a number of the run that is computed from options and model.
    subroutine used(self, quantity, value, name)
       class(option_visitor_type), intent(inout) :: self
       character(len=*), intent(in) :: quantity            !! in the log

@@ -36,7 +36,7 @@ module rockdda_model_option_defaults
 
 contains
 
-   !> A real.
+   !> Fill in a real.
    subroutine default_real(self, row, given, used, origin)
       class(defaults_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -48,7 +48,7 @@ contains
       end associate
    end subroutine default_real
 
-   !> A whole number.
+   !> Fill in a whole number.
    subroutine default_integer(self, row, given, used)
       class(defaults_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -61,7 +61,7 @@ contains
       end associate
    end subroutine default_integer
 
-   !> A text.
+   !> Fill in a text.
    subroutine default_text(self, row, given, used)
       class(defaults_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine default_text
 
-   !> One of several words.
+   !> Fill in one of several words.
    subroutine default_choice(self, row, given, used, true_for)
       class(defaults_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -84,7 +84,7 @@ contains
       end associate
    end subroutine default_choice
 
-   !> A text that was not given, or is blank, becomes the default, which may be empty.
+   !> Replace a text that was not given, or is blank, by the default, which may be empty.
    subroutine fill_text(row, given)
       type(option_type), intent(in) :: row
       character(len=:), allocatable, intent(inout) :: given
@@ -101,7 +101,7 @@ contains
       if (self%preset .and. is_set(row%preset_default)) constant_default = row%preset_default
    end function constant_default
 
-   !> A real.
+   !> Transfer a real.
    subroutine transfer_real(self, row, given, used, origin)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -115,7 +115,7 @@ contains
       end associate
    end subroutine transfer_real
 
-   !> A whole number.
+   !> Transfer a whole number.
    subroutine transfer_integer(self, row, given, used)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -126,7 +126,7 @@ contains
       used = given
    end subroutine transfer_integer
 
-   !> .true. or .false.
+   !> Transfer .true. or .false.
    subroutine transfer_logical(self, row, given, used)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -137,7 +137,7 @@ contains
       end associate
    end subroutine transfer_logical
 
-   !> A text.
+   !> Transfer a text.
    subroutine transfer_text(self, row, given, used)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -148,7 +148,7 @@ contains
       end associate
    end subroutine transfer_text
 
-   !> One of several words.
+   !> Transfer one of several words.
    subroutine transfer_choice(self, row, given, used, true_for)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -164,7 +164,7 @@ contains
       end associate
    end subroutine transfer_choice
 
-   !> Rows of reals.
+   !> Transfer rows of reals.
    subroutine transfer_rows(self, row, given, used)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -175,7 +175,7 @@ contains
       end associate
    end subroutine transfer_rows
 
-   !> Rows of reals from a file.
+   !> Transfer rows of reals from a file.
    subroutine transfer_file(self, row, given, used)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row

@@ -14,7 +14,7 @@ module rockdda_model_option_table
 
 contains
 
-   !> The whole table, bound to these options and parameters.
+   !> Visit the whole table, bound to these options and parameters.
    subroutine describe_options(table, options, parameters)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: options
@@ -23,7 +23,7 @@ contains
       call describe_lists(table, options%line_loads, options%joint_laws, options%stages)
    end subroutine describe_options
 
-   !> The groups that are not lists.
+   !> Visit the groups that are not lists.
    subroutine describe_settings(table, options, parameters)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: options
@@ -36,7 +36,8 @@ contains
       call describe_output(table, options, parameters)
    end subroutine describe_settings
 
-   !> The groups each of which is an element of a list. A visitor that changes the length of a list sets all its elements.
+   !> Visit the groups each of which is an element of a list. A visitor that changes the length of a list sets all its
+   !> elements.
    subroutine describe_lists(table, line_loads, joint_laws, stages)
       class(option_visitor_type), intent(inout) :: table
       type(line_load_type), allocatable, intent(inout) :: line_loads(:)
@@ -79,7 +80,7 @@ contains
       end do
    end subroutine describe_lists
 
-   !> &run
+   !> Visit &run.
    subroutine describe_run(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -105,7 +106,7 @@ contains
                             see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)
    end subroutine describe_run
 
-   !> &time
+   !> Visit &time.
    subroutine describe_time(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -136,7 +137,7 @@ contains
                      o%max_open_close, p%max_open_close)
    end subroutine describe_time
 
-   !> &contact
+   !> Visit &contact.
    subroutine describe_contact(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -170,7 +171,7 @@ contains
       call table%used('opening tolerance', p%open_tolerance)
    end subroutine describe_contact
 
-   !> &solver
+   !> Visit &solver.
    subroutine describe_solver(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -189,7 +190,7 @@ contains
                             in_analysis=.true., applies='method sor'), o%omega, p%sor_factor)
    end subroutine describe_solver
 
-   !> &material, &load, &block_damping
+   !> Visit &material, &load, &block_damping.
    subroutine describe_material(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -215,7 +216,7 @@ contains
                      o%mass_damping, p%mass_damping)
    end subroutine describe_material
 
-   !> &output
+   !> Visit &output.
    subroutine describe_output(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -229,7 +230,7 @@ contains
                      o%energy, p%energy)
    end subroutine describe_output
 
-   !> &line_load
+   !> Visit &line_load.
    subroutine describe_line_load(table, load)
       class(option_visitor_type), intent(inout) :: table
       type(line_load_type), intent(inout) :: load
@@ -243,7 +244,7 @@ contains
                             default_text='1', rule=list_rule%rising), load%table)
    end subroutine describe_line_load
 
-   !> &joint_law
+   !> Visit &joint_law.
    subroutine describe_joint_law(table, law)
       class(option_visitor_type), intent(inout) :: table
       type(joint_law_type), intent(inout) :: law
@@ -255,7 +256,7 @@ contains
                             default=0.0_wp), law%damping_ratio)
    end subroutine describe_joint_law
 
-   !> &stage
+   !> Visit &stage.
    subroutine describe_stage(table, stage)
       class(option_visitor_type), intent(inout) :: table
       type(stage_type), intent(inout) :: stage

@@ -34,7 +34,7 @@ module rockdda_model_options
       real(wp) :: until_time = unset_real        !! or its end time (the step is shortened to land on it)
       real(wp) :: k01 = unset_real               !! unset: as before
       real(wp) :: gravity = 1                    !! factor on all block weights
-      integer, allocatable :: release(:)         !! fixed points (numbers from 1) let go when the stage ends
+      integer, allocatable :: release(:)         !! fixed points (numbers from 1) released when the stage ends
       type(origin_type) :: origin                !! where it was read
    end type stage_type
 

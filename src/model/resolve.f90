@@ -19,7 +19,7 @@ module rockdda_model_resolve
 
 contains
 
-   !> The numbers of a run; each value of the analysis file that an option replaces is a note in `messages`.
+   !> Find the numbers of a run; each value of the analysis file that an option replaces is a note in `messages`.
    subroutine resolve_parameters(blocks, analysis, options, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis
@@ -60,7 +60,7 @@ contains
       call resolve_lengths(blocks, settings, parameters, messages)
    end subroutine resolve_parameters
 
-   !> Values that the analysis file gives.
+   !> Take the values of the analysis file.
    subroutine take_analysis(blocks, analysis, parameters)
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis
@@ -82,7 +82,7 @@ contains
       end if
    end subroutine take_analysis
 
-   !> With only an end time given, the number of steps of the analysis file is not a limit.
+   !> Remove the limit of the number of steps where only an end time is given.
    subroutine note_extent(analysis, options, parameters, messages)
       type(analysis_input_type), intent(in) :: analysis
       type(run_options_type), intent(in) :: options
@@ -114,7 +114,7 @@ contains
       reference_length = 0.5_wp*merge(maxval(extent), extent(2), scale == 'largest')
    end function reference_length
 
-   !> Stiffness of contacts and fixed points.
+   !> Find the stiffness of contacts and fixed points.
    subroutine resolve_stiffness(analysis, settings, parameters, messages)
       type(analysis_input_type), intent(in) :: analysis
       type(run_options_type), intent(in) :: settings
@@ -141,7 +141,7 @@ contains
       parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor
    end subroutine resolve_stiffness
 
-   !> Search distance and tolerances.
+   !> Find search distance and tolerances.
    subroutine resolve_lengths(blocks, settings, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(run_options_type), intent(in) :: settings

@@ -96,7 +96,7 @@ contains
 
    contains
 
-      !> An error about a file of the wrong kind.
+      !> Report a file of the wrong kind.
       subroutine wrong_kind(path, kind, expected)
          character(len=*), intent(in) :: path, expected
          integer, intent(in) :: kind               !! found
@@ -167,7 +167,7 @@ contains
       call read_options_source(source, input%options, messages)
    end subroutine read_config
 
-   !> The text of a file; `text` is given when it is in memory, and set otherwise.
+   !> Get the text of a file; `text` is given when it is in memory, and set otherwise.
    subroutine get_source(in_memory, file, text, source, messages, ok)
       logical, intent(in) :: in_memory
       character(len=*), intent(in) :: file
@@ -243,7 +243,7 @@ contains
       call read_analysis_source(source, n_fixed, n_loading, way, input%analysis, messages)
    end subroutine read_analysis
 
-   !> Numbers of fixed and loading points of the model; -1 when a geometry with errors does not determine them.
+   !> Count the fixed and loading points of the model; -1 when a geometry with errors does not determine them.
    subroutine count_points(input, n_fixed, n_loading)
       type(model_input_type), intent(in) :: input
       integer, intent(out) :: n_fixed, n_loading
@@ -271,7 +271,7 @@ contains
       call messages%add(severity%note, 'solver: '//options%method//' (the default)')
    end subroutine choose_solver
 
-   !> Kind of a file; a problem becomes a message and ok is false.
+   !> Find the kind of a file; a problem becomes a message and ok is false.
    subroutine recognise_file(path, kind, messages, ok)
       character(len=*), intent(in) :: path
       integer, intent(out) :: kind                 !! one of file_kind%...

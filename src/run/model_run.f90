@@ -196,7 +196,7 @@ contains
       if (has_results) has_results = info%created == self%facts%header%created
    end function has_results
 
-   !> Has a loaded run reached its end, and are its results complete? Then remove its undo file.
+   !> Find out whether a loaded run has reached its end with complete results. Then remove its undo file.
    subroutine check_completion(self, is_complete)
       class(run_type), intent(inout) :: self
       logical, intent(out) :: is_complete
@@ -251,7 +251,7 @@ contains
           abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%save(.true., error)
    end subroutine reopen_files
 
-   !> "FILE: error: what" for messages about a file.
+   !> Format a message about a file as "FILE: error: what".
    subroutine format_as_compiler(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error

@@ -15,8 +15,8 @@ module rockdda_run_output_choice
 
 contains
 
-   !> Path of the results: from the command line, the options, or the stem of the analysis file; never an input file,
-   !> and an existing file only with `force`.
+   !> Choose the path of the results: from the command line, the options, or the stem of the analysis file; never an
+   !> input file, and an existing file only with `force`.
    subroutine choose_output(request, input, output, error)
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(in) :: input
@@ -38,7 +38,7 @@ contains
 
    contains
 
-      !> An error when this output is an input file.
+      !> Refuse an output that is an input file.
       subroutine protect_inputs(path)
          character(len=*), intent(in) :: path
          logical :: same(3)
@@ -50,7 +50,7 @@ contains
 
    end subroutine choose_output
 
-   !> An error when the folder of an output is missing. It is not created, because a mistyped name would create one.
+   !> Require that the folder of an output exists. It is not created, because a mistyped name would create one.
    subroutine require_folder(output, error)
       character(len=*), intent(in) :: output
       type(error_type), allocatable, intent(out) :: error
@@ -61,8 +61,8 @@ contains
          ": the folder '"//output(1:slash - 1)//"' does not exist; make it first: mkdir -p '"//output(1:slash - 1)//"'")
    end subroutine require_folder
 
-   !> Results whose names differ only in the ending share the name of the checkpoint: an error when that checkpoint
-   !> belongs to other existing results, also with `force`.
+   !> Refuse an output whose checkpoint belongs to other existing results, also with `force`: results whose names differ
+   !> only in the ending share the name of the checkpoint.
    subroutine protect_neighbour(output, error)
       character(len=*), intent(in) :: output
       type(error_type), allocatable, intent(out) :: error

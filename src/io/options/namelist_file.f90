@@ -35,7 +35,7 @@ contains
       if (ok) call read_options_source(source, options, messages)
    end subroutine read_options_file
 
-   !> As read_options_file, from text in memory; paths in it are relative to the folder of `source%file`.
+   !> Read text in memory as read_options_file reads a file; paths in it are relative to the folder of `source%file`.
    subroutine read_options_source(source, options, messages)
       type(source_type), intent(in) :: source
       type(run_options_type), intent(out) :: options
@@ -51,7 +51,7 @@ contains
       call append_in_order(messages, reader%messages)
    end subroutine read_options_source
 
-   !> The groups of a file with the names in them, none when it cannot be read.
+   !> List the groups of a file with the names in them, none when it cannot be read.
    subroutine list_given_options(path, groups)
       character(len=*), intent(in) :: path
       type(given_group_type), allocatable, intent(out) :: groups(:)
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine list_given_options
 
-   !> Every stage but the last must end, and later than the one before it.
+   !> Check that every stage but the last ends, and later than the one before it.
    subroutine check_stages(stages, messages)
       type(stage_type), intent(in) :: stages(:)
       type(diagnostics_type), intent(inout) :: messages

@@ -49,7 +49,7 @@ module rockdda_io_option_list
 
 contains
 
-   !> All options.
+   !> List all options.
    subroutine list_options(list)
       type(option_list_type), intent(out) :: list
       type(run_options_type) :: options
@@ -57,7 +57,7 @@ contains
       call describe_options(list, options, parameters)
    end subroutine list_options
 
-   !> A group.
+   !> List a group.
    subroutine list_group(self, name, meaning, is_list)
       class(option_list_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
@@ -68,7 +68,7 @@ contains
       if (present(is_list)) self%groups(self%n_groups)%is_list = is_list
    end subroutine list_group
 
-   !> One element of each list shows its rows.
+   !> Give each list one element, so that its rows are visited.
    subroutine list_one(self, n)
       class(option_list_type), intent(inout) :: self
       integer, intent(inout) :: n
@@ -89,7 +89,7 @@ contains
       self%options(self%n)%kind = kind
    end subroutine append
 
-   !> A real.
+   !> List a real.
    subroutine list_real(self, row, given, used, origin)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -101,7 +101,7 @@ contains
       end associate
    end subroutine list_real
 
-   !> A whole number.
+   !> List a whole number.
    subroutine list_integer(self, row, given, used)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -112,7 +112,7 @@ contains
       end associate
    end subroutine list_integer
 
-   !> .true. or .false.
+   !> List a logical.
    subroutine list_logical(self, row, given, used)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -124,7 +124,7 @@ contains
       end associate
    end subroutine list_logical
 
-   !> A text, or one of several words.
+   !> List a text, or one of several words.
    subroutine list_text(self, row, given, used)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -135,7 +135,7 @@ contains
       end associate
    end subroutine list_text
 
-   !> One of several words.
+   !> List one of several words.
    subroutine list_choice(self, row, given, used, true_for)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -147,7 +147,7 @@ contains
       end associate
    end subroutine list_choice
 
-   !> A fixed number of reals.
+   !> List a fixed number of reals.
    subroutine list_reals(self, row, given, otherwise)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -159,7 +159,7 @@ contains
       end associate
    end subroutine list_reals
 
-   !> Any number of reals.
+   !> List any number of reals.
    subroutine list_list(self, row, given)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -169,7 +169,7 @@ contains
       end associate
    end subroutine list_list
 
-   !> Any number of whole numbers.
+   !> List any number of whole numbers.
    subroutine list_integers(self, row, given)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -179,7 +179,7 @@ contains
       end associate
    end subroutine list_integers
 
-   !> Rows of reals.
+   !> List rows of reals.
    subroutine list_rows(self, row, given, used)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -190,7 +190,7 @@ contains
       end associate
    end subroutine list_rows
 
-   !> Rows of reals in a file.
+   !> List rows of reals in a file.
    subroutine list_file(self, row, given, used)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row

@@ -70,7 +70,7 @@ contains
       self%known_entry = .false.
    end subroutine start
 
-   !> Errors for groups and names that the table does not have.
+   !> Report groups and names that the table does not have.
    subroutine report_unknown(self)
       class(option_reader_type), intent(inout) :: self
       type(option_list_type), allocatable :: list
@@ -109,14 +109,14 @@ contains
       end associate
    end subroutine read_begin
 
-   !> Each group of a list is an element.
+   !> Give the list an element for each group.
    subroutine read_resize(self, n)
       class(option_reader_type), intent(inout) :: self
       integer, intent(inout) :: n
       n = size(self%members)
    end subroutine read_resize
 
-   !> Only the entries of group i of this name count.
+   !> Restrict the entries to those of group i of this name.
    subroutine read_element(self, i, origin)
       class(option_reader_type), intent(inout) :: self
       integer, intent(in) :: i
@@ -154,7 +154,7 @@ contains
       next = .false.
    end function next
 
-   !> A real.
+   !> Read a real.
    subroutine read_real(self, row, given, used, origin)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -176,7 +176,7 @@ contains
       end associate
    end subroutine read_real
 
-   !> A whole number.
+   !> Read a whole number.
    subroutine read_integer(self, row, given, used)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -196,7 +196,7 @@ contains
       end associate
    end subroutine read_integer
 
-   !> .true. or .false.
+   !> Read .true. or .false.
    subroutine read_logical(self, row, given, used)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -211,7 +211,7 @@ contains
       end associate
    end subroutine read_logical
 
-   !> A text, or one of several words.
+   !> Read a text, or one of several words.
    subroutine read_text(self, row, given, used)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -222,7 +222,7 @@ contains
       end associate
    end subroutine read_text
 
-   !> One of several words.
+   !> Read one of several words.
    subroutine read_choice(self, row, given, used, true_for)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -234,7 +234,7 @@ contains
       end associate
    end subroutine read_choice
 
-   !> A text; where there are choices one of these.
+   !> Read a text; where there are choices one of these.
    subroutine read_word(self, row, given)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -257,7 +257,7 @@ contains
       end do
    end subroutine read_word
 
-   !> A fixed number of reals.
+   !> Read a fixed number of reals.
    subroutine read_reals(self, row, given, otherwise)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -275,7 +275,7 @@ contains
       if (cursor%first .and. present(otherwise)) given = otherwise
    end subroutine read_reals
 
-   !> Any number of reals.
+   !> Read any number of reals.
    subroutine read_list(self, row, given)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -287,7 +287,7 @@ contains
       end do
    end subroutine read_list
 
-   !> Any number of whole numbers.
+   !> Read any number of whole numbers.
    subroutine read_integers(self, row, given)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -299,7 +299,7 @@ contains
       end do
    end subroutine read_integers
 
-   !> Rows of reals one after another.
+   !> Read rows of reals one after another.
    subroutine read_rows(self, row, given, used)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -325,7 +325,7 @@ contains
       end associate
    end subroutine read_rows
 
-   !> Rows of reals in a file, beside the file of options.
+   !> Read rows of reals in a file, beside the file of options.
    subroutine read_file(self, row, given, used)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -359,7 +359,7 @@ contains
       end do
    end function column_names
 
-   !> A value within its bounds.
+   !> Report a value outside its bounds.
    subroutine demand_bounds(self, row, entry, value)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -390,7 +390,7 @@ contains
       if (len(row%remark) > 0) text = text//' ('//row%remark//')'
    end function bounds_text
 
-   !> What the numbers of a list must fulfil together.
+   !> Report numbers that break the rule of their list.
    subroutine demand_rule(self, row, entry, values)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row

@@ -16,7 +16,7 @@ module rockdda_io_option_values
 
 contains
 
-   !> One number; `value` keeps what it had when there is none.
+   !> Get one number; `value` is unchanged when there is none.
    subroutine get_real(namelist, entry, value, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -26,7 +26,7 @@ contains
       if (is_number(namelist, entry, 1, messages)) value = entry%values(1)%number
    end subroutine get_real
 
-   !> One number greater than 0.
+   !> Get one number greater than 0.
    subroutine get_positive(namelist, entry, value, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -40,7 +40,7 @@ contains
       value = found
    end subroutine get_positive
 
-   !> One whole number of at least `least`.
+   !> Get one whole number of at least `least`.
    subroutine get_integer(namelist, entry, least, value, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -51,7 +51,7 @@ contains
       if (is_whole_number(namelist, entry, 1, least, messages)) value = nint(entry%values(1)%number)
    end subroutine get_integer
 
-   !> .true. or .false.
+   !> Get .true. or .false.
    subroutine get_logical(namelist, entry, value, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -66,7 +66,7 @@ contains
       end if
    end subroutine get_logical
 
-   !> Text in quotes.
+   !> Get a text in quotes.
    subroutine get_text(namelist, entry, value, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -81,7 +81,7 @@ contains
       end if
    end subroutine get_text
 
-   !> Text in quotes that is one of several words (lower case).
+   !> Get a text in quotes that is one of several words (lower case).
    subroutine get_choice(namelist, entry, choices, value, messages, old_word)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -111,7 +111,7 @@ contains
                         did_you_mean(word, choices), namelist%origin(entry%values(1)%place))
    end subroutine get_choice
 
-   !> A list of numbers: exactly `n`, or a multiple of n when `multiple` holds.
+   !> Get a list of numbers: exactly `n`, or a multiple of n when `multiple` holds.
    subroutine get_reals(namelist, entry, n, multiple, values, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -142,7 +142,7 @@ contains
       end do
    end subroutine get_reals
 
-   !> A list of whole numbers of at least `least`, of any length.
+   !> Get a list of whole numbers of at least `least`, of any length.
    subroutine get_integers(namelist, entry, least, values, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry

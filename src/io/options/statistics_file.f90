@@ -37,7 +37,7 @@ contains
       if (ok) call read_statistics_source(source, statistics, messages)
    end subroutine read_statistics_file
 
-   !> As read_statistics_file, from text in memory; files it names are sought beside `source%file`.
+   !> Read text in memory as read_statistics_file reads a file; files it names are sought beside `source%file`.
    subroutine read_statistics_source(source, statistics, messages)
       type(source_type), intent(in) :: source
       type(statistics_type), intent(out) :: statistics
@@ -85,7 +85,7 @@ contains
       call append_in_order(messages, found)
    end subroutine read_statistics_source
 
-   !> Unknown groups and names, and names given twice.
+   !> Report unknown groups and names, and names given twice.
    subroutine check_names(namelist, group, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -111,7 +111,7 @@ contains
       end do
    end subroutine check_names
 
-   !> &section: the direction of the x axis.
+   !> Read &section: the direction of the x axis.
    subroutine read_section(namelist, group, azimuth, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -125,7 +125,7 @@ contains
                                                                namelist%origin(group%place))
    end subroutine read_section
 
-   !> &lines: seed and tolerance.
+   !> Read &lines: seed and tolerance.
    subroutine read_lines(namelist, group, statistics, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -152,7 +152,7 @@ contains
       end do
    end subroutine read_lines
 
-   !> &boundary: a window, perhaps with a slope or a frame, or a polygon.
+   !> Read &boundary: a window, perhaps with a slope or a frame, or a polygon.
    subroutine read_boundary(namelist, group, statistics, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -211,7 +211,7 @@ contains
       end associate
    end subroutine read_boundary
 
-   !> &opening
+   !> Read &opening.
    subroutine read_opening(namelist, group, statistics, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -262,7 +262,7 @@ contains
       call move_alloc(more, statistics%openings)
    end subroutine read_opening
 
-   !> Every shape has its measures and no others.
+   !> Check that an opening has the measures of its shape and no others.
    subroutine check_opening(namelist, group, opening, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -302,7 +302,7 @@ contains
 
    contains
 
-      !> A fault of the group as a whole.
+      !> Report a fault of the group as a whole.
       subroutine complain(text)
          character(len=*), intent(in) :: text
          call messages%add(severity%error, '&opening: '//text, namelist%origin(group%place))
@@ -310,7 +310,7 @@ contains
 
    end subroutine check_opening
 
-   !> At least three corners, some area, no crossing.
+   !> Check that a polygon has three corners or more, an area, and no crossing.
    subroutine check_polygon(vertices, name, namelist, group, messages)
       real(wp), intent(in) :: vertices(:, :)
       character(len=*), intent(in) :: name
@@ -329,7 +329,7 @@ contains
       if (len(problem) > 0) call messages%add(severity%error, name//': '//problem, namelist%origin(group%place))
    end subroutine check_polygon
 
-   !> &line and &material_line
+   !> Read &line and &material_line.
    subroutine read_line(namelist, group, material_name, lines, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -362,7 +362,7 @@ contains
       call move_alloc(more, lines)
    end subroutine read_line
 
-   !> &fixed, &loading, &measured
+   !> Read &fixed, &loading, &measured.
    subroutine read_points(namelist, group, statistics, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group

@@ -17,7 +17,7 @@ module rockdda_io_statistics_sets
 
 contains
 
-   !> &joint_set
+   !> Read &joint_set.
    subroutine read_joint_set(namelist, group, azimuth, statistics, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -87,7 +87,7 @@ contains
       call move_alloc(more, statistics%sets)
    end subroutine read_joint_set
 
-   !> What the values of a set ask of each other.
+   !> Check the values of a set that depend on each other.
    subroutine check_joint_set(namelist, group, randomness, set, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(in) :: group
@@ -119,7 +119,7 @@ contains
 
    contains
 
-      !> A fault of the group as a whole.
+      !> Report a fault of the group as a whole.
       subroutine complain(text)
          character(len=*), intent(in) :: text
          call messages%add(severity%error, '&joint_set: '//text, namelist%origin(group%place))
@@ -176,7 +176,7 @@ contains
       end if
    end subroutine find_inclination
 
-   !> Sets that end at others: those must exist, be endless, and have another direction.
+   !> Check the sets that end at others: those must exist, be endless, and have another direction.
    subroutine check_bands(statistics, messages)
       type(statistics_type), intent(in) :: statistics
       type(diagnostics_type), intent(inout) :: messages

@@ -133,7 +133,7 @@ contains
       is_open = self%handle >= 0
    end function is_open
 
-   !> The first failure as an error.
+   !> Make an error of the first failure.
    subroutine explain(self, error)
       class(file_sink_type), intent(in) :: self
       type(error_type), allocatable, intent(out) :: error

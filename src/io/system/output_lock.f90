@@ -141,7 +141,7 @@ contains
       if (allocated(error)) self%handle = -1
    end subroutine reopen_output
 
-   !> An error when the file was removed or replaced.
+   !> Check that the file was neither removed nor replaced.
    subroutine check_place(self, error)
       class(output_lock_type), intent(in) :: self
       type(error_type), allocatable, intent(out) :: error

@@ -102,7 +102,7 @@ contains
       is_readable = c_may_access(trim(path)//c_null_char, 4_c_int) /= 0
    end function is_readable
 
-   !> All names in a folder, sorted by character code, without `.` and `..`; ok is false when it cannot be read.
+   !> List all names in a folder, sorted by character code, without `.` and `..`; ok is false when it cannot be read.
    subroutine list_directory(path, names, ok)
       character(len=*), intent(in) :: path
       type(file_name_type), allocatable, intent(out) :: names(:)
@@ -136,7 +136,7 @@ contains
       call sort_names(names)
    end subroutine list_directory
 
-   !> Insertion sort: folders of models are short lists.
+   !> Sort names by insertion: folders of models are short lists.
    pure subroutine sort_names(names)
       type(file_name_type), intent(inout) :: names(:)
       character(len=:), allocatable :: held

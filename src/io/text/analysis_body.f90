@@ -24,7 +24,7 @@ module rockdda_io_analysis_body
 
 contains
 
-   !> k01, number of steps, numbers of materials, g2, g1. ok is false when the numbers of materials are unknown.
+   !> Read k01, number of steps, numbers of materials, g2, g1. ok is false when the numbers of materials are unknown.
    subroutine read_analysis_header(tokens, reader, analysis, counts, messages, ok)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -51,7 +51,7 @@ contains
 
    contains
 
-      !> A record of one number greater than 0.
+      !> Read a record of one number greater than 0.
       subroutine read_positive(name, value)
          character(len=*), intent(in) :: name
          real(wp), intent(out) :: value
@@ -101,7 +101,7 @@ contains
       exact = reader%is_exact(tokens) .or. reader%too_many_errors(messages)
    end subroutine read_analysis_body
 
-   !> Time-dependent values: all counts, then all rows, fixed points first.
+   !> Read time-dependent values: all counts, then all rows, fixed points first.
    subroutine read_tables(tokens, reader, n_points, fixed, loading, messages, ok)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -137,7 +137,7 @@ contains
       name = trim(merge('fixed point  ', 'loading point', kind == 1))
    end function point_name
 
-   !> The rows t x y of one point.
+   !> Read the rows t x y of one point.
    subroutine read_table(tokens, reader, object, number, n_rows, table, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -158,7 +158,7 @@ contains
       end do
    end subroutine read_table
 
-   !> The 13 numbers of a block material.
+   !> Read the 13 numbers of a block material.
    subroutine read_block_material(tokens, reader, number, material, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -182,7 +182,7 @@ contains
       call reader%require_size(tokens, largest_value, messages)
    end subroutine read_block_material
 
-   !> The 3 numbers of a joint material.
+   !> Read the 3 numbers of a joint material.
    subroutine read_joint_material(tokens, reader, number, material, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -200,7 +200,7 @@ contains
       call reader%require_size(tokens, largest_value, messages)
    end subroutine read_joint_material
 
-   !> The factor at the end of the file.
+   !> Read the factor at the end of the file.
    subroutine read_sor_factor(tokens, reader, factor, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -217,8 +217,8 @@ contains
       end if
    end subroutine read_sor_factor
 
-   !> The last number is no SOR factor. With a decimal comma further up, one number too many has shifted all that
-   !> follow it.
+   !> Report a last number that is no SOR factor. With a decimal comma further up, one number too many has shifted all
+   !> that follow it.
    subroutine report_sor_factor(factor, tokens, place, messages)
       real(wp), intent(in) :: factor
       type(token_list_type), intent(in) :: tokens

@@ -23,7 +23,7 @@ module rockdda_io_analysis_file
    !> Largest number of points tried for a file with mistyped numbers and without a geometry.
    integer, parameter :: most_tried_points = 50
 
-   !> The file, and what is known before its records are read.
+   !> The file, and what follows from its header and its count of numbers.
    type :: file_type
       type(token_list_type) :: tokens
       integer :: points(2) = -1         !! fixed and loading points of the model; < 0: unknown
@@ -76,7 +76,7 @@ contains
       if (ok) call read_analysis_source(source, n_fixed, n_loading, forced_dialect, analysis, messages)
    end subroutine read_analysis_file
 
-   !> As read_analysis_file, from text in memory.
+   !> Read text in memory as read_analysis_file reads a file.
    subroutine read_analysis_source(source, n_fixed, n_loading, forced_dialect, analysis, messages)
       type(source_type), intent(in) :: source
       integer, intent(in) :: n_fixed, n_loading, forced_dialect
@@ -156,7 +156,7 @@ contains
       call read_analysis_header(tokens, reader, unused, counts, messages, ok)
    end subroutine read_header
 
-   !> The dialect whose equality of counts holds, dialect%auto when there is none.
+   !> Choose the dialect whose equality of counts holds, dialect%auto when there is none.
    subroutine choose_by_count(self, reading)
       class(file_type), intent(inout) :: self
       type(reading_type), intent(inout) :: reading
@@ -190,8 +190,8 @@ contains
       reading%has_sor_factor = reading%reader%record%names(1) == sor_name
    end subroutine read_as
 
-   !> Both dialects fit, and the values break the rules of dialect dda_windows (where a file of dialect g0 has Young's
-   !> modulus in place of Poisson's ratio): take dialect g0 if they satisfy its rules.
+   !> Take dialect g0 if the values satisfy its rules. Both dialects fit, and the values break the rules of dialect
+   !> dda_windows (where a file of dialect g0 has Young's modulus in place of Poisson's ratio).
    subroutine choose_by_values(self, best)
       class(file_type), intent(in) :: self
       type(reading_type), intent(inout) :: best
@@ -201,7 +201,7 @@ contains
       if (other%exact .and. .not. other%messages%has_errors()) best = other
    end subroutine choose_by_values
 
-   !> The file contains text, perhaps in place of numbers: take the reading with the fewest errors.
+   !> Take the reading with the fewest errors: the file contains text, perhaps in place of numbers.
    subroutine choose_by_errors(self, best)
       class(file_type), intent(in) :: self
       type(reading_type), intent(inout) :: best
@@ -240,7 +240,7 @@ contains
       call messages%add(severity%note, text, self%tokens%source%file_origin())
    end subroutine report_dialect
 
-   !> No dialect fits: report why.
+   !> Report why no dialect fits.
    subroutine report_misfit(self, messages)
       class(file_type), intent(in) :: self
       type(diagnostics_type), intent(inout) :: messages
@@ -251,8 +251,8 @@ contains
       logical :: ok
       associate (tokens => self%tokens)
          if (self%n_found > 1) then
-            call messages%add(severity%error, 'the number of fixed and loading points does not follow from this file '// &
-               'alone ('//to_string(self%found_points(1))//' and '//to_string(self%found_points(2))// &
+            call messages%add(severity%error, 'the number of fixed and loading points does not follow from this '// &
+               'file alone ('//to_string(self%found_points(1))//' and '//to_string(self%found_points(2))// &
                ' both fit): the geometry is needed', tokens%end_origin())
             return
          end if
@@ -276,8 +276,8 @@ contains
       end associate
    end subroutine report_misfit
 
-   !> Read the file, which has too many or too few numbers, in each dialect that may be meant, and keep the reading whose
-   !> records follow the lines of the file furthest.
+   !> Read the file, which has too many or too few numbers, in each possible dialect, and keep the reading whose records
+   !> follow the lines of the file furthest.
    subroutine find_break(file, farthest)
       type(file_type), intent(in) :: file
       type(reading_type), intent(out) :: farthest

@@ -20,8 +20,8 @@ module rockdda_io_block_check
 
 contains
 
-   !> Polygons have three vertices or more, run counter-clockwise around an area without crossing
-   !> themselves, and every number is in range.
+   !> Check that polygons have three vertices or more and run counter-clockwise around an area without crossing
+   !> themselves, and that every number is in range.
    subroutine check_blocks(blocks, tokens, block_token, edge_token, messages)
       type(block_system_type), intent(in) :: blocks
       type(token_list_type), intent(in) :: tokens
@@ -63,13 +63,13 @@ contains
 
    contains
 
-      !> An error of block i.
+      !> Report an error of block i.
       subroutine report(text)
          character(len=*), intent(in) :: text
          call messages%add(severity%error, 'block '//to_string(i)//': '//text, tokens%origin(block_token(i)))
       end subroutine report
 
-      !> Each bridge edge of block i is walked in both directions.
+      !> Check that each bridge edge of block i is walked in both directions.
       subroutine check_bridges()
          integer, allocatable :: twin(:)
          integer :: k
@@ -83,7 +83,7 @@ contains
          end do
       end subroutine check_bridges
 
-      !> Points lie on blocks that exist.
+      !> Check that points lie on blocks that exist.
       subroutine check_points(name, points)
          character(len=*), intent(in) :: name
          type(point_set_type), intent(in) :: points

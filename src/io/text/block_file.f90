@@ -51,7 +51,7 @@ contains
       if (ok) call read_block_source(source, blocks, messages)
    end subroutine read_block_file
 
-   !> As read_block_file, from text in memory.
+   !> Read text in memory as read_block_file reads a file.
    subroutine read_block_source(source, blocks, messages)
       type(source_type), intent(in) :: source
       type(block_system_type), intent(out) :: blocks
@@ -78,7 +78,7 @@ contains
       blocks%file_line = tokens%line(block_token)
    end subroutine read_block_source
 
-   !> The format of RockDDA.
+   !> Read the format of RockDDA.
    subroutine read_own_blocks(tokens, blocks, block_token, edge_token, messages)
       type(token_list_type), intent(in) :: tokens
       type(block_system_type), intent(inout) :: blocks
@@ -139,12 +139,12 @@ contains
       ok = needed <= tokens%n
       if (ok) return
       k = maxloc(int(counts, i8)*words_each, dim=1)
-      call messages%add(severity%error, 'the counts at the beginning ask for '//to_string(needed)// &
+      call messages%add(severity%error, 'the counts at the beginning need '//to_string(needed)// &
                         ' words and numbers, the file has '//to_string(tokens%n)//'; '//trim(count_words(k))//' '// &
-                        to_string(counts(k))//' looks wrong', tokens%end_origin())
+                        to_string(counts(k))//' seems to be wrong', tokens%end_origin())
    end subroutine read_head
 
-   !> All blocks with their vertices.
+   !> Read all blocks with their vertices.
    subroutine read_polygons(self, tokens, n_blocks, n_vertices, blocks, block_token, edge_token, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -189,7 +189,7 @@ contains
          to_string(n_vertices), tokens%end_origin())
    end subroutine read_polygons
 
-   !> The n vertices of a block, stored after the first `skip`.
+   !> Read the n vertices of a block, stored after the first `skip`.
    subroutine read_vertices(self, tokens, name, skip, n, blocks, edge_token, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -215,7 +215,7 @@ contains
       call self%skip_to_keyword(tokens)
    end subroutine read_vertices
 
-   !> One section of points. Rows of measured points may end with the number of the input.
+   !> Read one section of points. Rows of measured points may end with the number of the input.
    subroutine read_points(self, tokens, word, object, n, points, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -250,7 +250,7 @@ contains
       call self%end_section(tokens, word, messages)
    end subroutine read_points
 
-   !> Number of point k at the end of the row, if there is one; numbers must increase.
+   !> Read the number of point k at the end of the row, if there is one; numbers must increase.
    subroutine read_number(self, tokens, name, k, number, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -272,7 +272,7 @@ contains
       end if
    end subroutine read_number
 
-   !> The section of bolts.
+   !> Read the section of bolts.
    subroutine read_bolts(self, tokens, n, n_blocks, bolts, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -314,7 +314,7 @@ contains
       call self%end_section(tokens, 'bolt_list', messages)
    end subroutine read_bolts
 
-   !> The keyword of a section. At the end of a file with errors nothing more is reported.
+   !> Read the keyword of a section. At the end of a file that has errors already none is added.
    subroutine begin_section(self, tokens, word, messages, ok)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -327,7 +327,7 @@ contains
       ok = self%row_ok
    end subroutine begin_section
 
-   !> No rows of numbers may be left before the next section.
+   !> Report rows of numbers that are left before the next section.
    subroutine end_section(self, tokens, word, messages)
       class(block_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens

@@ -56,7 +56,7 @@ contains
 
    contains
 
-      !> One section of points.
+      !> Write one section of points.
       subroutine write_points(title, points)
          character(len=*), intent(in) :: title
          type(point_set_type), intent(in) :: points

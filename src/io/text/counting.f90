@@ -2,7 +2,7 @@
 !> Equalities of counts that distinguish geometry files from analysis files, and the two dialects.
 !>
 !> Geometry: N = 9 + 5 lines + 5 material lines + k bolts + 4 fixed lines + 2 (loading + measured + hole points),
-!> k = 4 or 7. Analysis: R = N - 6 - 13 block materials - 3 joint materials is 0 or 1 (dialect peer) or, with
+!> k = 4 or 7. Analysis: R = N - 6 - 13 block materials - 3 joint materials is 0 or 1 (dialect dda_windows) or, with
 !> P fixed and loading points and M rows of time-dependent values, 2 + P + 3M or 1 + P + 3M (dialect g0).
 module rockdda_io_counting
    use rockdda_base_kinds, only : wp, i8
@@ -23,7 +23,7 @@ contains
       geometry_needs = 9 + 5*n(1) + 5*n(3) + per_bolt*n(4) + 4*n(5) + 2*(n(6) + n(7) + n(8))
    end function geometry_needs
 
-   !> Numbers that an analysis file of dialect peer must have, without SOR factor.
+   !> Numbers that an analysis file of dialect dda_windows must have, without SOR factor.
    pure integer(i8) function analysis_needs(n_block_materials, n_joint_materials)
       integer, intent(in) :: n_block_materials, n_joint_materials
       analysis_needs = 6 + 13*int(n_block_materials, i8) + 3*int(n_joint_materials, i8)
@@ -102,7 +102,7 @@ contains
       g0_points_fit = rest == 2 + n_points + 3*rows .or. rest == 1 + n_points + 3*rows
    end function g0_points_fit
 
-   !> Numbers of points for which the equality of dialect g0 holds.
+   !> Find the numbers of points for which the equality of dialect g0 holds.
    pure subroutine find_g0_points(values, rest, n_found, first, second)
       real(wp), intent(in) :: values(:)     !! numbers of the file
       integer, intent(in) :: rest           !! R

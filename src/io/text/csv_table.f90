@@ -68,7 +68,7 @@ contains
 
    contains
 
-      !> Position of each column.
+      !> Find the position of each column.
       subroutine read_header(header_ok)
          logical, intent(out) :: header_ok
          character(len=:), allocatable :: name

@@ -60,7 +60,7 @@ contains
       if (ok) call read_geometry_source(source, geometry, messages)
    end subroutine read_geometry_file
 
-   !> As read_geometry_file, from text in memory.
+   !> Read text in memory as read_geometry_file reads a file.
    subroutine read_geometry_source(source, geometry, messages)
       type(source_type), intent(in) :: source
       type(geometry_input_type), intent(out) :: geometry
@@ -136,7 +136,7 @@ contains
                          ' of the largest coordinate, '//to_string(largest), messages)
    end subroutine check_distance
 
-   !> No reading fits the file: report why.
+   !> Report why no reading fits the file.
    subroutine report_misfit(tokens, messages)
       type(token_list_type), intent(in) :: tokens
       type(diagnostics_type), intent(out) :: messages
@@ -155,7 +155,7 @@ contains
       end if
    end subroutine report_misfit
 
-   !> The distance e0 and the eight counts.
+   !> Read the distance e0 and the eight counts.
    subroutine read_header(tokens, strict, header, messages, ok)
       type(token_list_type), intent(in) :: tokens
       logical, intent(in) :: strict
@@ -199,7 +199,8 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       if (self%check) call geometry%allocate_all(counts(1), counts(3), merge(counts(4), 0, self%per_bolt == 7), &
                                                  counts(5), counts(6), counts(7), counts(8))
-      call self%read_lines(tokens, 'line', counts(1), geometry%lines, geometry%line_joint, geometry%line_origin, messages)
+      call self%read_lines(tokens, 'line', counts(1), geometry%lines, geometry%line_joint, geometry%line_origin, &
+                           messages)
       call self%read_lines(tokens, 'material line', counts(3), geometry%material_lines, geometry%line_material, &
                            geometry%material_line_origin, messages)
       call self%read_bolts(tokens, counts(4), geometry, messages)
@@ -213,7 +214,7 @@ contains
                             geometry%hole_origin, messages)
    end subroutine read_body
 
-   !> Lines: both ends and a material number.
+   !> Read lines: both ends and a material number.
    subroutine read_lines(self, tokens, object, n, ends, number, origin, messages)
       class(body_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -240,7 +241,7 @@ contains
       end do
    end subroutine read_lines
 
-   !> Points, or fixed lines with their ends.
+   !> Read points, or fixed lines with their ends.
    subroutine read_points(self, tokens, object, names, n, position, origin, messages)
       class(body_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -260,7 +261,7 @@ contains
       end do
    end subroutine read_points
 
-   !> Bolts; those with 4 numbers are ignored.
+   !> Read bolts; those with 4 numbers are ignored.
    subroutine read_bolts(self, tokens, n, geometry, messages)
       class(body_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
@@ -272,8 +273,8 @@ contains
          if (.not. self%goes_on(messages)) return
          call self%read_record(tokens, bolt_names(1:self%per_bolt), 'bolt', i, messages)
          call self%require_size(tokens, largest_coordinate, messages, 4)
-         if (self%check .and. i == 1 .and. self%per_bolt == 4) call messages%add(severity%warning, counted(n, 'bolt')// &
-            ' without stiffness ignored (4 numbers each, 7 are needed)', self%record_origin(tokens))
+         if (self%check .and. i == 1 .and. self%per_bolt == 4) call messages%add(severity%warning, &
+            counted(n, 'bolt')//' without stiffness ignored (4 numbers each, 7 are needed)', self%record_origin(tokens))
          if (.not. self%check .or. self%per_bolt == 4) cycle
          geometry%bolts(:, i) = self%record%value(1:4)
          geometry%bolt_values(:, i) = self%record%value(5:7)

@@ -47,7 +47,7 @@ contains
 
    contains
 
-      !> One line for each column of an array.
+      !> Write one line for each column of an array.
       subroutine write_rows(values)
          real(wp), intent(in) :: values(:, :)
          integer :: k

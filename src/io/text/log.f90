@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The text log of a run: what was read, the numbers it runs with, and one line per reported step.
 !>
-!> It lies beside the results: OUT.log for OUT.h5.
+!> It is written beside the results: OUT.log for OUT.h5.
 module rockdda_io_log
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -54,7 +54,7 @@ contains
       class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      logical, intent(in), optional :: append       !! true: go on at the end
+      logical, intent(in), optional :: append       !! true: continue at the end
       call self%sink%open(path, error, append=append)
    end subroutine open_log
 
@@ -66,7 +66,7 @@ contains
       call self%sink%put(printable(text, achar(9)//new_line('a'))//new_line('a'), error)
    end subroutine put
 
-   !> Notes and warnings met while reading and cutting.
+   !> Write the notes and warnings of reading and cutting.
    subroutine put_messages(self, messages, error)
       class(log_type), intent(inout) :: self
       type(diagnostics_type), intent(in) :: messages
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine put_messages
 
-   !> Size of the model.
+   !> Write the size of the model.
    subroutine put_model(self, blocks, error)
       class(log_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
@@ -89,7 +89,7 @@ contains
                     to_string(blocks%bolts%n)//' bolts', error)
    end subroutine put_model
 
-   !> Every number that the run uses.
+   !> Write every number that the run uses.
    subroutine put_parameters(self, parameters, error, options)
       class(log_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -98,7 +98,7 @@ contains
       call self%put('parameters:'//parameters_text(parameters, options), error)
    end subroutine put_parameters
 
-   !> The head of the table of steps.
+   !> Write the head of the table of steps.
    subroutine put_columns(self, error)
       class(log_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -112,7 +112,7 @@ contains
       call self%put(head, error)
    end subroutine put_columns
 
-   !> One line of the table: an accepted step.
+   !> Write the line of an accepted step.
    subroutine put_step(self, record, parameters, error)
       class(log_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
@@ -128,7 +128,7 @@ contains
       call self%put(trim(text), error)
    end subroutine put_step
 
-   !> Hand the lines to the system.
+   !> Pass the lines to the operating system.
    subroutine flush_log(self, error)
       class(log_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error

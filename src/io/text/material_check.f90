@@ -17,7 +17,7 @@ module rockdda_io_material_check
 
 contains
 
-   !> Materials named in a geometry file; errors show the line that names them.
+   !> Check materials named in a geometry file; errors show the line that names them.
    subroutine check_geometry_materials(geometry, analysis, messages)
       type(geometry_input_type), intent(in) :: geometry
       type(analysis_input_type), intent(in) :: analysis
@@ -39,7 +39,7 @@ contains
       end do
    end subroutine check_geometry_materials
 
-   !> Materials of a cut model.
+   !> Check materials of a cut model.
    subroutine check_block_materials(blocks, analysis, file, messages)
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis

@@ -86,7 +86,7 @@ contains
       end do
    end subroutine parse_namelist
 
-   !> A group from its & to its end.
+   !> Parse a group from its & to its end.
    subroutine parse_group(namelist, at, messages)
       type(namelist_type), intent(inout) :: namelist
       integer, intent(inout) :: at
@@ -134,7 +134,7 @@ contains
       call add_group(namelist, group)
    end subroutine parse_group
 
-   !> One `name = values`.
+   !> Parse one `name = values`.
    subroutine parse_entry(namelist, group, at, messages)
       type(namelist_type), intent(in) :: namelist
       type(group_type), intent(inout) :: group
@@ -166,7 +166,7 @@ contains
       group%entries(group%n) = entry
    end subroutine parse_entry
 
-   !> The values behind '=', up to the next name, group or end.
+   !> Parse the values behind '=', up to the next name, group or end.
    subroutine parse_values(namelist, entry, at, messages)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(inout) :: entry
@@ -234,7 +234,7 @@ contains
       end associate
    end subroutine parse_values
 
-   !> Text in quotes; a doubled quote stands for itself.
+   !> Parse text in quotes; a doubled quote stands for itself.
    subroutine parse_text(namelist, name, at, value, messages)
       type(namelist_type), intent(in) :: namelist
       character(len=*), intent(in) :: name
@@ -263,7 +263,7 @@ contains
       call messages%add(severity%error, name//': the text has no closing quote', namelist%origin(start))
    end subroutine parse_text
 
-   !> Kind of an unquoted value: number, logical or word.
+   !> Find the kind of an unquoted value: number, logical or word.
    pure subroutine read_word(word, value)
       character(len=*), intent(in) :: word
       type(value_type), intent(out) :: value
@@ -283,7 +283,7 @@ contains
       end select
    end subroutine read_word
 
-   !> The count of a repeated value.
+   !> Read the count of a repeated value.
    pure subroutine read_repeat(text, count, ok)
       character(len=*), intent(in) :: text
       integer, intent(out) :: count

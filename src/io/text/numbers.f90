@@ -21,7 +21,7 @@ module rockdda_io_numbers
 
 contains
 
-   !> Value of a token, correctly rounded.
+   !> Convert a token to a number, correctly rounded.
    pure subroutine parse_number(text, value, status)
       character(len=*), intent(in) :: text
       real(wp), intent(out) :: value        !! 0 unless status is ok
@@ -113,7 +113,7 @@ contains
       is_too_large = leading > largest .or. (leading == largest .and. n_significant > 17)
    end function is_too_large
 
-   !> The general case: the run-time library rounds correctly.
+   !> Convert any number: the run-time library rounds correctly.
    pure subroutine read_value(text, value, status)
       character(len=*), intent(in) :: text
       real(wp), intent(out) :: value

@@ -25,7 +25,7 @@ module rockdda_io_overlap_check
 
 contains
 
-   !> An error for each pair of blocks that overlap, at the line of the later one.
+   !> Report each pair of blocks that overlap, at the line of the later one.
    subroutine check_overlaps(blocks, tokens, block_token, messages)
       type(block_system_type), intent(in) :: blocks       !! each of them valid by itself
       type(token_list_type), intent(in) :: tokens

@@ -80,7 +80,7 @@ contains
       text = table%text
    end function parameters_text
 
-   !> Tables of points; points with equal tables one after another share an entry.
+   !> Write the tables of points; points with equal tables one after another share an entry.
    subroutine put_time_tables(table, what, columns, tables)
       class(parameter_text_type), intent(inout) :: table
       character(len=*), intent(in) :: what, columns
@@ -112,7 +112,7 @@ contains
       if (same_rows) same_rows = .not. any(abs(a - b) > 0)
    end function same_rows
 
-   !> A group.
+   !> Begin a group.
    subroutine text_begin(self, name, meaning, is_list)
       class(parameter_text_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
@@ -124,7 +124,7 @@ contains
       end associate
    end subroutine text_begin
 
-   !> An element: its values follow on one line.
+   !> Begin the line of an element.
    subroutine text_element(self, i, origin)
       class(parameter_text_type), intent(inout) :: self
       integer, intent(in) :: i
@@ -134,14 +134,14 @@ contains
       end associate
    end subroutine text_element
 
-   !> One "quantity = value" line.
+   !> Write one "quantity = value" line.
    subroutine line(self, quantity, value)
       class(parameter_text_type), intent(inout) :: self
       character(len=*), intent(in) :: quantity, value
       self%text = self%text//new_line('a')//'  '//quantity//repeat(' ', max(0, 34 - len(quantity)))//' = '//value
    end subroutine line
 
-   !> A value of a row: a line of its own, or in a list one more of the line of the element.
+   !> Write a value of a row: on a line of its own, or in a list at the end of the line of the element.
    subroutine put(self, row, value, is_used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -160,7 +160,7 @@ contains
       end if
    end subroutine put
 
-   !> A real. One below its bounds stands for "not given".
+   !> Write a real. One below its bounds was not given.
    subroutine text_real(self, row, given, used, origin)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -179,7 +179,7 @@ contains
       end associate
    end subroutine text_real
 
-   !> A whole number.
+   !> Write a whole number.
    subroutine text_integer(self, row, given, used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -199,7 +199,7 @@ contains
       end if
    end subroutine text_integer
 
-   !> .true. or .false.
+   !> Write .true. or .false.
    subroutine text_logical(self, row, given, used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -211,7 +211,7 @@ contains
       call self%put(row, trim(merge('.true. ', '.false.', value)), present(used))
    end subroutine text_logical
 
-   !> A text.
+   !> Write a text.
    subroutine text_text(self, row, given, used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -228,7 +228,7 @@ contains
       call self%put(row, value, present(used))
    end subroutine text_text
 
-   !> One of several words.
+   !> Write one of several words.
    subroutine text_choice(self, row, given, used, true_for)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -246,7 +246,7 @@ contains
       end associate
    end subroutine text_choice
 
-   !> A fixed number of reals.
+   !> Write a fixed number of reals.
    subroutine text_reals(self, row, given, otherwise)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -257,7 +257,7 @@ contains
       end associate
    end subroutine text_reals
 
-   !> Any number of reals.
+   !> Write any number of reals.
    subroutine text_list(self, row, given)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -265,7 +265,7 @@ contains
       if (allocated(given)) call self%put(row, numbers(given), .true.)
    end subroutine text_list
 
-   !> Any number of whole numbers.
+   !> Write any number of whole numbers.
    subroutine text_integers(self, row, given)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -273,7 +273,7 @@ contains
       if (allocated(given)) call self%put(row, numbers(real(given, wp)), .true.)
    end subroutine text_integers
 
-   !> Rows of reals.
+   !> Write rows of reals.
    subroutine text_rows(self, row, given, used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -286,7 +286,7 @@ contains
       end if
    end subroutine text_rows
 
-   !> Rows of reals from a file.
+   !> Write rows of reals from a file.
    subroutine text_file(self, row, given, used)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -296,7 +296,7 @@ contains
       end associate
    end subroutine text_file
 
-   !> A number that is computed from options and model.
+   !> Write a number that is computed from options and model.
    subroutine text_used(self, quantity, value, name)
       class(parameter_text_type), intent(inout) :: self
       character(len=*), intent(in) :: quantity
@@ -307,7 +307,7 @@ contains
       end associate
    end subroutine text_used
 
-   !> Rows, if there are any.
+   !> Write rows, if there are any.
    subroutine put_rows(self, row, rows)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -338,7 +338,7 @@ contains
 
    contains
 
-      !> More text in the buffer.
+      !> Append text to the buffer.
       subroutine append(more)
          character(len=*), intent(in) :: more
          do while (n + len(more) > len(buffer))

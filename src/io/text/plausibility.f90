@@ -88,7 +88,7 @@ contains
       call self%warnings%add(severity%warning, text, origin)
    end subroutine warn
 
-   !> Friction angles in degrees, not radians.
+   !> Check that friction angles are in degrees, not radians.
    subroutine check_friction(self, parameters)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -104,7 +104,7 @@ contains
       end do
    end subroutine check_friction
 
-   !> Weight and density in consistent units.
+   !> Check that weight and density are in consistent units.
    subroutine check_weight(self, parameters)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -126,7 +126,7 @@ contains
       end do
    end subroutine check_weight
 
-   !> Blocks stiff enough for their own weight.
+   !> Check that blocks are stiff enough for their own weight.
    subroutine check_modulus(self, parameters)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -146,7 +146,7 @@ contains
       end do
    end subroutine check_modulus
 
-   !> Contact springs stiff enough for the model.
+   !> Check that contact springs are stiff enough for the model.
    subroutine check_stiffness(self, parameters, from_options)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -171,7 +171,7 @@ contains
       end if
    end subroutine check_stiffness
 
-   !> A load or motion.
+   !> Check that there is a load or a motion.
    subroutine check_loads(self, blocks, parameters)
       class(inspection_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
@@ -204,7 +204,7 @@ contains
       end do
    end function acts
 
-   !> A support; not needed for a single block or for blocks with an initial velocity.
+   !> Check that there is a support; a single block, and blocks with an initial velocity, need none.
    subroutine check_supports(self, blocks, parameters)
       class(inspection_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks

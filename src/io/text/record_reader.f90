@@ -289,7 +289,7 @@ contains
                         'too many', tokens%origin(reader%broken_at))
    end subroutine report_break
 
-   !> The numbers of the file do not add up and there is text on lines of its own: point at the first.
+   !> Point at the first text on a line of its own, in a file whose numbers do not add up.
    subroutine note_comment(tokens, messages)
       type(token_list_type), intent(in) :: tokens
       type(diagnostics_type), intent(inout) :: messages
@@ -302,7 +302,7 @@ contains
       end do
    end subroutine note_comment
 
-   !> The numbers of the file do not add up: point at the first that looks like one with a decimal comma.
+   !> Point at the first number that seems to have a decimal comma, in a file whose numbers do not add up.
    subroutine report_decimal_comma(tokens, messages)
       type(token_list_type), intent(in) :: tokens
       type(diagnostics_type), intent(inout) :: messages
@@ -325,7 +325,7 @@ contains
       integer, intent(in) :: count, each             !! the count, and the numbers that each needs
       type(diagnostics_type), intent(inout) :: messages
       if (int(count, i8)*each <= tokens%n_numbers) return
-      call messages%add(severity%error, name//': '//to_string(count)//' looks wrong, the file holds '// &
+      call messages%add(severity%error, name//': '//to_string(count)//' seems to be wrong, the file holds '// &
                         to_string(tokens%n_numbers)//' numbers in all', tokens%origin(max(1, tokens%nth_number(place))))
    end subroutine report_large_count
 

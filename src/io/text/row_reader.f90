@@ -103,8 +103,8 @@ contains
       end do
       if (n >= size(names) .and. n <= most) return
       if (n < size(names)) hint = ''
-      call messages%add(severity%error, object//': expected '//to_string(size(names))//' numbers on this line, found '// &
-                        to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
+      call messages%add(severity%error, object//': expected '//to_string(size(names))// &
+                        ' numbers on this line, found '//to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
    end subroutine read_row
 
    !> Does the next row begin with this word, or without a word with a number? If not, the reason is reported.

@@ -139,7 +139,7 @@ contains
       source%n_lines = n
    end subroutine new_source
 
-   !> First and last position of a line in the text, without its line end; last < first for an empty line.
+   !> Find the first and last position of a line in the text, without its line end; last < first for an empty line.
    pure subroutine line_range(source, line, first, last)
       class(source_type), intent(in) :: source
       integer, intent(in) :: line                !! 1-based

@@ -96,7 +96,7 @@ contains
                         tokens%source%file_origin())
    end subroutine read_windows_blocks
 
-   !> The rows of each block as its polygon, counter-clockwise.
+   !> Take the rows of each block as its polygon, counter-clockwise.
    subroutine take_polygons(rows, range, blocks, edge_token)
       type(rows_type), intent(in) :: rows
       integer, intent(in) :: range(:, :)                 !! (2, n_blocks) first and last row of each
@@ -126,7 +126,7 @@ contains
       edge_token = rows%token(edge)
    end subroutine take_polygons
 
-   !> Bolts: t0 is read as strength, f0 as pretension.
+   !> Read bolts: t0 is taken as strength, f0 as pretension.
    subroutine read_bolts(tokens, reader, n, n_blocks, bolts, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader
@@ -155,7 +155,7 @@ contains
                                    tokens%source%file_origin())
    end subroutine read_bolts
 
-   !> Points of all three kinds, distinguished by their type.
+   !> Read points of all three kinds, distinguished by their type.
    subroutine read_points(tokens, reader, counts, blocks, messages)
       type(token_list_type), intent(in) :: tokens
       type(record_reader_type), intent(inout) :: reader

@@ -45,7 +45,7 @@ contains
       if (self%saving .and. .not. allocated(self%error)) call self%file%create_group(name, self%error)
    end subroutine section
 
-   !> A whole number.
+   !> Save or load a whole number.
    subroutine integer_item(self, name, value)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -56,7 +56,7 @@ contains
       value = values(1)
    end subroutine integer_item
 
-   !> A real.
+   !> Save or load a real.
    subroutine real_item(self, name, value)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -67,7 +67,7 @@ contains
       value = values(1)
    end subroutine real_item
 
-   !> A logical, stored as 0 or 1.
+   !> Save or load a logical, stored as 0 or 1.
    subroutine logical_item(self, name, value)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -78,7 +78,7 @@ contains
       value = values(1) /= 0
    end subroutine logical_item
 
-   !> A text.
+   !> Write a text.
    subroutine text_item(self, name, text)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -93,7 +93,7 @@ contains
       end if
    end subroutine text_item
 
-   !> A list of integers whose size in the file must be that of `values`.
+   !> Save or load a list of integers whose size in the file must be that of `values`.
    subroutine fixed_integers(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -113,7 +113,7 @@ contains
       end if
    end subroutine fixed_integers
 
-   !> A list of reals whose size in the file must be that of `values`.
+   !> Save or load a list of reals whose size in the file must be that of `values`.
    subroutine fixed_reals(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -133,7 +133,7 @@ contains
       end if
    end subroutine fixed_reals
 
-   !> A list of integers.
+   !> Save or load a list of integers.
    subroutine integers_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -147,7 +147,7 @@ contains
       if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
    end subroutine integers_item
 
-   !> A list of reals.
+   !> Save or load a list of reals.
    subroutine reals_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -161,7 +161,7 @@ contains
       if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
    end subroutine reals_item
 
-   !> A table of integers.
+   !> Save or load a table of integers.
    subroutine integer_rows_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -187,7 +187,7 @@ contains
       end if
    end subroutine integer_rows_item
 
-   !> A table of reals.
+   !> Save or load a table of reals.
    subroutine real_rows_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -213,7 +213,7 @@ contains
       end if
    end subroutine real_rows_item
 
-   !> A list of logicals.
+   !> Save or load a list of logicals.
    subroutine logicals_item(self, name, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -229,7 +229,7 @@ contains
       if (allocated(numbers)) values = numbers /= 0
    end subroutine logicals_item
 
-   !> The first n entries of an allocated list.
+   !> Save or load the first n entries of an allocated list.
    subroutine integer_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -238,7 +238,7 @@ contains
       call self%fixed(name, values(1:n))
    end subroutine integer_part
 
-   !> As integer_part, for reals.
+   !> Save or load the first n entries of an allocated list of reals.
    subroutine real_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -247,7 +247,7 @@ contains
       call self%fixed(name, values(1:n))
    end subroutine real_part
 
-   !> As integer_part, for logicals.
+   !> Save or load the first n entries of an allocated list of logicals.
    subroutine logical_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name

@@ -162,7 +162,7 @@ contains
 
    contains
 
-      !> The error of a call to the system that failed.
+      !> Make the error of a call to the system that failed.
       subroutine explain(status)
          integer(c_int), intent(in) :: status
          if (status /= 0) call make_error(error, error_code%output, self%path//': '//errno_text(status))
@@ -213,7 +213,7 @@ contains
 
    contains
 
-      !> An error that names the file.
+      !> Make an error that names the file.
       subroutine refuse(why)
          character(len=*), intent(in) :: why
          call make_error(error, error_code%input, path//': '//why)
@@ -237,7 +237,7 @@ contains
       is_checkpoint = index(line, seal_start) == 1 .or. len(results_path(path, '')) > 0
    end function is_checkpoint
 
-   !> The last line of a checkpoint; blank when the file is too short or cannot be read.
+   !> Read the last line of a checkpoint; blank when the file is too short or cannot be read.
    subroutine read_last_line(path, line)
       character(len=*), intent(in) :: path
       character(len=seal_length), intent(out) :: line
@@ -280,7 +280,7 @@ contains
 
    contains
 
-      !> An error that names the file.
+      !> Make an error that names the file.
       subroutine refuse(why)
          character(len=*), intent(in) :: why
          call make_error(error, error_code%input, path//': '//why)
@@ -321,7 +321,7 @@ contains
       call archive%item('checkpoint_every', facts%checkpoint_every)
    end subroutine exchange_facts
 
-   !> Digests of the input files, for people and scripts.
+   !> Write digests of the input files, for people and scripts.
    subroutine put_digests(archive, facts, error)
       type(archive_type), intent(in) :: archive
       type(checkpoint_facts_type), intent(in) :: facts

@@ -74,7 +74,7 @@ contains
       problem = check%problem()
    end function parameters_problem
 
-   !> Block and joint materials, and laws of joints.
+   !> Check block and joint materials, and laws of joints.
    subroutine check_materials(check, p)
       type(value_check_type), intent(inout) :: check
       type(parameters_type), intent(in) :: p
@@ -104,7 +104,7 @@ contains
       end do
    end subroutine check_materials
 
-   !> Line loads, and tables of fixed and loading points.
+   !> Check line loads, and tables of fixed and loading points.
    subroutine check_loads(check, p)
       type(value_check_type), intent(inout) :: check
       type(parameters_type), intent(in) :: p
@@ -125,7 +125,7 @@ contains
       end do
    end subroutine check_loads
 
-   !> A table of m columns: finite, times in order. A missing table is empty.
+   !> Check a table of m columns: finite, times in order. A missing table is empty.
    subroutine check_table(check, name, m, rows)
       type(value_check_type), intent(inout) :: check
       character(len=*), intent(in) :: name
@@ -140,7 +140,7 @@ contains
       call check%holds(all(rows(1, 2:n) >= rows(1, 1:n - 1)), name)
    end subroutine check_table
 
-   !> Ends, k01 and weights of stages.
+   !> Check ends, k01 and weights of stages.
    subroutine check_stages(check, p)
       type(value_check_type), intent(inout) :: check
       type(parameters_type), intent(in) :: p
@@ -232,7 +232,7 @@ contains
 
    end function bridges_pair
 
-   !> Points on blocks.
+   !> Check points on blocks.
    subroutine check_points(check, name, points, nb)
       type(value_check_type), intent(inout) :: check
       character(len=*), intent(in) :: name
@@ -255,7 +255,7 @@ contains
       if (check%passed()) call check%are_increasing(points%number(1:n), 1, name//'_number')
    end subroutine check_points
 
-   !> Bolts between blocks, or a block and the fixed outside.
+   !> Check bolts between blocks, or a block and the fixed outside.
    subroutine check_bolts(check, blocks)
       type(value_check_type), intent(inout) :: check
       type(block_system_type), intent(in) :: blocks
@@ -382,7 +382,7 @@ contains
       problem = check%problem()
    end function state_problem
 
-   !> Positions, stresses and velocities of blocks and points.
+   !> Check positions, stresses and velocities of blocks and points.
    subroutine check_motion(check, blocks, state)
       type(value_check_type), intent(inout) :: check
       type(block_system_type), intent(in) :: blocks

@@ -53,7 +53,7 @@ contains
       call read_all(path, info, error)
    end subroutine read_checkpoint_info
 
-   !> Digest, facts, and some numbers of model and state.
+   !> Read digest, facts, and some numbers of model and state.
    subroutine read_all(path, info, error)
       character(len=*), intent(in) :: path
       type(checkpoint_info_type), intent(inout) :: info

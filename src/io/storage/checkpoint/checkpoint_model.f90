@@ -21,7 +21,7 @@ module rockdda_io_checkpoint_model
 
 contains
 
-   !> Blocks, points and bolts.
+   !> Save or load blocks, points and bolts.
    subroutine exchange_blocks(archive, blocks)
       type(archive_type), intent(inout) :: archive
       type(block_system_type), intent(inout) :: blocks
@@ -39,7 +39,7 @@ contains
       call exchange_bolts(archive, blocks%bolts)
    end subroutine exchange_blocks
 
-   !> Points that move with blocks.
+   !> Save or load points that move with blocks.
    subroutine exchange_points(archive, name, points)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: name
@@ -50,7 +50,7 @@ contains
       call archive%item(name//'_number', points%number)   ! older files do not have it
    end subroutine exchange_points
 
-   !> Bolts.
+   !> Save or load bolts.
    subroutine exchange_bolts(archive, bolts)
       type(archive_type), intent(inout) :: archive
       type(bolt_set_type), intent(inout) :: bolts
@@ -62,7 +62,7 @@ contains
       call archive%item('bolt_strength', bolts%strength)
    end subroutine exchange_bolts
 
-   !> All numbers of the run: those of the table of options, materials, and tables of points.
+   !> Save or load all numbers of the run: those of the table of options, materials, and tables of points.
    subroutine exchange_parameters(archive, parameters)
       type(archive_type), intent(inout), target :: archive
       type(parameters_type), intent(inout) :: parameters
@@ -77,7 +77,7 @@ contains
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters
 
-   !> Block and joint materials: a column each.
+   !> Save or load block and joint materials: a column each.
    subroutine exchange_materials(archive, parameters)
       type(archive_type), intent(inout) :: archive
       type(parameters_type), intent(inout) :: parameters
@@ -124,7 +124,7 @@ contains
       end do
    end subroutine exchange_materials
 
-   !> Time tables of points: the rows of all tables in sequence, and the last row of each table.
+   !> Save or load time tables of points: the rows of all tables in sequence, and the last row of each table.
    subroutine exchange_tables(archive, name, tables)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: name

@@ -15,7 +15,7 @@ module rockdda_io_checkpoint_state
 
 contains
 
-   !> Moving blocks and points.
+   !> Save or load moving blocks and points.
    subroutine exchange_state(archive, state)
       type(archive_type), intent(inout) :: archive
       type(block_state_type), intent(inout) :: state
@@ -38,7 +38,7 @@ contains
       call archive%item('bolt_plastic', state%bolt_plastic)
    end subroutine exchange_state
 
-   !> Contacts of the last step with their history.
+   !> Save or load contacts of the last step with their history.
    subroutine exchange_contacts(archive, contacts)
       type(archive_type), intent(inout) :: archive
       type(contact_table_type), intent(inout) :: contacts
@@ -76,7 +76,7 @@ contains
       end do
    end subroutine exchange_contacts
 
-   !> Step size and stages.
+   !> Save or load step size and stages.
    subroutine exchange_control(archive, control)
       type(archive_type), intent(inout) :: archive
       type(step_control_type), intent(inout) :: control
@@ -91,7 +91,7 @@ contains
       call archive%item('short_steps', control%short_steps)
    end subroutine exchange_control
 
-   !> Energies.
+   !> Save or load energies.
    subroutine exchange_ledger(archive, ledger)
       type(archive_type), intent(inout) :: archive
       type(ledger_type), intent(inout) :: ledger
@@ -110,7 +110,7 @@ contains
       call archive%fixed('given_worst_geometry', ledger%given%worst(:, 2))
    end subroutine exchange_ledger
 
-   !> The record of the last step.
+   !> Save or load the record of the last step.
    subroutine exchange_record(archive, record)
       type(archive_type), intent(inout) :: archive
       type(step_record_type), intent(inout) :: record

@@ -36,7 +36,7 @@ module rockdda_io_parameter_exchange
 
 contains
 
-   !> A group.
+   !> Begin a group.
    subroutine exchange_begin(self, name, meaning, is_list)
       class(parameter_exchange_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
@@ -49,8 +49,8 @@ contains
       end associate
    end subroutine exchange_begin
 
-   !> The number of elements. One that comes from a file: the last element must be there. Else it becomes 0, and
-   !> loading fails.
+   !> Save or load the number of elements. When it is loaded, the last element must be in the file; otherwise it becomes
+   !> 0, and loading fails.
    subroutine exchange_size(self, n)
       class(parameter_exchange_type), intent(inout) :: self
       integer, intent(inout) :: n
@@ -67,7 +67,7 @@ contains
       if (.not. there) n = 0
    end subroutine exchange_size
 
-   !> Element i, marked by its number.
+   !> Save or load element i, marked by its number.
    subroutine exchange_element(self, i, origin)
       class(parameter_exchange_type), intent(inout) :: self
       integer, intent(in) :: i
@@ -81,7 +81,7 @@ contains
       end associate
    end subroutine exchange_element
 
-   !> A real.
+   !> Save or load a real.
    subroutine exchange_real(self, row, given, used, origin)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -98,7 +98,7 @@ contains
       end associate
    end subroutine exchange_real
 
-   !> A whole number.
+   !> Save or load a whole number.
    subroutine exchange_integer(self, row, given, used)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -111,7 +111,7 @@ contains
       end if
    end subroutine exchange_integer
 
-   !> .true. or .false.
+   !> Save or load .true. or .false.
    subroutine exchange_logical(self, row, given, used)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -124,7 +124,7 @@ contains
       end if
    end subroutine exchange_logical
 
-   !> A text.
+   !> Save or load a text.
    subroutine exchange_text(self, row, given, used)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -137,7 +137,7 @@ contains
       end if
    end subroutine exchange_text
 
-   !> One of several words, as a logical.
+   !> Save or load one of several words, as a logical.
    subroutine exchange_choice(self, row, given, used, true_for)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -149,7 +149,7 @@ contains
       end associate
    end subroutine exchange_choice
 
-   !> A fixed number of reals.
+   !> Save or load a fixed number of reals.
    subroutine exchange_reals(self, row, given, otherwise)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine exchange_reals
 
-   !> Any number of reals.
+   !> Save or load any number of reals.
    subroutine exchange_list(self, row, given)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -168,7 +168,7 @@ contains
       call self%archive%item(self%prefix//row%name, given)
    end subroutine exchange_list
 
-   !> Any number of whole numbers.
+   !> Save or load any number of whole numbers.
    subroutine exchange_integers(self, row, given)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -176,7 +176,7 @@ contains
       call self%archive%item(self%prefix//row%name, given)
    end subroutine exchange_integers
 
-   !> Rows of reals.
+   !> Save or load rows of reals.
    subroutine exchange_rows(self, row, given, used)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -189,7 +189,7 @@ contains
       end if
    end subroutine exchange_rows
 
-   !> Rows of reals from a file.
+   !> Save or load rows of reals from a file.
    subroutine exchange_file(self, row, given, used)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
@@ -199,7 +199,7 @@ contains
       end associate
    end subroutine exchange_file
 
-   !> A number that is computed from options and model.
+   !> Save or load a number that is computed from options and model.
    subroutine exchange_used(self, quantity, value, name)
       class(parameter_exchange_type), intent(inout) :: self
       character(len=*), intent(in) :: quantity

@@ -55,7 +55,7 @@ contains
       call c_bytes(text, len(text, c_long_long), digest)
    end function digest_of_text
 
-   !> Digest of the first n bytes of a file, of all of it when n < 0.
+   !> Compute the digest of the first n bytes of a file, of all of it when n < 0.
    subroutine digest_of_file(path, n, digest, error)
       character(len=*), intent(in) :: path
       integer(i8), intent(in) :: n

@@ -54,7 +54,7 @@ module rockdda_io_hdf5_adapter
 
 contains
 
-   !> Shape of a dataset in Fortran order; size 0 for a scalar.
+   !> Get the shape of a dataset in Fortran order; size 0 for a scalar.
    subroutine get_shape(self, name, shape, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -258,7 +258,7 @@ contains
       call write_plain(self, name, skip, c_loc(values), 8_i8*size(values, kind=i8), error)
    end subroutine write_plain_reals
 
-   !> As write_plain_reals, for integers.
+   !> Write a whole chunk of integers, as write_plain_reals does.
    subroutine write_plain_integers(self, name, skip, values, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name

@@ -151,7 +151,7 @@ contains
       call h5oclose_f(owner, ignored)
    end function has_attribute
 
-   !> Value of a text attribute; of a list of texts with a line end between them.
+   !> Get the value of a text attribute; of a list of texts with a line end between them.
    subroutine get_text_attribute(self, object, name, text, error)
       class(hdf5_attributes_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
@@ -191,7 +191,7 @@ contains
       call h5oclose_f(owner, status)
    end subroutine get_text_attribute
 
-   !> Value of an integer attribute.
+   !> Get the value of an integer attribute.
    subroutine get_integer_attribute(self, object, name, value, error)
       class(hdf5_attributes_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
@@ -213,7 +213,7 @@ contains
       call h5oclose_f(owner, ignored)
    end subroutine get_integer_attribute
 
-   !> Values of an attribute that is a list of integers.
+   !> Get values of an attribute that is a list of integers.
    subroutine get_integers_attribute(self, object, name, values, error)
       class(hdf5_attributes_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
@@ -234,7 +234,7 @@ contains
       call h5oclose_f(owner, ignored)
    end subroutine get_integers_attribute
 
-   !> Number of values of an attribute; a list of a million is none of ours.
+   !> Count the values of an attribute; a list of a million was not written by this program.
    subroutine count_values(attribute, n, status)
       integer(hid_t), intent(in) :: attribute
       integer(hsize_t), intent(out) :: n

@@ -76,7 +76,7 @@ contains
       path = results//'.undo'
    end function undo_path
 
-   !> Files opened with these access properties are written in commits.
+   !> Set access properties with which files are written in commits.
    subroutine use_driver(access, status)
       integer(i8), intent(in) :: access     !! property list
       integer, intent(out) :: status        !! < 0: failed
@@ -133,7 +133,7 @@ contains
       call explain(c_keep_undo(int(file, c_int64_t), path//c_null_char, digest), path, error)
    end subroutine begin_undo
 
-   !> An error (code input) when the undo file of that checkpoint has been damaged or cut off.
+   !> Report (code input) that the undo file of that checkpoint is damaged or cut off.
    subroutine check_undo(results, digest, error)
       character(len=*), intent(in) :: results
       character(len=digest_length), intent(in) :: digest

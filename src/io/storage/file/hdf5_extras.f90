@@ -57,7 +57,7 @@ module rockdda_io_hdf5_extras
 
 contains
 
-   !> Files opened with these access properties are not locked.
+   !> Set access properties with which files are not locked.
    subroutine disable_file_locking(access, status)
       integer(i8), intent(in) :: access     !! property list
       integer, intent(out) :: status        !! < 0: failed

@@ -99,7 +99,7 @@ contains
       if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_for_trial
 
-   !> Last part of all procedures that open a file: status to error, properties released.
+   !> End the opening of a file: release the properties, and make an error of a bad status.
    subroutine end_opening(self, failure, access, status, error)
       class(hdf5_handle_type), intent(inout) :: self
       character(len=*), intent(in) :: failure       !! what it would be
@@ -224,7 +224,7 @@ contains
       if (status /= 0) exists = .false.
    end function exists
 
-   !> A data space; dims of size 0: scalar.
+   !> Create a data space; dims of size 0: scalar.
    subroutine new_space(dims, space, status)
       integer(hsize_t), intent(in) :: dims(:)
       integer(hid_t), intent(out) :: space
@@ -236,7 +236,7 @@ contains
       end if
    end subroutine new_space
 
-   !> UTF-8 text of variable length.
+   !> Create the type of UTF-8 text of variable length.
    subroutine new_text_type(type, status)
       integer(hid_t), intent(out) :: type
       integer, intent(out) :: status
@@ -289,7 +289,7 @@ contains
       i = int(c_free(pointer))
    end function take_text
 
-   !> An error that names the file, what could not be done and why.
+   !> Make an error that names the file, what could not be done and why.
    subroutine fail(self, what, error)
       class(hdf5_handle_type), intent(in) :: self
       character(len=*), intent(in) :: what

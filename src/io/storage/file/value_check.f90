@@ -58,7 +58,7 @@ contains
       self%first = self%group//'/'//name//' '//what
    end subroutine need
 
-   !> A value must be in the file.
+   !> Require a value in the file.
    subroutine is_there(self, ok, name)
       class(value_check_type), intent(inout) :: self
       logical, intent(in) :: ok
@@ -66,7 +66,7 @@ contains
       call self%need(ok, name, 'is missing')
    end subroutine is_there
 
-   !> A value must have been read without an error.
+   !> Require that a value was read without an error.
    subroutine is_read(self, error, path, name)
       class(value_check_type), intent(inout) :: self
       type(error_type), allocatable, intent(in) :: error   !! of reading it
@@ -79,7 +79,7 @@ contains
       call self%need(.false., name, 'cannot be read: '//what)
    end subroutine is_read
 
-   !> A value must be of reals, or of integers.
+   !> Require a value of reals, or of integers.
    subroutine has_type(self, ok, name, reals)
       class(value_check_type), intent(inout) :: self
       logical, intent(in) :: ok
@@ -88,7 +88,7 @@ contains
       call self%need(ok, name, 'cannot be read: it holds no '//trim(merge('reals   ', 'integers', reals)))
    end subroutine has_type
 
-   !> The shape of a value must match that of other values.
+   !> Require that the shape of a value matches that of other values.
    subroutine has_shape(self, ok, name)
       class(value_check_type), intent(inout) :: self
       logical, intent(in) :: ok
@@ -96,7 +96,7 @@ contains
       call self%need(ok, name, 'has an unexpected shape')
    end subroutine has_shape
 
-   !> A value must be possible.
+   !> Require a possible value.
    subroutine holds(self, ok, name)
       class(value_check_type), intent(inout) :: self
       logical, intent(in) :: ok
@@ -104,7 +104,7 @@ contains
       call self%need(ok, name, 'holds an impossible number')
    end subroutine holds
 
-   !> All numbers must be at least `low` and at most `high`.
+   !> Require numbers that are all at least `low` and at most `high`.
    subroutine in_range(self, values, low, high, name)
       class(value_check_type), intent(inout) :: self
       integer, intent(in) :: values(:)
@@ -113,7 +113,7 @@ contains
       call self%holds(all(values >= low .and. values <= high), name)
    end subroutine in_range
 
-   !> Each number must be above the one before, the first at least `least`.
+   !> Require numbers each of which is above the one before, the first at least `least`.
    subroutine are_increasing(self, numbers, least, name)
       class(value_check_type), intent(inout) :: self
       integer, intent(in) :: numbers(:)
@@ -124,7 +124,7 @@ contains
       call self%holds(all(numbers >= least) .and. all(numbers(2:n) > numbers(1:n - 1)), name)
    end subroutine are_increasing
 
-   !> The numbers must begin with 0, grow by at least `step` each, and end with n.
+   !> Require numbers that begin with 0, grow by at least `step` each, and end with n.
    subroutine are_offsets(self, offsets, n, step, name)
       class(value_check_type), intent(inout) :: self
       integer, intent(in) :: offsets(:)
@@ -140,7 +140,7 @@ contains
       if (self%passed()) call self%holds(all(offsets(2:m) - offsets(1:m - 1) >= step), name)
    end subroutine are_offsets
 
-   !> All reals must be finite.
+   !> List all reals must be finite.
    subroutine list_is_finite(self, values, name)
       class(value_check_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
@@ -148,7 +148,7 @@ contains
       call self%need(all(abs(values) <= huge(1.0_wp)), name, 'holds a number that is not finite')
    end subroutine list_is_finite
 
-   !> As list_is_finite, for a table.
+   !> Require a table of finite numbers.
    subroutine table_is_finite(self, values, name)
       class(value_check_type), intent(inout) :: self
       real(wp), intent(in) :: values(:, :)
@@ -156,7 +156,7 @@ contains
       call self%need(all(abs(values) <= huge(1.0_wp)), name, 'holds a number that is not finite')
    end subroutine table_is_finite
 
-   !> There must be a list of n finite reals.
+   !> Require a list of n finite reals.
    subroutine list(self, values, n, name)
       class(value_check_type), intent(inout) :: self
       real(wp), allocatable, intent(in) :: values(:)
@@ -168,7 +168,7 @@ contains
       call self%is_finite(values, name)
    end subroutine list
 
-   !> There must be a table of m times n finite reals, not larger than `largest`.
+   !> Require a table of m times n finite reals, not larger than `largest`.
    subroutine table(self, values, m, n, name, largest)
       class(value_check_type), intent(inout) :: self
       real(wp), allocatable, intent(in) :: values(:, :)

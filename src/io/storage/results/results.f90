@@ -101,7 +101,7 @@ contains
       call self%lock%discard()
    end subroutine create
 
-   !> Attributes of the file and the input texts.
+   !> Write attributes of the file and the input texts.
    subroutine write_header(file, header, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_header_type), intent(in) :: header
@@ -123,7 +123,7 @@ contains
       if (.not. allocated(error)) call file%write('input/config', header%config, error)
    end subroutine write_header
 
-   !> The model at the start.
+   !> Write the model at the start.
    subroutine write_model(self, blocks, state, error)
       class(results_type), intent(in) :: self
       type(block_system_type), intent(in) :: blocks
@@ -148,7 +148,7 @@ contains
       if (.not. allocated(error)) call write_bolts(self%file, blocks%bolts, error)
    end subroutine write_model
 
-   !> Bolts: ends at the start, blocks of the two ends from 0 (-1: outside), and stiffness, pretension, strength.
+   !> Write bolts: ends at the start, blocks of the two ends from 0 (-1: outside), and stiffness, pretension, strength.
    subroutine write_bolts(file, bolts, error)
       type(hdf5_file_type), intent(in) :: file
       type(bolt_set_type), intent(in) :: bolts
@@ -170,7 +170,7 @@ contains
       if (.not. allocated(error)) call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
    end subroutine write_bolts
 
-   !> Points with the attribute `block`, counted from 0.
+   !> Write points with the attribute `block`, counted from 0.
    subroutine write_points(file, name, points, error)
       type(hdf5_file_type), intent(in) :: file
       character(len=*), intent(in) :: name
@@ -187,7 +187,7 @@ contains
       if (.not. allocated(error)) call file%set_attribute(name, 'block', block, error)
    end subroutine write_points
 
-   !> Names and row shapes of all growing tables.
+   !> Add names and row shapes of all growing tables.
    subroutine add_tables(self, blocks)
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
@@ -228,7 +228,7 @@ contains
       call self%series(s_blocks)%init('frames/contact_blocks', integers, [2])
    end subroutine add_tables
 
-   !> One row of history: an accepted step.
+   !> Append the row of an accepted step to the history.
    subroutine append_history(self, record, error)
       class(results_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
@@ -255,7 +255,7 @@ contains
       call self%write_if_large(error)
    end subroutine append_history
 
-   !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
+   !> Append a frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
    !> is its vertex in the moved configuration.
    subroutine append_frame(self, state, contacts, force, bolt_force, error)
       class(results_type), intent(inout) :: self

@@ -108,7 +108,7 @@ contains
       if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
    end subroutine cut_tables
 
-   !> Does this open file belong to the run with this header?
+   !> Check that this open file belongs to the run with this header.
    subroutine check_belongs(file, header, series, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_header_type), intent(in) :: header
@@ -155,7 +155,7 @@ contains
 
    contains
 
-      !> Is an attribute, or a dataset, this text?
+      !> Compare an attribute or a dataset with this text.
       subroutine compare_text(object, attribute, text)
          character(len=*), intent(in) :: object, attribute, text
          if (allocated(error)) return
@@ -172,7 +172,7 @@ contains
 
    end subroutine check_belongs
 
-   !> Does an open file contain all rows of the checkpoint in all tables, and the same last row?
+   !> Check that an open file contains all rows of the checkpoint in all tables, and the same last row.
    subroutine check_reaches(file, rows, length, record, series, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_rows_type), intent(in) :: rows
@@ -253,7 +253,7 @@ contains
       if (allocated(error)) call mark_as_damaged(file%path, error)
    end subroutine check_content
 
-   !> Checksum of the model in a results file.
+   !> Compute the checksum of the model in a results file.
    subroutine total_of_model(file, total, error)
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(out) :: total
@@ -288,14 +288,14 @@ contains
       if (.not. allocated(error)) total = fold(total, integers)
    end subroutine total_of_model
 
-   !> An error about readable values that are wrong.
+   !> Report readable values that are wrong.
    subroutine not_as_written(path, what, error)
       character(len=*), intent(in) :: path, what
       type(error_type), allocatable, intent(out) :: error
       call make_error(error, error_code%input, path//': '//what//' differ from what the run has written')
    end subroutine not_as_written
 
-   !> "FILE: what" becomes "FILE: these results are damaged: what".
+   !> Change "FILE: what" to "FILE: these results are damaged: what".
    subroutine mark_as_damaged(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error

@@ -64,7 +64,7 @@ contains
       end if
    end subroutine read_results_info
 
-   !> Attributes and sizes.
+   !> Read attributes and sizes.
    subroutine read_all(file, info, error)
       type(hdf5_file_type), intent(in) :: file
       type(results_info_type), intent(inout) :: info
@@ -115,7 +115,7 @@ contains
 
    contains
 
-      !> Length of the last dimension.
+      !> Get the length of the last dimension.
       subroutine rows_of(name, n)
          character(len=*), intent(in) :: name
          integer(i8), intent(out) :: n
@@ -125,7 +125,7 @@ contains
          if (.not. allocated(error)) n = shape(size(shape))
       end subroutine rows_of
 
-      !> First and last times.
+      !> Read first and last times.
       subroutine read_ends()
          integer, allocatable :: step(:)
          real(wp), allocatable :: time(:)

@@ -18,7 +18,7 @@ module rockdda_io_results_shape
 
 contains
 
-   !> An error (code input) "FILE: error: the file is damaged: …" when they do not.
+   !> Check the shapes of all datasets; the error (code input) is "FILE: error: the file is damaged: …".
    subroutine check_results_shape(file, error)
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
@@ -32,7 +32,7 @@ contains
                                                 check%problem())
    end subroutine check_results_shape
 
-   !> The model, and its numbers of blocks, vertices, and fixed, loading and measured points.
+   !> Check the model, and its numbers of blocks, vertices, and fixed, loading and measured points.
    subroutine check_model(file, check, nb, nv, points)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
@@ -102,7 +102,7 @@ contains
 
    end subroutine check_model
 
-   !> Bolts of the model; older files do not have them.
+   !> Check bolts of the model; older files do not have them.
    subroutine check_bolts(file, check, nb, n_bolts)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
@@ -124,7 +124,7 @@ contains
       if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
    end subroutine check_bolts
 
-   !> Tables with a row per step. After a kill some may be longer than others.
+   !> Check tables with a row per step. After a kill some may be longer than others.
    subroutine check_history(file, check, points)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
@@ -144,7 +144,7 @@ contains
       n = rows_of(file, check, 'fixed_force', reals, [2, points(1)])
    end subroutine check_history
 
-   !> Tables with a row per frame or contact.
+   !> Check tables with a row per frame or contact.
    subroutine check_frames(file, check, nb, nv, n_bolts)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check

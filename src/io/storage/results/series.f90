@@ -160,7 +160,7 @@ contains
       if (.not. self%is_real) call self%add([(0, i=1, n*self%row_size)], n)
    end subroutine add_zeros
 
-   !> The checksum of the first rows of the table, as they are read from a file.
+   !> Compute the checksum of the first rows of the table, as they are read from a file.
    subroutine total_in_file(self, file, n_rows, total, error)
       class(series_type), intent(in) :: self
       type(hdf5_file_type), intent(in) :: file
