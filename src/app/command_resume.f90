@@ -13,7 +13,8 @@ module rockdda_app_command_resume
    use rockdda_app_process, only : print_error, watch_signals
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : report_failure, show_messages
-   use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end, summarise
+   use rockdda_app_run_summary, only : print_summary
+   use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end
    implicit none
    private
    public :: run_resume
@@ -53,7 +54,7 @@ contains
          exit_code = 0
          if (.not. line%quiet) call print_error('rockdda: nothing left to do: the run has done all its '// &
                                              to_string(run%sim%state%step)//' steps; --steps N adds N more')
-         call summarise(line, run, messages, error, exit_code, ok)
+         call print_summary(line, run, messages, error, exit_code, ok)
          if (.not. ok) exit_code = error_code%output
          return
       end if

@@ -150,6 +150,9 @@ class Options(ResultsTest):
         self.write("block.df", PEER_ANALYSIS)
         outcome = self.run_program("run", "block.dc", "block.df", "--dialect", "peer", "--quiet")
         self.assertEqual((outcome.code, outcome.err), (0, ""))
+        for word in ("peer", "dda_windows"):
+            described = self.run_program("info", "block.df", "--dialect", word, "--json").json["files"][0]
+            self.assertEqual(described["dialect"], "dda_windows")
         self.write("block.df", ANALYSIS)
         self.assertEqual(self.run_program("run", "block.dc", "block.df", "--dialect", "peer", "-o", "x.h5").code, 2)
         self.assertFalse(self.path("x.h5").exists())

@@ -96,34 +96,34 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       logical :: has_trace, needs_variation
       has_trace = find_entry(group, 'trace') > 0
-      if (find_entry(group, 'spacing') == 0) call complain("'spacing' is missing")
+      if (find_entry(group, 'spacing') == 0) call report("'spacing' is missing")
       if (set%bridge > 0 .and. .not. has_trace) &
-         call complain("'bridge' goes with 'trace' (without, traces are endless)")
-      if (has_trace .and. set%bridge > set%trace) call complain('bridge '//to_string(set%bridge)// &
+         call report("'bridge' goes with 'trace' (without, traces are endless)")
+      if (has_trace .and. set%bridge > set%trace) call report('bridge '//to_string(set%bridge)// &
          ' is longer than trace '//to_string(set%trace))
       needs_variation = any([set%spacing_law, set%trace_law] == law%normal) .or. &
                         any([set%spacing_law, set%trace_law] == law%lognormal)
       if (is_set(randomness)) then
          set%randomness = randomness
       else if (needs_variation) then
-         call complain("'randomness' is missing: the coefficient of variation of the distribution")
+         call report("'randomness' is missing: the coefficient of variation of the distribution")
       else if (set%spacing_law == law%exponential .or. set%trace_law == law%exponential) then
          set%randomness = 0.5_wp
       end if
       if (set%ends_at > 0) then
-         if (has_trace) call complain("joints that end at another set ('ends_at') have no 'trace' of their own")
-         if (set%avoid_cantilevers) call complain("'avoid_cantilevers' does not go with 'ends_at'")
+         if (has_trace) call report("joints that end at another set ('ends_at') have no 'trace' of their own")
+         if (set%avoid_cantilevers) call report("'avoid_cantilevers' does not go with 'ends_at'")
       end if
       if (set%avoid_cantilevers .and. abs(set%stagger) > 0) &
-         call complain("'avoid_cantilevers' does not go with 'stagger'")
+         call report("'avoid_cantilevers' does not go with 'stagger'")
 
    contains
 
       !> Report a fault of the group as a whole.
-      subroutine complain(text)
+      subroutine report(text)
          character(len=*), intent(in) :: text
          call messages%add(severity%error, '&joint_set: '//text, namelist%origin(group%place))
-      end subroutine complain
+      end subroutine report
 
    end subroutine check_joint_set
 

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Summary of `rockdda run` and `rockdda resume`.
+module rockdda_app_run_summary
+   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_state, only : energy_names, n_energies
+   use rockdda_stepping_control, only : cut_names, n_cut_reasons
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_outcome, only : done_share
+   use rockdda_run_model_run, only : run_type
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_json, only : json_type
+   use rockdda_app_process, only : print_line
+   use rockdda_app_report, only : begin_json, end_json
+   implicit none
+   private
+   public :: print_summary
+
+contains
+
+   !> Print the summary on standard output.
+   subroutine print_summary(line, run, messages, error, exit_code, ok)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(in) :: run
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
+      integer, intent(in) :: exit_code
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      type(diagnostics_type) :: all_messages
+      character(len=:), allocatable :: status
+      integer :: i
+      status = 'done'
+      if (exit_code == error_code%stopped) status = 'stopped'
+      if (allocated(error)) status = 'error'
+      if (.not. line%json) then
+         call print_line(status//': '//to_string(run%sim%state%step)//' steps to time '// &
+                  to_string(run%sim%state%time, 10)//', '//to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
+                  to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
+                  ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
+                  'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file// &
+                  warnings_text(run%warnings, line%quiet), ok)
+         return
+      end if
+      call begin_json(json, line, status, exit_code)
+      call json%put('exit_reason', run%reason)
+      call json%put('output', run%output)
+      call json%put('checkpoint', run%checkpoint_file)
+      call json%put('log', run%log_file)
+      call json%put('title', run%sim%parameters%title)
+      call json%put('solver', run%sim%parameters%solver_method)
+      call json%put('blocks', run%sim%blocks%n_blocks)
+      call json%put('first_step', run%first_step)
+      call json%put('steps', run%sim%state%step)
+      call json%put('time', run%sim%state%time)
+      call json%put('planned_time', run%sim%planned_time())
+      call json%put('done_share', done_share(run%sim))
+      call json%open('{', 'cuts')
+      do i = 1, n_cut_reasons
+         call json%put(trim(cut_names(i)), run%sim%control%cuts(i))
+      end do
+      call json%close('}')
+      call json%put('short_steps', run%sim%control%short_steps)
+      call json%put('frames', run%n_frames)
+      call json%open('{', 'contacts')
+      call json%put('open', run%sim%record%contacts(1))
+      call json%put('sliding', run%sim%record%contacts(2))
+      call json%put('locked', run%sim%record%contacts(3))
+      call json%close('}')
+      call json%open('{', 'energy')
+      do i = 1, n_energies
+         call json%put(trim(energy_names(i)), run%sim%record%energy(i))
+      end do
+      call json%close('}')
+      call json%open('{', 'energy_given')
+      associate (given => run%sim%ledger%given)
+         call json%put('discarded', given%given(1))
+         call json%put('geometry', given%given(2))
+         call json%put('compared_with', given%scale)
+      end associate
+      call json%close('}')
+      call json%put('wall_seconds', wall_seconds() - run%start)
+      all_messages = messages
+      do i = 1, run%warnings%n
+         call all_messages%add(severity%warning, run%warnings%items(i)%message)
+      end do
+      call end_json(json, all_messages, error, ok)
+   end subroutine print_summary
+
+   !> One line for each warning, each after a line end; with quiet none.
+   pure function warnings_text(warnings, quiet) result(text)
+      type(diagnostics_type), intent(in) :: warnings
+      logical, intent(in) :: quiet
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      if (quiet) return
+      do i = 1, warnings%n
+         text = text//new_line('a')//'warning: '//warnings%items(i)%message
+      end do
+   end function warnings_text
+
+end module rockdda_app_run_summary

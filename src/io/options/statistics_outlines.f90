@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: MIT
+!> Boundary and openings of a file of joint statistics.
+module rockdda_io_statistics_outlines
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_lines_outlines, only : slope_outline, crosses_itself
+   use rockdda_lines_statistics, only : statistics_type, region_type, opening_type, shape_kind
+   use rockdda_model_options, only : unset_real, is_set
+   use rockdda_io_csv_table, only : read_csv_table
+   use rockdda_io_namelist_parser, only : namelist_type, group_type, find_entry, beside
+   use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_text, get_choice, &
+      get_reals, demand, index_of
+   implicit none
+   private
+   public :: read_boundary, read_opening
+
+   character(len=*), parameter :: shape_names(4) = [character(len=9) :: 'horseshoe', 'circle', 'rectangle', 'polygon']
+
+contains
+
+   !> Read &boundary: a window, perhaps with a slope or a frame, or a polygon.
+   subroutine read_boundary(namelist, group, statistics, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(group_type), intent(in) :: group
+      type(statistics_type), intent(inout) :: statistics
+      type(diagnostics_type), intent(inout) :: messages
+      type(origin_type) :: origin
+      real(wp), allocatable :: window(:), vertices(:), toe(:)
+      real(wp) :: angle
+      integer :: i, before
+      before = messages%n_errors
+      angle = unset_real
+      statistics%region = region_type()
+      statistics%region%origin = namelist%origin(group%place)
+      allocate (statistics%region%vertices(2, 0))
+      do i = 1, group%n
+         associate (entry => group%entries(i))
+            select case (entry%name)
+            case ('window')
+               call get_reals(namelist, entry, 4, .false., window, messages)
+               if (.not. allocated(window)) cycle
+               if (.not. (window(3) > window(1) .and. window(4) > window(2))) call messages%add(severity%error, &
+                  'window: expected xmin, ymin, xmax, ymax with xmin < xmax and ymin < ymax', &
+                  namelist%origin(entry%place))
+            case ('vertices'); call get_reals(namelist, entry, 2, .true., vertices, messages)
+            case ('slope_toe'); call get_reals(namelist, entry, 2, .false., toe, messages)
+            case ('slope_angle')
+               call get_real(namelist, entry, angle, messages)
+               if (is_set(angle)) call demand(namelist, entry, angle > 0 .and. angle < 180, &
+                                              'must be between 0 and 180 degrees', messages)
+            case ('frame'); call get_positive(namelist, entry, statistics%region%frame, messages)
+            case ('joint_material'); call get_integer(namelist, entry, 1, statistics%region%material, messages)
+            end select
+         end associate
+      end do
+      if (messages%n_errors > before) return
+      origin = namelist%origin(group%place)
+      associate (region => statistics%region)
+         if (allocated(window) .eqv. allocated(vertices)) then
+            call messages%add(severity%error, "&boundary: give either 'window' or 'vertices'", origin)
+         else if (allocated(vertices)) then
+            if (region%frame > 0 .or. allocated(toe) .or. is_set(angle)) call messages%add(severity%error, &
+               "&boundary: 'frame' and 'slope_toe' go with 'window', not with 'vertices'", origin)
+            region%vertices = reshape(vertices, [2, size(vertices)/2])
+            call check_polygon(region%vertices, '&boundary', namelist, group, messages)
+         else if (allocated(toe) .neqv. is_set(angle)) then
+            call messages%add(severity%error, "&boundary: 'slope_toe' and 'slope_angle' go together", origin)
+         else if (allocated(toe)) then
+            region%vertices = slope_outline(window, toe, angle)
+            if (size(region%vertices, 2) == 0) call messages%add(severity%error, &
+               '&boundary: toe and crest of the slope must lie inside the window', origin)
+            if (region%frame > 0) call messages%add(severity%error, "&boundary: a slope has no 'frame'", origin)
+         else
+            region%vertices = reshape([window(1), window(2), window(3), window(2), window(3), window(4), &
+                                       window(1), window(4)], [2, 4])
+         end if
+      end associate
+   end subroutine read_boundary
+
+   !> Read &opening.
+   subroutine read_opening(namelist, group, statistics, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(group_type), intent(in) :: group
+      type(statistics_type), intent(inout) :: statistics
+      type(diagnostics_type), intent(inout) :: messages
+      type(opening_type) :: opening
+      type(opening_type), allocatable :: more(:)
+      character(len=:), allocatable :: name, file
+      real(wp), allocatable :: values(:)
+      integer :: i, n
+      opening%origin = namelist%origin(group%place)
+      do i = 1, group%n
+         associate (entry => group%entries(i))
+            select case (entry%name)
+            case ('shape')
+               call get_choice(namelist, entry, shape_names, name, messages)
+               if (allocated(name)) opening%shape = index_of(name, shape_names)
+            case ('span', 'width'); call get_positive(namelist, entry, opening%width, messages)
+            case ('height'); call get_positive(namelist, entry, opening%height, messages)
+            case ('wall_height')
+               call get_real(namelist, entry, opening%height, messages)
+               call demand(namelist, entry, opening%height >= 0, 'must not be negative', messages)
+            case ('arch_height'); call get_positive(namelist, entry, opening%rise, messages)
+            case ('radius'); call get_positive(namelist, entry, opening%radius, messages)
+            case ('segments'); call get_integer(namelist, entry, 3, opening%segments, messages)
+            case ('joint_material'); call get_integer(namelist, entry, 1, opening%material, messages)
+            case ('center')
+               call get_reals(namelist, entry, 2, .false., values, messages)
+               if (allocated(values)) opening%center = values
+            case ('vertices')
+               call get_reals(namelist, entry, 2, .true., values, messages)
+               if (allocated(values)) opening%vertices = reshape(values, [2, size(values)/2])
+            case ('file')
+               call get_text(namelist, entry, file, messages)
+               if (.not. allocated(file)) cycle
+               call demand(namelist, entry, len_trim(file) > 0, 'must name a file', messages)
+               if (len_trim(file) > 0) call read_csv_table(beside(namelist%source%file, trim(file)), &
+                                                                          ['x', 'y'], opening%vertices, messages, &
+                                                                          in_any_order=.true.)
+            end select
+         end associate
+      end do
+      call check_opening(namelist, group, opening, messages)
+      n = size(statistics%openings)
+      allocate (more(n + 1))
+      more(1:n) = statistics%openings
+      more(n + 1) = opening
+      call move_alloc(more, statistics%openings)
+   end subroutine read_opening
+
+   !> Check that an opening has the measures of its shape and no others.
+   subroutine check_opening(namelist, group, opening, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(group_type), intent(in) :: group
+      type(opening_type), intent(in) :: opening
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=*), parameter :: measures(8) = [character(len=11) :: 'span', 'wall_height', 'arch_height', &
+                                                    'radius', 'width', 'height', 'vertices', 'file']
+      logical :: wanted(size(measures))
+      integer :: i
+      if (opening%shape == 0) then
+         if (find_entry(group, 'shape') == 0) call report("'shape' is missing")
+         return
+      end if
+      select case (opening%shape)
+      case (1); wanted = [.true., .true., .true., .false., .false., .false., .false., .false.]
+      case (2); wanted = [.false., .false., .false., .true., .false., .false., .false., .false.]
+      case (3); wanted = [.false., .false., .false., .false., .true., .true., .false., .false.]
+      case default
+         wanted = .false.
+         wanted(7:8) = [find_entry(group, 'file') == 0, find_entry(group, 'file') > 0]
+      end select
+      do i = 1, size(measures)
+         if (wanted(i) .and. find_entry(group, trim(measures(i))) == 0) then
+            call report("'"//trim(measures(i))//"' is missing for the shape '"//trim(shape_names(opening%shape))//"'")
+         else if (.not. wanted(i) .and. find_entry(group, trim(measures(i))) > 0) then
+            call report("'"//trim(measures(i))//"' does not belong to the shape '"// &
+                          trim(shape_names(opening%shape))//"'")
+         end if
+      end do
+      if (opening%shape == shape_kind%horseshoe .and. opening%rise > 0.5_wp*opening%width*(1 + 1.0e-9_wp)) &
+         call report('arch_height '//to_string(opening%rise)//' is more than half the span '// &
+                       to_string(opening%width))
+      if (opening%shape == shape_kind%polygon .and. allocated(opening%vertices)) then
+         ! no vertices at all: the file could not be read, which was reported
+         if (size(opening%vertices, 2) > 0) call check_polygon(opening%vertices, '&opening', namelist, group, messages)
+      end if
+
+   contains
+
+      !> Report a fault of the group as a whole.
+      subroutine report(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&opening: '//text, namelist%origin(group%place))
+      end subroutine report
+
+   end subroutine check_opening
+
+   !> Check that a polygon has three corners or more, an area, and no crossing.
+   subroutine check_polygon(vertices, name, namelist, group, messages)
+      real(wp), intent(in) :: vertices(:, :)
+      character(len=*), intent(in) :: name
+      type(namelist_type), intent(in) :: namelist
+      type(group_type), intent(in) :: group
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: problem
+      problem = ''
+      if (size(vertices, 2) < 3) then
+         problem = 'expected at least 3 vertices, found '//to_string(size(vertices, 2))
+      else if (crosses_itself(vertices)) then
+         problem = 'its outline crosses or touches itself'
+      else if (.not. abs(polygon_area(vertices)) > 0) then
+         problem = 'its outline has no area'
+      end if
+      if (len(problem) > 0) call messages%add(severity%error, name//': '//problem, namelist%origin(group%place))
+   end subroutine check_polygon
+
+end module rockdda_io_statistics_outlines
