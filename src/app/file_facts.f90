@@ -44,7 +44,7 @@ contains
       case (file_kind%checkpoint); call describe_checkpoint(path, facts, messages)
       case (file_kind%ddaml); call messages%add(severity%warning, ddaml_advice, origin)
       case (file_kind%unknown)
-         call messages%add(severity%warning, 'this version says no more about a file of this kind: '//kind_name(kind), &
+         call messages%add(severity%warning, 'this version does not describe files of this kind: '//kind_name(kind), &
                            origin)
       end select
    end subroutine describe_file
