@@ -86,14 +86,13 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     (
         "force of the normal spring: g0 times the overlap",
         [
-            ("linearise_joint", "force(1) = -settings%k_n*joint%gap"),
-            ("set_link_forces", "force(1) = -parameters%normal_stiffness*table%gap(c)"),
+            ("linearise_joint", "force(1) = -joint%k_n*joint%gap"),
         ],
     ),
     (
-        "g0 of an attempt, for contacts (k_s, fixed points, the search radius and the energy balance use the run's own "
+        "g0 of a step, for contacts (k_s, fixed points, the search radius and the energy balance use the run's own "
         "number)",
-        [("*", "settings%k_n = parameters%normal_stiffness"), ("*", "settings%k_n = self%parameters%normal_stiffness")],
+        [("*", "self%table%k_n(c) = context%parameters%normal_stiffness")],
     ),
     ("g0 as the files have it, or E", [("*", "parameters%normal_stiffness = automatic_over_e*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),

@@ -35,6 +35,8 @@ module rockdda_contact_table
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
       integer, allocatable :: slip_sign(:)           !! (n) +1/-1: vertex slides along/against the edge; 0
+      ! stiffness of its springs in this step [force/length]
+      real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
       ! geometry at the step's start
       real(wp), allocatable :: gap(:)                !! (n) > 0 open
       real(wp), allocatable :: length(:)             !! (n) contact length for cohesion and tension
@@ -58,14 +60,14 @@ contains
          if (size(self%vertex) >= n) return
          deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
-                     self%length, self%normal, self%point, self%total_slip, self%energy)
+                     self%length, self%normal, self%point, self%total_slip, self%energy, self%k_n, self%k_s)
       end if
       m = n + n/4 + 16
       allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
                 self%state(m), self%slip_sign(m), source=0)
       allocate (self%bonded(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
-      allocate (self%total_slip(m), self%energy(m), source=0.0_wp)
+      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
 
@@ -104,6 +106,8 @@ contains
       call exchange_reals(self%shear_force, other%shear_force)
       call exchange_reals(self%total_slip, other%total_slip)
       call exchange_reals(self%energy, other%energy)
+      call exchange_reals(self%k_n, other%k_n)
+      call exchange_reals(self%k_s, other%k_s)
       call exchange_reals(self%gap, other%gap)
       call exchange_reals(self%length, other%length)
       call exchange_pairs(self%normal, other%normal)

@@ -74,6 +74,8 @@ contains
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          equations%pair(:, l) = [a, b]
+         self%table%k_n(c) = context%parameters%normal_stiffness
+         self%table%k_s(c) = context%parameters%shear_stiffness
          call spring_vectors(self%table%point(:, c), self%table%gap(c), self%table%normal(:, c), &
                              context%state%centroid(:, a), context%state%centroid(:, b), &
                              equations%vector_a(:, :, l), equations%vector_b(:, :, l))
@@ -97,11 +99,9 @@ contains
    pure type(joint_settings_type) function attempt_settings(parameters, dt) result(settings)
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt   !! step [time]
-      settings%k_n = parameters%normal_stiffness
-      settings%k_s = parameters%shear_stiffness
       settings%close_tolerance = parameters%close_tolerance
       settings%open_tolerance = parameters%open_tolerance
-      settings%slip_tolerance = settings%k_s*round_off*parameters%w0
+      settings%round_off = round_off*parameters%w0
       settings%peer = parameters%peer_contacts
       settings%dt = dt
    end function attempt_settings
@@ -118,8 +118,8 @@ contains
          if (.not. ratio > 0) cycle
          associate (mass_a => context%state%mass(self%table%block_a(c)), &
                     mass_b => context%state%mass(self%table%block_b(c)))
-            self%trial%normal_drag(c) = dashpot_coefficient(ratio, self%settings%k_n, mass_a, mass_b)/context%dt
-            self%trial%drag(c) = dashpot_coefficient(ratio, self%settings%k_s, mass_a, mass_b)/context%dt
+            self%trial%normal_drag(c) = dashpot_coefficient(ratio, self%table%k_n(c), mass_a, mass_b)/context%dt
+            self%trial%drag(c) = dashpot_coefficient(ratio, self%table%k_s(c), mass_a, mass_b)/context%dt
          end associate
       end do
    end subroutine set_dashpots
@@ -135,7 +135,7 @@ contains
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
          if (self%trial%state(c) == self%trial%state_used(c) .and. self%trial%state(c) /= contact_state%sliding) cycle
-         call linearise_joint(self%settings, self%trial%joint_of(self%table, c), stiffness, force)
+         call linearise_joint(self%trial%joint_of(self%table, c), stiffness, force)
          call equations%set_link(self%first_link + c, stiffness, force)
       end do
       !$omp end parallel do
@@ -304,7 +304,7 @@ contains
       real(wp), intent(out) :: sums(10)
       type(joint_type) :: joint
       type(joint_end_type) :: after
-      real(wp) :: x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       integer :: c
       logical :: was_closed
       carried = 0
@@ -314,14 +314,15 @@ contains
       geometry = 0
       stored = 0
       worst = 0
-      associate (kn => self%settings%k_n, ks => self%settings%k_s, settings => self%settings, table => self%table, &
-                 trial => self%trial)
+      associate (table => self%table, trial => self%trial)
          do c = first, last
+            kn = table%k_n(c)
+            ks = table%k_s(c)
             was_closed = table%state(c) /= contact_state%open
             x0 = table%gap(c)
             s0 = table%shear(c)
             before = 0
-            if (was_closed) before = spring_energy(settings, x0, s0)
+            if (was_closed) before = spring_energy(kn, ks, x0, s0)
             carried = carried + table%energy(c)
             geometry = geometry + (before - table%energy(c))
             if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
@@ -331,7 +332,7 @@ contains
                cycle
             end if
             x1 = trial%gap(c)
-            after = end_joint(settings, joint, x1, trial%slip(c))
+            after = end_joint(joint, x1, trial%slip(c))
             s1 = after%shear
             if (was_closed .or. x0 < 0) then
                dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
@@ -362,7 +363,7 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)
       associate (unused => context%dt, not_used => d)
       end associate
-      call self%trial%commit(self%settings, self%table)
+      call self%trial%commit(self%table)
    end subroutine commit
 
 end module rockdda_interaction_contacts

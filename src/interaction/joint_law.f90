@@ -36,13 +36,11 @@ module rockdda_interaction_joint_law
    public :: joint_settings_type, joint_type, joint_response_type, joint_end_type
    public :: map_joint, miss_of_joint, linearise_joint, end_joint, opening_gap, sliding_friction, spring_energy
 
-   !> Stiffness and margins, the same for all contacts in an attempt at a step.
+   !> Margins, the same for all contacts in an attempt at a step.
    type :: joint_settings_type
-      real(wp) :: k_n = 0              !! normal stiffness [force/length]
-      real(wp) :: k_s = 0              !! shear stiffness [force/length]
       real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
       real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
-      real(wp) :: slip_tolerance = 0   !! shear force counts as beyond or below the strength by this much [force]
+      real(wp) :: round_off = 0        !! changes of length below this are round-off [length]
       logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
       real(wp) :: dt = 1               !! step, for slip rates
    end type joint_settings_type
@@ -53,6 +51,7 @@ module rockdda_interaction_joint_law
       real(wp) :: shear                !! elongation of the shear spring at the start of the step [length]
       real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
       real(wp) :: length               !! contact length for cohesion and tension
+      real(wp) :: k_n, k_s             !! stiffness of its springs, normal and shear [force/length]
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: friction             !! friction force of the solve while sliding, >= 0
@@ -91,12 +90,13 @@ contains
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
       type(joint_response_type), intent(out) :: response
-      real(wp) :: trial, limit
+      real(wp) :: trial, limit, slip_tolerance
       logical :: slides
-      response%spring = -settings%k_n*gap
+      slip_tolerance = joint%k_s*settings%round_off
+      response%spring = -joint%k_n*gap
       response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
       limit = strength(law, settings, joint, response%spring, joint%bonded, slip)
-      trial = elastic_shear(settings, joint, slip)
+      trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
       if (limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0) then
@@ -104,10 +104,10 @@ contains
          response%slip_sign = direction(trial)
          if (slides) response%slip_sign = joint%slip_sign
          response%shear = 0
-      else if (slides .and. .not. trial*joint%slip_sign < limit - settings%slip_tolerance) then
+      else if (slides .and. .not. trial*joint%slip_sign < limit - slip_tolerance) then
          response%slip_sign = joint%slip_sign
          response%shear = joint%slip_sign*limit
-      else if (abs(trial) > limit + settings%slip_tolerance) then
+      else if (abs(trial) > limit + slip_tolerance) then
          response%slip_sign = direction(trial)
          response%shear = sign(limit, trial)
       else
@@ -131,14 +131,13 @@ contains
 
    !> Force by which a contact that changes its state departs from its law at a motion: the force that the solve gave
    !> it against that of its new state [force].
-   pure real(wp) function miss_of_joint(settings, joint, gap, slip, state, slip_sign, friction) result(miss)
-      type(joint_settings_type), intent(in) :: settings
+   pure real(wp) function miss_of_joint(joint, gap, slip, state, slip_sign, friction) result(miss)
       type(joint_type), intent(in) :: joint              !! as in the solve
       real(wp), intent(in) :: gap, slip                  !! [length]
       integer, intent(in) :: state, slip_sign            !! new ones
       real(wp), intent(in) :: friction                   !! of the new state [force]
       real(wp) :: used, due, trial
-      trial = elastic_shear(settings, joint, slip)
+      trial = elastic_shear(joint, slip)
       used = 0
       if (joint%state == contact_state%locked) used = trial
       if (joint%state == contact_state%sliding) used = joint%slip_sign*joint%friction
@@ -147,54 +146,52 @@ contains
       if (state == contact_state%sliding) due = slip_sign*friction
       miss = abs(due - used)
       ! the normal spring came or went
-      if (min(state, joint%state) == contact_state%open) miss = miss + settings%k_n*abs(gap)
+      if (min(state, joint%state) == contact_state%open) miss = miss + joint%k_n*abs(gap)
    end function miss_of_joint
 
    !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
    !> friction depends on is left to the iteration, so that the stiffness is symmetric.
-   pure subroutine linearise_joint(settings, joint, stiffness, force)
-      type(joint_settings_type), intent(in) :: settings
+   pure subroutine linearise_joint(joint, stiffness, force)
       type(joint_type), intent(in) :: joint
       real(wp), intent(out) :: stiffness(2)   !! [force/length]
       real(wp), intent(out) :: force(2)       !! [force]
       stiffness = 0
       force = 0
       if (joint%state == contact_state%open) return
-      stiffness(1) = settings%k_n + joint%normal_drag
-      force(1) = -settings%k_n*joint%gap
+      stiffness(1) = joint%k_n + joint%normal_drag
+      force(1) = -joint%k_n*joint%gap
       if (joint%state == contact_state%locked) then
-         stiffness(2) = settings%k_s + joint%drag
-         force(2) = -settings%k_s*joint%shear
+         stiffness(2) = joint%k_s + joint%drag
+         force(2) = -joint%k_s*joint%shear
       else
          force(2) = -joint%slip_sign*joint%friction
       end if
    end subroutine linearise_joint
 
    !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory.
-   pure type(joint_end_type) function end_joint(settings, joint, gap, slip) result(last)
-      type(joint_settings_type), intent(in) :: settings
+   pure type(joint_end_type) function end_joint(joint, gap, slip) result(last)
       type(joint_type), intent(in) :: joint        !! as in the last solve
       real(wp), intent(in) :: gap, slip            !! [length]
       real(wp) :: limit
       last%shear = joint%shear + slip
-      last%normal_force = -settings%k_n*gap
+      last%normal_force = -joint%k_n*gap
       if (joint%state == contact_state%locked) then
-         last%shear_force = -settings%k_s*last%shear
+         last%shear_force = -joint%k_s*last%shear
          last%slipped = 0
       else
-         limit = joint%friction/settings%k_s
+         limit = joint%friction/joint%k_s
          last%shear = max(-limit, min(limit, last%shear))
          last%shear_force = -joint%slip_sign*joint%friction
          last%slipped = abs(slip)
       end if
-      last%energy = spring_energy(settings, gap, last%shear)
+      last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
    end function end_joint
 
    !> Energy in the two springs of a closed contact.
-   pure real(wp) function spring_energy(settings, gap, shear)
-      type(joint_settings_type), intent(in) :: settings
+   pure real(wp) function spring_energy(k_n, k_s, gap, shear)
+      real(wp), intent(in) :: k_n, k_s     !! [force/length]
       real(wp), intent(in) :: gap, shear   !! elongations [length]
-      spring_energy = 0.5_wp*settings%k_n*gap**2 + 0.5_wp*settings%k_s*shear**2
+      spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
    end function spring_energy
 
    !> Gap beyond which a closed contact opens: while it is bonded, its tensile strength t l holds it together.
@@ -203,7 +200,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       opening_gap = settings%open_tolerance
-      if (joint%bonded) opening_gap = opening_gap + law%tension*joint%length/settings%k_n
+      if (joint%bonded) opening_gap = opening_gap + law%tension*joint%length/joint%k_n
    end function opening_gap
 
    !> Friction force of a sliding contact with a given normal force.
@@ -217,11 +214,10 @@ contains
    end function sliding_friction
 
    !> Shear force of spring and dashpot if the contact did not slide.
-   pure real(wp) function elastic_shear(settings, joint, slip)
-      type(joint_settings_type), intent(in) :: settings
+   pure real(wp) function elastic_shear(joint, slip)
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: slip           !! of the step [length]
-      elastic_shear = settings%k_s*(joint%shear + slip) + joint%drag*slip
+      elastic_shear = joint%k_s*(joint%shear + slip) + joint%drag*slip
    end function elastic_shear
 
    !> Shear strength with the slip rate of the step.

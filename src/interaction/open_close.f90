@@ -139,16 +139,15 @@ contains
    end subroutine judge_all
 
    !> Largest normal force at the motion of the last solve, with the states that it had.
-   real(wp) function deepest_force(self, n, settings) result(deepest)
+   real(wp) function deepest_force(self, table) result(deepest)
       class(open_close_type), intent(in) :: self
-      integer, intent(in) :: n                        !! contacts
-      type(joint_settings_type), intent(in) :: settings
+      type(contact_table_type), intent(in) :: table
       integer :: c
       deepest = 0
-      !$omp parallel do default(none) shared(self, settings, n) private(c) reduction(max:deepest) schedule(static) &
-      !$omp if (n > parallel_contacts)
-      do c = 1, n
-         if (self%state(c) /= contact_state%open) deepest = max(deepest, abs(settings%k_n*self%gap(c)))
+      !$omp parallel do default(none) shared(self, table) private(c) reduction(max:deepest) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (self%state(c) /= contact_state%open) deepest = max(deepest, abs(table%k_n(c)*self%gap(c)))
       end do
       !$omp end parallel do
    end function deepest_force
@@ -180,7 +179,7 @@ contains
       joint%friction = self%friction_used(c)
       is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
                                self%gap(max(1, table%partner(c))))
-      if (old /= contact_state%open) self%normal_force(c) = -settings%k_n*gap
+      if (old /= contact_state%open) self%normal_force(c) = -table%k_n(c)*gap
       new = contact_state%open
       if (is_closed) then
          call map_joint(laws(table%joint(c)), settings, joint, gap, self%slip(c), response)
@@ -202,7 +201,7 @@ contains
       if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) return
       self%changes(c) = self%changes(c) + 1
       if (settings%peer .and. min(old, new) > 0) return
-      self%miss(c) = miss_of_joint(settings, joint, gap, self%slip(c), new, self%slip_sign(c), &
+      self%miss(c) = miss_of_joint(joint, gap, self%slip(c), new, self%slip_sign(c), &
                                    self%friction(c))
       n_changes = n_changes + 1
    end subroutine judge_contact
@@ -237,6 +236,8 @@ contains
       joint%shear = table%shear(c)
       joint%total_slip = table%total_slip(c)
       joint%length = table%length(c)
+      joint%k_n = table%k_n(c)
+      joint%k_s = table%k_s(c)
       joint%normal_drag = self%normal_drag(c)
       joint%drag = self%drag(c)
       joint%state = self%state(c)
@@ -245,13 +246,12 @@ contains
    end subroutine gather
 
    !> The accepted step: the table then holds the contacts at the step's end.
-   subroutine commit(self, settings, table)
+   subroutine commit(self, table)
       class(open_close_type), intent(in) :: self
-      type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: last
       integer :: c
-      !$omp parallel do default(none) shared(self, settings, table) private(c, last) schedule(static) &
+      !$omp parallel do default(none) shared(self, table) private(c, last) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
          table%bonded(c) = self%bonded(c)
@@ -260,7 +260,7 @@ contains
             call table%open_row(c)
             cycle
          end if
-         last = end_joint(settings, self%joint_used(table, c), self%gap(c), self%slip(c))
+         last = end_joint(self%joint_used(table, c), self%gap(c), self%slip(c))
          table%state(c) = self%state(c)
          table%slip_sign(c) = self%slip_sign(c)
          table%shear(c) = last%shear
@@ -350,7 +350,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
       friction_limit = sliding_friction(laws(table%joint(c)), settings, self%joint_of(table, c), &
-                                        -settings%k_n*self%gap(c), self%slip(c))
+                                        -table%k_n(c)*self%gap(c), self%slip(c))
    end function friction_limit
 
    !> Is a contact closed at the end of a motion? An open one must close, a closed one must not open.

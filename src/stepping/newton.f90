@@ -245,7 +245,7 @@ contains
          call friction%begin(contacts%table, contacts%trial)
          do k = 1, friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            if (k == 1) small = friction_tolerance*contacts%trial%deepest_force(contacts%table%n, contacts%settings)
+            if (k == 1) small = friction_tolerance*contacts%trial%deepest_force(contacts%table)
             call friction%assess(worst, small, may_leave, is_enough)
             if (is_enough) then
                call friction%take_used(contacts%trial)
