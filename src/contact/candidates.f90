@@ -12,6 +12,7 @@ module rockdda_contact_candidates
       integer :: vertex = 0, edge = 0
       integer :: partner_vertex = 0, partner_edge = 0   !! identity of the partner row, 0 none
       integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
+      integer :: station = 0
    end type candidate_type
 
    !> Growing list of candidate rows and the scratch of the pair search.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Finding the rows of the last step's contact table by identity (vertex, edge).
+!> Finding the rows of the last step's contact table by identity (vertex, edge, station).
 module rockdda_contact_history
    use rockdda_contact_table, only : contact_table_type
    implicit none
@@ -31,13 +31,17 @@ contains
       end do
    end subroutine new_contact_history
 
-   !> Row of the pair (vertex, edge) in the indexed table, 0 when it has none.
-   pure integer function find(self, table, vertex, edge) result(row)
+   !> Row of (vertex, edge, station) in the indexed table, 0 when it has none.
+   pure integer function find(self, table, vertex, edge, station) result(row)
       class(contact_history_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table  !! the table that was indexed
       integer, intent(in) :: vertex, edge
+      integer, intent(in), optional :: station       !! default 0
+      integer :: wanted
+      wanted = 0
+      if (present(station)) wanted = station
       do row = self%start(vertex) + 1, self%start(vertex + 1)
-         if (table%edge(row) == edge) return
+         if (table%edge(row) == edge .and. table%station(row) == wanted) return
       end do
       row = 0
    end function find

@@ -26,9 +26,12 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_penetration, only : is_entered
+   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
+   use rockdda_contact_exposure, only : exposure_type
+   use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    implicit none
    private
-   public :: search_limits_type, search_pair
+   public :: search_limits_type, search_pair, collect_near
 
    !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
    !> that runs the other way when they are face to face.
@@ -44,13 +47,17 @@ module rockdda_contact_narrow_phase
       real(wp) :: penetration = 0  !! deepest overlap that is taken for a contact [length]
       real(wp) :: sine = 0         !! sine of the angle tolerance
       real(wp) :: cosine = 1       !! cosine of the angle tolerance
+      logical :: by_length = .false.  !! edges that face each other are intervals; vertices strike what is exposed
+      integer :: points = 3        !! stations of an interval
+      real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
+      real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
    end type search_limits_type
 
 contains
 
    !> Append the candidates of blocks a < b.
    pure subroutine search_pair(range_a, range_b, box_a, box_b, vertices, topology, outlines, previous, history, &
-                               limits, list)
+                               exposure, limits, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
       real(wp), intent(in) :: box_a(4), box_b(4)      !! xmin ymin xmax ymax
       real(wp), intent(in), contiguous :: vertices(:, :)          !! (2, nv) now
@@ -58,6 +65,7 @@ contains
       type(outlines_type), intent(in) :: outlines     !! of the vertices now
       type(contact_table_type), intent(in) :: previous !! last step's table
       type(contact_history_type), intent(in) :: history !! its index
+      type(exposure_type), intent(in) :: exposure     !! by length: what is covered
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: r(2), far
@@ -74,14 +82,20 @@ contains
          do j = 1, list%n_near_b
             r = vertices(:, list%near_a(i)) - vertices(:, list%near_b(j))
             if (r(1)**2 + r(2)**2 > far) cycle
+            if (limits%by_length) then
+               call try_rounded_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, exposure, limits, list)
+               cycle
+            end if
             call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, limits, &
                             list)
          end do
       end do
       call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, limits, list)
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
+                        list)
       call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, limits, list)
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
+                        list)
    end subroutine search_pair
 
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
@@ -134,7 +148,7 @@ contains
    !> Contacts of some vertices of one block with some edges of the other. Most pairs are out of reach. (Arrays of
    !> constant shape, here and below, spare the compiler to work out where an element lies, each time.)
    pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, topology, outlines, &
-                                previous, history, limits, list)
+                                previous, history, exposure, limits, list)
       integer, intent(in) :: n_near, n_edges, nv
       integer, intent(in) :: near(n_near), edges(n_edges)
       integer, intent(in) :: side   !! 1: the vertices are those of the first block of the pair; 2: of the second
@@ -144,6 +158,7 @@ contains
       type(outlines_type), intent(in) :: outlines
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: r(2), t(2), gap, s
@@ -161,6 +176,11 @@ contains
             if (gap > limits%reach .or. gap < -limits%penetration) cycle
             s = r(1)*t(1) + r(2)*t(2)
             if (s < -limits%zone .or. s > length(e) + limits%zone) cycle
+            if (limits%by_length) then
+               if (is_facing(topology%edge_in(v), e, outlines, limits%cosine)) cycle
+               if (is_facing(topology%edge_out(v), e, outlines, limits%cosine)) cycle
+               if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) cycle
+            end if
             call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, previous, history, &
                           limits, list)
          end do
@@ -287,6 +307,62 @@ contains
       end if
    end subroutine try_corner
 
+   !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other, or
+   !> lie in one plane so that one corner passes over the other, or a side is hidden.
+   pure subroutine try_rounded_corner(a, b, vertices, topology, outlines, exposure, limits, list)
+      integer, intent(in) :: a, b
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(exposure_type), intent(in) :: exposure
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      type(corner_type) :: corner
+      real(wp) :: r(2), zone
+      integer :: k, edge(4), v, e
+      if (outlines%concave(a) .or. outlines%concave(b)) return
+      r = vertices(:, a) - vertices(:, b)
+      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      ! each vertex in the other's corner region
+      zone = max(limits%zone, 1.5_wp*limits%radius*minval(outlines%length(edge)))
+      do k = 1, 4
+         if (into_edge(k) > min(zone, 0.25_wp*outlines%length(edge(k)))) return
+      end do
+      if (is_lateral(edge(2), edge(3)) .or. is_lateral(edge(4), edge(1))) return
+      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%radius, corner)
+      if (.not. corner%exists) return
+      if (corner%gap < -limits%penetration .or. corner%gap > limits%reach) return
+      do k = 1, 2
+         e = corner%edge(k)
+         if (e == 0) cycle
+         v = corner%vertex(k)
+         if (exposure%is_hidden(v, e, dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e)), vertices, &
+                                topology, outlines)) return
+      end do
+      call list%add_corners(a, b)
+      call list%append(candidate_type(a, b, station=corner_station))
+
+   contains
+
+      !> How far the foot of the other corner lies inside an edge.
+      pure real(wp) function into_edge(k)
+         integer, intent(in) :: k
+         into_edge = dot_product(r, outlines%tangent(:, edge(k)))
+         if (k == 2 .or. k == 3) into_edge = -into_edge
+      end function into_edge
+
+      !> Do these edges at the two corners face each other on an interval, or lie in one plane?
+      pure logical function is_lateral(e, f)
+         integer, intent(in) :: e, f
+         type(interval_type) :: interval
+         is_lateral = .false.
+         if (.not. is_facing(f, e, outlines, limits%cosine)) return
+         call measure_interval(f, e, vertices, topology, outlines, interval)
+         is_lateral = interval%exists .or. abs(dot_product(r, outward(outlines%tangent(:, e)))) <= limits%smooth
+      end function is_lateral
+
+   end subroutine try_rounded_corner
+
    !> Lines whose normals agree are one group; at most two groups stay (the most different ones).
    pure subroutine group_lines(normal, passes, cosine, group, n_groups)
       real(wp), intent(in) :: normal(2, 4)
@@ -362,6 +438,7 @@ contains
       last = topology%next(e)
       if (list%n_corners > 0) then
          zone = min(limits%zone, 0.25_wp*length)
+         if (limits%by_length) zone = length
          if (s <= zone) then
             if (list%has_corners(v, first, side)) return
          end if

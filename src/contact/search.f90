@@ -14,8 +14,14 @@ module rockdda_contact_search
    use rockdda_contact_history, only : contact_history_type, new_contact_history
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
-   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_narrow_phase, only : search_limits_type, search_pair
+   use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
+   use rockdda_contact_exposure, only : exposure_type
+   use rockdda_contact_interval_search, only : search_intervals
+   use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
+   use rockdda_contact_inheritance, only : hand_on_history
+   use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
    public :: contact_search_type, search_limits_type
@@ -30,6 +36,7 @@ module rockdda_contact_search
       type(candidate_list_type) :: found(many_parts)  !! candidate rows of each part
       type(candidate_list_type) :: list               !! of all parts
       type(contact_history_type) :: history
+      type(exposure_type) :: exposure
       integer, allocatable :: order(:), start(:)
    contains
       procedure :: run => search_contacts
@@ -54,22 +61,25 @@ contains
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
       n_parts = merge(many_parts, 1, self%pairs%n > parallel_contacts)
+      self%found%n = 0
+      if (limits%by_length) call search_faces(self, n_parts, blocks, topology, vertices, limits)
       !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) &
       !$omp private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          call search_part(part, n_parts, self%pairs, blocks, topology, self%outlines, vertices, limits, previous, &
-                          self%history, self%found(part))
+                          self%history, self%exposure, self%found(part))
       end do
       !$omp end parallel do
       call self%list%collect(self%found(1:n_parts))
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
-      call hand_on_history(previous, self%history, self%list, self%order, first_step, touch, table)
+      call hand_on_history(previous, self%history, topology, self%list, self%order, limits%by_length, first_step, &
+                           touch, table)
    end subroutine search_contacts
 
    !> Candidate rows of one part of the pairs.
    pure subroutine search_part(part, n_parts, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
-                               list)
+                               exposure, list)
       integer, intent(in) :: part, n_parts
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
@@ -79,28 +89,62 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
       integer :: k, a, b
-      list%n = 0
-      do k = first_of(part), first_of(part + 1) - 1
+      do k = first_of(part, n_parts, pairs%n), first_of(part + 1, n_parts, pairs%n) - 1
          if (.not. pairs%is_close(k)) cycle
          a = pairs%candidates(1, k)
          b = pairs%candidates(2, k)
          call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
                           [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
                           pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
-                          limits, list)
+                          exposure, limits, list)
       end do
-
-   contains
-
-      !> First pair of a part.
-      pure integer function first_of(part)
-         integer, intent(in) :: part
-         first_of = int(real(part - 1, wp)/n_parts*pairs%n) + 1
-      end function first_of
-
    end subroutine search_part
+
+   !> First pair of a part.
+   pure integer function first_of(part, n_parts, n)
+      integer, intent(in) :: part, n_parts
+      integer, intent(in) :: n   !! pairs
+      first_of = int(real(part - 1, wp)/n_parts*n) + 1
+   end function first_of
+
+   !> Intervals of all joints, and what they cover.
+   subroutine search_faces(self, n_parts, blocks, topology, vertices, limits)
+      class(contact_search_type), intent(inout) :: self
+      integer, intent(in) :: n_parts
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(interval_type) :: interval
+      integer :: part, k, a, b
+      !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, n_parts) &
+      !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
+      do part = 1, n_parts
+         do k = first_of(part, n_parts, self%pairs%n), first_of(part + 1, n_parts, self%pairs%n) - 1
+            if (.not. self%pairs%is_close(k)) cycle
+            a = self%pairs%candidates(1, k)
+            b = self%pairs%candidates(2, k)
+            call search_intervals([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                                  [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
+                                  self%pairs%boxes(:, a), self%pairs%boxes(:, b), vertices, topology, self%outlines, &
+                                  limits, self%found(part))
+         end do
+      end do
+      !$omp end parallel do
+      call self%exposure%clear(size(vertices, 2), limits%smooth)
+      do part = 1, n_parts
+         do k = 1, self%found(part)%n
+            associate (row => self%found(part)%rows(k))
+               if (row%station /= 1) cycle
+               call measure_interval(row%vertex, row%edge, vertices, topology, self%outlines, interval)
+               call self%exposure%cover(row%vertex, row%edge, interval)
+            end associate
+         end do
+      end do
+   end subroutine search_faces
 
    !> Order of the candidates by (vertex, edge): counting sort by vertex, insertion sort within.
    pure subroutine sort_candidates(list, nv, start, order)
@@ -128,7 +172,7 @@ contains
          do while (l >= 1)
             if (order(l) == 0) exit
             if (list%rows(order(l))%vertex /= v) exit
-            if (list%rows(order(l))%edge <= list%rows(c)%edge) exit
+            if (.not. comes_before(list%rows(c), list%rows(order(l)))) exit
             order(l + 1) = order(l)
             l = l - 1
          end do
@@ -140,6 +184,12 @@ contains
       start(1) = 0
    end subroutine sort_candidates
 
+   !> Does row a come before row b of the same vertex?
+   pure logical function comes_before(a, b)
+      type(candidate_type), intent(in) :: a, b
+      comes_before = a%edge < b%edge .or. (a%edge == b%edge .and. a%station < b%station)
+   end function comes_before
+
    !> Rows of the table from the ordered candidates: identity, partner, geometry.
    subroutine fill_table(blocks, topology, outlines, vertices, limits, list, order, start, table)
       type(block_system_type), intent(in) :: blocks
@@ -150,9 +200,12 @@ contains
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:), start(:)
       type(contact_table_type), intent(inout) :: table
+      type(interval_type) :: interval
+      type(station_type) :: station
+      type(corner_type) :: corner
       integer :: c, k, v, e, row
       call table%resize(list%n)
-      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row) &
+      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row, interval, station, corner) &
       !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table) &
       !$omp if (list%n > parallel_contacts)
       do k = 1, list%n
@@ -164,7 +217,27 @@ contains
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
+         table%station(k) = list%rows(c)%station
+         table%share(k) = 0
          table%partner(k) = 0
+         if (table%station(k) == corner_station) then
+            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%radius, corner)
+            table%point(:, k) = 0.5_wp*(vertices(:, v) + vertices(:, e))
+            table%share(k) = 0.5_wp
+            table%normal(:, k) = corner%normal
+            table%gap(k) = corner%gap
+            table%length(k) = corner%weight
+            cycle
+         else if (table%station(k) > 0) then
+            call measure_interval(v, e, vertices, topology, outlines, interval)
+            station = station_of(interval, table%station(k), limits%points, v, e, vertices, outlines)
+            table%point(:, k) = station%point
+            table%share(k) = station%share
+            table%normal(:, k) = station%normal
+            table%gap(k) = station%gap
+            table%length(k) = station%weight
+            cycle
+         end if
          if (list%rows(c)%partner_vertex > 0) then
             do row = start(list%rows(c)%partner_vertex) + 1, start(list%rows(c)%partner_vertex + 1)
                if (list%rows(order(row))%edge == list%rows(c)%partner_edge) table%partner(k) = row
@@ -173,6 +246,8 @@ contains
          call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
                            vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &
                            table%point(:, k), table%gap(k), table%length(k))
+         if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
+                                                               limits%cosine)
       end do
       !$omp end parallel do
    end subroutine fill_table
@@ -207,55 +282,5 @@ contains
          length = length + 0.5_wp*max(0.0_wp, overlap)
       end do
    end subroutine set_geometry
-
-   !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
-   !> other block, gap and slip have the same sign.
-   subroutine hand_on_history(previous, history, list, order, first_step, touch, table)
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: order(:)
-      logical, intent(in) :: first_step
-      real(wp), intent(in) :: touch
-      type(contact_table_type), intent(inout) :: table
-      integer :: k, row
-      !$omp parallel do default(none) shared(previous, history, list, order, first_step, touch, table) private(k, row) &
-      !$omp schedule(static) if (table%n > parallel_contacts)
-      do k = 1, table%n
-         if (list%rows(order(k))%alias_vertex > 0) then
-            row = history%find(previous, list%rows(order(k))%alias_vertex, list%rows(order(k))%alias_edge)
-         else
-            row = history%find(previous, table%vertex(k), table%edge(k))
-         end if
-         if (row > 0) then
-            table%state(k) = previous%state(row)
-            table%shear(k) = previous%shear(row)
-            table%normal_force(k) = previous%normal_force(row)
-            table%shear_force(k) = previous%shear_force(row)
-            table%bonded(k) = previous%bonded(row)
-            table%slip_sign(k) = previous%slip_sign(row)
-            table%total_slip(k) = previous%total_slip(row)
-            table%energy(k) = previous%energy(row)
-         else
-            call table%open_row(k)
-            table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
-            ! what touches at the start is in contact; the first solve tells what stays so
-            if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
-               table%state(k) = contact_state%locked
-         end if
-      end do
-      !$omp end parallel do
-      ! of two partners at most one is closed: the one with the larger gap stays
-      do k = 1, table%n
-         row = table%partner(k)
-         if (row <= k) cycle
-         if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
-         if (table%gap(k) >= table%gap(row)) then
-            call table%open_row(row)
-         else
-            call table%open_row(k)
-         end if
-      end do
-   end subroutine hand_on_history
 
 end module rockdda_contact_search

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> The contact table of one step: structure of arrays, one row per (vertex, edge) pair.
+!> The contact table of one step: structure of arrays, one row per contact point.
 !>
 !>     row c:   vertex(c) of block_a(c)  against  edge(c) (the edge that starts at vertex edge(c)) of block_b(c)
+!>             at station 0; at a station > 0 of the interval on which the edges that start at vertex(c) and at edge(c)
+!>             face each other (rockdda_contact_intervals)
 !>
-!> Rows are sorted by (block_a, vertex, block_b, edge): sums over contacts then have one order.
+!> Rows are sorted by (block_a, vertex, block_b, edge, station): sums over contacts then have one order.
 !> A vertex-vertex contact with two entrance lines is two rows that name each other in `partner`;
 !> at most one of them is closed.
 module rockdda_contact_table
@@ -24,6 +26,7 @@ module rockdda_contact_table
       ! identity
       integer, allocatable :: block_a(:), vertex(:)  !! (n) 1-based; vertex is a global vertex number
       integer, allocatable :: block_b(:), edge(:)    !! (n) edge = global number of its first vertex
+      integer, allocatable :: station(:)             !! (n) 0: vertex against edge; > 0: of an interval
       integer, allocatable :: partner(:)             !! (n) other row of a vertex-vertex pair, 0 none
       integer, allocatable :: joint(:)               !! (n) joint material
       ! history, carried from step to step by identity
@@ -34,14 +37,16 @@ module rockdda_contact_table
       logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
+      real(wp), allocatable :: offset(:)             !! (n) gap at which its normal spring is free of force
       integer, allocatable :: slip_sign(:)           !! (n) +1/-1: vertex slides along/against the edge; 0
       ! stiffness of its springs in this step [force/length]
       real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
       ! geometry at the step's start
-      real(wp), allocatable :: gap(:)                !! (n) > 0 open
-      real(wp), allocatable :: length(:)             !! (n) contact length for cohesion and tension
+      real(wp), allocatable :: gap(:)                !! (n) less the offset, > 0 open
+      real(wp), allocatable :: length(:)             !! (n) of the joint, for which the contact stands
       real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
-      real(wp), allocatable :: point(:, :)           !! (2, n) the vertex
+      real(wp), allocatable :: point(:, :)           !! (2, n) the vertex, or a point between the edges
+      real(wp), allocatable :: share(:)              !! (n) of the gap between the point and block a, 0 to 1
    contains
       procedure :: resize
       procedure :: exchange
@@ -60,14 +65,16 @@ contains
          if (size(self%vertex) >= n) return
          deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
-                     self%length, self%normal, self%point, self%total_slip, self%energy, self%k_n, self%k_s)
+                     self%length, self%normal, self%point, self%total_slip, self%energy, &
+                     self%k_n, self%k_s, self%offset, self%station, self%share)
       end if
       m = n + n/4 + 16
       allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
-                self%state(m), self%slip_sign(m), source=0)
+                self%state(m), self%slip_sign(m), self%station(m), source=0)
       allocate (self%bonded(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
-      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), source=0.0_wp)
+      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), &
+                source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
 
@@ -108,6 +115,9 @@ contains
       call exchange_reals(self%energy, other%energy)
       call exchange_reals(self%k_n, other%k_n)
       call exchange_reals(self%k_s, other%k_s)
+      call exchange_reals(self%offset, other%offset)
+      call exchange_reals(self%share, other%share)
+      call exchange_integers(self%station, other%station)
       call exchange_reals(self%gap, other%gap)
       call exchange_reals(self%length, other%length)
       call exchange_pairs(self%normal, other%normal)

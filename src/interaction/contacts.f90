@@ -15,6 +15,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
+   use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, linearise_joint, &
       end_joint, spring_energy
@@ -76,11 +77,18 @@ contains
          equations%pair(:, l) = [a, b]
          self%table%k_n(c) = context%parameters%normal_stiffness
          self%table%k_s(c) = context%parameters%shear_stiffness
-         call spring_vectors(self%table%point(:, c), self%table%gap(c), self%table%normal(:, c), &
+         if (context%parameters%by_length) then
+            self%table%k_n(c) = self%table%k_n(c)*self%table%length(c)/context%parameters%stiffness_length
+            self%table%k_s(c) = self%table%k_s(c)*self%table%length(c)/context%parameters%stiffness_length
+         end if
+         call spring_vectors(self%table%point(:, c), self%table%share(c), self%table%gap(c) + self%table%offset(c), &
+                             self%table%normal(:, c), &
                              context%state%centroid(:, a), context%state%centroid(:, b), &
                              equations%vector_a(:, :, l), equations%vector_b(:, :, l))
       end do
       !$omp end parallel do
+      if (context%state%step == 0 .and. context%parameters%by_length) call start_with_stress(context, self%laws, &
+                                                                                              self%table)
    end subroutine prepare
 
    !> Begin an attempt with the states of the last step.

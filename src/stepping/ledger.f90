@@ -59,6 +59,13 @@ contains
       type(step_context_type), intent(in) :: context
       type(families_type), intent(in) :: families
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
+      if (context%state%step == 0) then
+         ! springs that begin with the force of the initial stress
+         associate (table => families%contacts%table)
+            self%contact_energy = sum(table%energy(1:table%n))
+            self%at_start = self%at_start + self%contact_energy
+         end associate
+      end if
       self%before = self%total
       self%other_energy = 0
       call families%add_energies(context, d, self)

@@ -64,20 +64,22 @@ contains
       !$omp parallel do default(none) shared(contacts) private(c) reduction(max:deepest, widest, pulled) &
       !$omp schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
-         deepest = max(deepest, contacts%normal_force(c))
+         deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c))
          if (.not. contacts%bonded(c)) cycle
          widest = max(widest, abs(contacts%shear(c)))
-         pulled = max(pulled, -contacts%normal_force(c))
+         pulled = max(pulled, -contacts%normal_force(c)/contacts%k_n(c))
       end do
       !$omp end parallel do
-      deepest = deepest/parameters%normal_stiffness
-      widest = max(widest, pulled/parameters%normal_stiffness)
+      widest = max(widest, pulled)
       limits%reach = reach
       if (2*widest > reach) limits%reach = quantised(2*widest, parameters%w0)
       limits%zone = max(0.5_wp*limits%reach, quantised(2*deepest, parameters%w0))
       limits%penetration = max(limits%reach, 0.3_wp*parameters%search_distance, 2*deepest)
       limits%sine = sin(parameters%angle_tolerance)
       limits%cosine = cos(parameters%angle_tolerance)
+      limits%by_length = parameters%by_length
+      limits%points = parameters%points
+      limits%smooth = max(2*deepest, parameters%smooth_step, 1.0e-9_wp*parameters%w0)
    end function search_limits
 
    !> The next power of two times w0, at least 1e-7 w0.

@@ -430,6 +430,7 @@ contains
          call check%in_range(t%joint(1:n), 1, size(p%joint_materials), 'joint')
          call check%in_range(t%state(1:n), 0, 2, 'state')
          call check%in_range(t%slip_sign(1:n), -1, 1, 'slip_sign')
+         call check%in_range(t%station(1:n), 0, 5, 'station')
          if (.not. check%passed()) return
          do c = 1, n
             call check%holds(owns(t%block_a(c), t%vertex(c)), 'vertex')
@@ -445,6 +446,8 @@ contains
          call check%is_finite(t%energy(1:n), 'energy')
          call check%is_finite(t%gap(1:n), 'gap')
          call check%is_finite(t%length(1:n), 'length')
+         call check%is_finite(t%offset(1:n), 'offset')
+         call check%is_finite(t%k_n(1:n), 'k_n')
          call check%is_finite(t%normal(:, 1:n), 'normal_x')
          call check%is_finite(t%point(:, 1:n), 'point_x')
       end associate
@@ -460,11 +463,12 @@ contains
       !> Is row r in order after row r - 1?
       pure logical function in_order(r)
          integer, intent(in) :: r
-         integer :: one(4), other(4), i
-         one = [contacts%block_a(r - 1), contacts%vertex(r - 1), contacts%block_b(r - 1), contacts%edge(r - 1)]
-         other = [contacts%block_a(r), contacts%vertex(r), contacts%block_b(r), contacts%edge(r)]
+         integer :: one(5), other(5), i
+         one = [contacts%block_a(r - 1), contacts%vertex(r - 1), contacts%block_b(r - 1), contacts%edge(r - 1), &
+                contacts%station(r - 1)]
+         other = [contacts%block_a(r), contacts%vertex(r), contacts%block_b(r), contacts%edge(r), contacts%station(r)]
          in_order = .false.
-         do i = 1, 4
+         do i = 1, 5
             if (one(i) == other(i)) cycle
             in_order = one(i) < other(i)
             return

@@ -70,6 +70,9 @@ contains
       call archive%part('slip_sign', n, contacts%slip_sign)
       call archive%part('gap', n, contacts%gap)
       call archive%part('length', n, contacts%length)
+      call archive%part('station', n, contacts%station)
+      call archive%part('offset', n, contacts%offset)
+      call archive%part('k_n', n, contacts%k_n)
       do axis = 1, 2
          call archive%fixed('normal_'//axes(axis), contacts%normal(axis, 1:n))
          call archive%fixed('point_'//axes(axis), contacts%point(axis, 1:n))

@@ -299,6 +299,7 @@ contains
             do c = 1, n
                pair(:, c) = [contacts%block_a(c), contacts%block_b(c)] - 1
                point(:, c) = state%vertices(:, contacts%vertex(c))
+               if (contacts%station(c) > 0) point(:, c) = contacts%point(:, c)
             end do
             call s(s_point)%add(reshape(point, [2*n]), n)
             call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)

@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: MIT
+!> Corner against corner, with contact by length: one row, whose normal turns from one edge to the next.
+!>
+!> Seen from corner b, corner a must not enter a wedge: the difference of the two corners. Its sides are edges of one
+!> block that have the other's whole corner on their outer side. The tip of the wedge is rounded:
+!>
+!>                 normal 1                 gap of a:  outside of the dotted lines the distance from a side,
+!>            ^   .                                    between them the distance from the arc,
+!>       _____|___.                                    deep inside the one that is less deep
+!>       side 1   . ` .   _-> normal
+!>                c....\.....
+!>                     |                    c lies one radius inside both sides
+!>                     |---> normal 2
+!>              side 2 |
+module rockdda_contact_corners
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
+   implicit none
+   private
+   public :: corner_type, meet_corners, corner_station
+
+   !> Station of rows of this kind.
+   integer, parameter :: corner_station = 6
+   !> The arc takes at most this share of the shortest edge at the two corners.
+   real(wp), parameter :: largest_arc = 0.2_wp
+   !> Sides whose normals differ less are one.
+   real(wp), parameter :: same_side = 1.0e-9_wp
+
+   type :: corner_type
+      logical :: exists = .false.
+      integer :: edge(2) = 0                  !! edges that are sides of the wedge, 0 none
+      integer :: vertex(2) = 0                !! and the corner of the other block
+      real(wp) :: gap = 0                     !! of a [length]
+      real(wp) :: normal(2) = 0               !! from b to a
+      real(wp) :: weight = 0                  !! [length]
+   end type corner_type
+
+contains
+
+   !> Corner a of one block and corner b of another.
+   pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, radius, corner)
+      integer, intent(in) :: a, b
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in) :: sine                         !! of the angle tolerance
+      real(wp), intent(in) :: radius                       !! share of the shortest edge
+      type(corner_type), intent(out) :: corner
+      real(wp) :: r(2), normal(2, 4), shortest
+      integer :: edge(4), vertex(4), side(4), chosen(2), k, n_sides
+      logical :: passes
+      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      vertex = [a, a, b, b]
+      shortest = minval(outlines%length(edge))
+      corner%weight = shortest/6
+      r = vertices(:, a) - vertices(:, b)
+      n_sides = 0
+      do k = 1, 4
+         normal(:, k) = outward(outlines%tangent(:, edge(k)))
+         if (k <= 2) then
+            passes = is_outside(outlines%tangent(:, edge(4)), outlines%tangent(:, edge(3)), normal(:, k), sine)
+         else
+            passes = is_outside(outlines%tangent(:, edge(2)), outlines%tangent(:, edge(1)), normal(:, k), sine)
+            normal(:, k) = -normal(:, k)
+         end if
+         if (.not. passes) cycle
+         n_sides = n_sides + 1
+         side(n_sides) = k
+      end do
+      if (n_sides == 0) return
+      corner%exists = .true.
+      call take_extremes(normal, side(1:n_sides), chosen)
+      do k = 1, merge(2, 1, chosen(1) /= chosen(2))
+         corner%edge(k) = edge(chosen(k))
+         corner%vertex(k) = vertex(chosen(k))
+      end do
+      if (chosen(1) == chosen(2)) then
+         corner%gap = dot_product(r, normal(:, chosen(1)))
+         corner%normal = normal(:, chosen(1))
+      else
+         call round_wedge(r, normal(:, chosen), shortest, radius, corner%gap, corner%normal)
+      end if
+   end subroutine meet_corners
+
+   !> The two sides of a wedge whose directions differ most; twice the same when all are parallel.
+   pure subroutine take_extremes(normal, side, chosen)
+      real(wp), intent(in) :: normal(2, 4)
+      integer, intent(in) :: side(:)      !! those of the four that count, at least one
+      integer, intent(out) :: chosen(2)
+      real(wp) :: least
+      integer :: i, j
+      chosen = side(1)
+      least = 1 - same_side
+      do i = 1, size(side)
+         do j = i + 1, size(side)
+            if (dot_product(normal(:, side(i)), normal(:, side(j))) < least) then
+               least = dot_product(normal(:, side(i)), normal(:, side(j)))
+               chosen = [side(i), side(j)]
+            end if
+         end do
+      end do
+   end subroutine take_extremes
+
+   !> Distance from a wedge of two sides with a rounded tip at the origin, and the direction in which it grows.
+   pure subroutine round_wedge(r, n, shortest, share, gap, normal)
+      real(wp), intent(in) :: r(2)       !! place [length]
+      real(wp), intent(in) :: n(2, 2)    !! outward unit normals of the sides
+      real(wp), intent(in) :: shortest   !! edge at the tip [length]
+      real(wp), intent(in) :: share      !! radius over that edge
+      real(wp), intent(out) :: gap       !! [length]
+      real(wp), intent(out) :: normal(2)
+      real(wp) :: half_sum(2), radius, cosine, x(2), distance, side(2), turn
+      half_sum = n(:, 1) + n(:, 2)
+      ! |n1 + n2|/2 is the cosine of half the angle by which the normal turns
+      cosine = 0.5_wp*sqrt(half_sum(1)**2 + half_sum(2)**2)
+      side = [dot_product(r, n(:, 1)), dot_product(r, n(:, 2))]
+      if (cosine > 1.0e-6_wp) then
+         ! the arc begins at radius*tan(half the turn) from the tip
+         turn = sqrt(max(0.0_wp, 1 - cosine**2))/cosine
+         radius = min(share, largest_arc/max(turn, tiny(1.0_wp)))*shortest
+         ! the centre lies on the bisector, one radius from both sides
+         x = r + half_sum*(radius/(2*cosine**2))
+         ! between the normals: x = a n1 + b n2 with a, b > 0
+         if (is_between(x, n)) then
+            distance = sqrt(x(1)**2 + x(2)**2)
+            if (distance > 0) then
+               gap = distance - radius
+               normal = x/distance
+               return
+            end if
+         end if
+      end if
+      if (side(1) >= side(2)) then
+         gap = side(1)
+         normal = n(:, 1)
+      else
+         gap = side(2)
+         normal = n(:, 2)
+      end if
+   end subroutine round_wedge
+
+   !> Does a vector lie between two others, less than half a turn apart?
+   pure logical function is_between(x, n)
+      real(wp), intent(in) :: x(2), n(2, 2)
+      real(wp) :: turn
+      turn = n(1, 1)*n(2, 2) - n(2, 1)*n(1, 2)
+      is_between = (n(1, 1)*x(2) - n(2, 1)*x(1))*turn >= 0 .and. (x(1)*n(2, 2) - x(2)*n(1, 2))*turn >= 0
+   end function is_between
+
+end module rockdda_contact_corners

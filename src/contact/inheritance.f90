@@ -1,0 +1,352 @@
+! SPDX-License-Identifier: MIT
+!> What the contacts of a step take over from those of the last one.
+!>
+!> A contact goes on with the row of the same identity. With contact by length a row without one may stand where another
+!> stood: an edge that comes down on its corner turns a vertex into the end of an interval, and back; an edge that slides
+!> from one block to the next begins a new interval with the pressure of the one it leaves.
+!>
+!> A row that is found at depth begins with a gap that is free of force, its offset, so that it gives no energy; the
+!> offset goes back to zero as the blocks leave each other.
+module rockdda_contact_inheritance
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_corners, only : corner_station
+   implicit none
+   private
+   public :: hand_on_history
+
+   !> An edge that bears more by less than this share has not grown.
+   real(wp), parameter :: least_growth = 1.0e-9_wp
+
+contains
+
+   !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
+   !> other block, gap and slip have the same sign.
+   subroutine hand_on_history(previous, history, topology, list, order, by_length, first_step, touch, table)
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(contact_topology_type), intent(in) :: topology
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:)
+      logical, intent(in) :: by_length
+      logical, intent(in) :: first_step
+      real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
+      type(contact_table_type), intent(inout) :: table
+      integer, allocatable :: pressed(:), source(:)
+      integer :: k, row
+      logical :: is_own
+      allocate (source(table%n))
+      call find_sources(previous, history, topology, list, order, by_length, table, source)
+      if (by_length) call find_pressed(previous, size(topology%block), pressed)
+      !$omp parallel do default(none) private(k, row, is_own) schedule(static) if (table%n > parallel_contacts) &
+      !$omp shared(previous, source, by_length, first_step, touch, pressed, table)
+      do k = 1, table%n
+         row = abs(source(k))
+         is_own = source(k) > 0
+         if (row > 0) then
+            call take_over(previous, row, k, table)
+            table%energy(k) = previous%energy(row)
+            table%offset(k) = previous%offset(row)
+            if (by_length) call keep_energy(previous, row, is_own, k, table)
+         else
+            call table%open_row(k)
+            table%offset(k) = 0
+            table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
+            ! what touches at the start is in contact; the first solve tells what stays so
+            if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
+               table%state(k) = contact_state%locked
+            if (by_length .and. table%gap(k) < 0) call begin_at_depth(previous, pressed, k, table)
+         end if
+         table%gap(k) = table%gap(k) - table%offset(k)
+      end do
+      !$omp end parallel do
+      if (by_length) call free_new_lengths(previous, size(topology%block), table)
+      ! of two partners at most one is closed: the one with the larger gap stays
+      do k = 1, table%n
+         row = table%partner(k)
+         if (row <= k) cycle
+         if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
+         if (table%gap(k) >= table%gap(row)) then
+            call table%open_row(row)
+         else
+            call table%open_row(k)
+         end if
+      end do
+   end subroutine hand_on_history
+
+   !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No row
+   !> goes on twice.
+   subroutine find_sources(previous, history, topology, list, order, by_length, table, source)
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(contact_topology_type), intent(in) :: topology
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:)
+      logical, intent(in) :: by_length
+      type(contact_table_type), intent(in) :: table
+      integer, intent(out) :: source(:)   !! (rows)
+      logical, allocatable :: is_taken(:)
+      integer :: k, row
+      !$omp parallel do default(none) private(k, row) schedule(static) if (table%n > parallel_contacts) &
+      !$omp shared(previous, history, list, order, table, source)
+      do k = 1, table%n
+         associate (candidate => list%rows(order(k)))
+            if (candidate%alias_vertex > 0) then
+               row = history%find(previous, candidate%alias_vertex, candidate%alias_edge)
+            else
+               row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
+            end if
+         end associate
+         source(k) = row
+      end do
+      !$omp end parallel do
+      if (.not. by_length) return
+      allocate (is_taken(0:previous%n), source=.false.)
+      is_taken(source) = .true.
+      is_taken(0) = .false.
+      do k = 1, table%n
+         if (source(k) > 0) cycle
+         row = predecessor(k, previous, history, topology, table)
+         if (is_taken(row)) cycle
+         is_taken(row) = row > 0
+         source(k) = -row
+      end do
+   end subroutine find_sources
+
+   !> State of row k from a row of the last step.
+   pure subroutine take_over(previous, row, k, table)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: row, k
+      type(contact_table_type), intent(inout) :: table
+      table%state(k) = previous%state(row)
+      table%shear(k) = previous%shear(row)
+      table%normal_force(k) = previous%normal_force(row)
+      table%shear_force(k) = previous%shear_force(row)
+      table%bonded(k) = previous%bonded(row)
+      table%slip_sign(k) = previous%slip_sign(row)
+      table%total_slip(k) = previous%total_slip(row)
+   end subroutine take_over
+
+   !> Length by which the joints of both edges have come to bear more than in the last step begins free of force: springs
+   !> that grow while they are compressed keep their energy. Where a block slides from one to the next its edge bears
+   !> as much as before, and nothing changes.
+   pure subroutine free_new_lengths(previous, n_vertices, table)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: n_vertices
+      type(contact_table_type), intent(inout) :: table
+      real(wp), allocatable :: before(:), now(:)   !! (nv) length of each edge that bears [length]
+      real(wp) :: growth, shift
+      integer :: k
+      call add_lengths(previous, n_vertices, before)
+      call add_lengths(table, n_vertices, now)
+      do k = 1, table%n
+         if (.not. is_bearing(table, k)) cycle
+         if (table%gap(k) >= 0) cycle
+         associate (f => table%vertex(k), e => table%edge(k))
+            if (.not. min(before(f), before(e)) > 0) cycle
+            growth = min(now(f)/before(f), now(e)/before(e))
+         end associate
+         if (growth < 1 + least_growth) cycle
+         shift = table%gap(k)*(1 - 1/sqrt(growth))
+         table%offset(k) = table%offset(k) + shift
+         table%gap(k) = table%gap(k) - shift
+      end do
+   end subroutine free_new_lengths
+
+   !> Length of each edge that bears.
+   pure subroutine add_lengths(table, n_vertices, length)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: n_vertices
+      real(wp), allocatable, intent(out) :: length(:)
+      integer :: k
+      allocate (length(n_vertices), source=0.0_wp)
+      do k = 1, table%n
+         if (.not. is_bearing(table, k)) cycle
+         length(table%vertex(k)) = length(table%vertex(k)) + table%length(k)
+         length(table%edge(k)) = length(table%edge(k)) + table%length(k)
+      end do
+   end subroutine add_lengths
+
+   !> Is a row a closed station of an interval?
+   pure logical function is_bearing(table, k)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: k
+      is_bearing = table%station(k) > 0 .and. table%station(k) /= corner_station .and. &
+                   table%state(k) /= contact_state%open
+   end function is_bearing
+
+   !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
+   !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
+   pure subroutine keep_energy(previous, row, is_own, k, table)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: row
+      logical, intent(in) :: is_own        !! the row has the same identity
+      integer, intent(in) :: k
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: depth
+      logical :: is_closed
+      is_closed = table%state(k) /= contact_state%open
+      if (is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
+         table%length(k) = previous%length(row)
+      if (.not. is_own .and. is_closed) then
+         depth = max(0.0_wp, depth_of(previous, row))
+         table%offset(k) = min(0.0_wp, table%gap(k) + depth)
+      else if (.not. is_closed) then
+         table%offset(k) = min(0.0_wp, table%gap(k))
+      else if (table%offset(k) < 0) then
+         table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
+      end if
+   end subroutine keep_energy
+
+   !> Row of the last step in whose place row k stands, 0 none: a contact of the same corner, closed and as it lay on
+   !> an edge, on a corner or at the end of an interval.
+   pure integer function predecessor(k, previous, history, topology, table) result(row)
+      integer, intent(in) :: k
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(contact_topology_type), intent(in) :: topology
+      type(contact_table_type), intent(in) :: table
+      integer :: f, e, w
+      f = table%vertex(k)
+      e = table%edge(k)
+      row = 0
+      select case (table%station(k))
+      case (0)
+         if (row == 0) row = end_row(topology%edge_in(f), e)
+         if (row == 0) row = end_row(topology%edge_out(f), e)
+         if (row == 0) row = corner_row(f, topology%owner(e))
+         if (row == 0) row = corner_row(f, topology%owner(topology%next(e)))
+      case (corner_station)
+         w = e
+         if (row == 0) row = vertex_row(f, topology%edge_in(w))
+         if (row == 0) row = vertex_row(f, topology%edge_out(w))
+         if (row == 0) row = vertex_row(w, topology%edge_in(f))
+         if (row == 0) row = vertex_row(w, topology%edge_out(f))
+         if (row == 0) row = end_row(topology%edge_in(f), topology%edge_out(w))
+         if (row == 0) row = end_row(topology%edge_out(f), topology%edge_in(w))
+      case (1)
+         if (row == 0) row = vertex_row(topology%next(f), e)
+         if (row == 0) row = vertex_row(e, f)
+         if (row == 0) row = corner_row(topology%next(f), e)
+      case default
+         if (.not. is_last()) return
+         if (row == 0) row = vertex_row(f, e)
+         if (row == 0) row = vertex_row(topology%next(e), f)
+         if (row == 0) row = corner_row(f, topology%next(e))
+      end select
+
+   contains
+
+      !> A vertex on an edge.
+      pure integer function vertex_row(v, edge)
+         integer, intent(in) :: v, edge
+         vertex_row = closed_row(history%find(previous, topology%owner(v), edge))
+      end function vertex_row
+
+      !> A corner on a corner.
+      pure integer function corner_row(a, b)
+         integer, intent(in) :: a, b
+         if (topology%block(a) < topology%block(b)) then
+            corner_row = closed_row(history%find(previous, a, b, corner_station))
+         else
+            corner_row = closed_row(history%find(previous, b, a, corner_station))
+         end if
+      end function corner_row
+
+      !> The end of the interval of an edge at vertex f and another edge.
+      pure integer function end_row(own, other)
+         integer, intent(in) :: own, other
+         integer :: n
+         logical :: is_first, is_high
+         is_first = topology%block(own) < topology%block(other)
+         ! the first station stands at the last vertex of the first block's edge
+         is_high = topology%edge_out(f) == own .eqv. is_first
+         end_row = 0
+         do n = merge(5, 1, is_high), merge(3, 1, is_high), -1
+            if (is_first) end_row = closed_row(history%find(previous, own, other, n))
+            if (.not. is_first) end_row = closed_row(history%find(previous, other, own, n))
+            if (end_row > 0) return
+         end do
+      end function end_row
+
+      !> A row of the last step when it was closed, else 0.
+      pure integer function closed_row(found)
+         integer, intent(in) :: found
+         closed_row = 0
+         if (found == 0) return
+         if (previous%state(found) /= contact_state%open) closed_row = found
+      end function closed_row
+
+      !> Is row k the last station of its interval?
+      pure logical function is_last()
+         is_last = .true.
+         if (k == table%n) return
+         is_last = table%vertex(k + 1) /= table%vertex(k) .or. table%edge(k + 1) /= table%edge(k)
+      end function is_last
+
+   end function predecessor
+
+   !> For each edge the row of the last step, of an interval, that is compressed most; 0 none.
+   pure subroutine find_pressed(previous, n_vertices, pressed)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: n_vertices
+      integer, allocatable, intent(out) :: pressed(:)
+      integer :: c
+      allocate (pressed(n_vertices), source=0)
+      do c = 1, previous%n
+         if (.not. is_bearing(previous, c)) cycle
+         call keep_deeper(previous, c, pressed(previous%vertex(c)))
+         call keep_deeper(previous, c, pressed(previous%edge(c)))
+      end do
+   end subroutine find_pressed
+
+   !> Row c instead of a row that is compressed less.
+   pure subroutine keep_deeper(table, c, row)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      integer, intent(inout) :: row
+      if (row > 0) then
+         if (depth_of(table, row) >= depth_of(table, c)) return
+      end if
+      row = c
+   end subroutine keep_deeper
+
+   !> Compression of the normal spring of a row at the end of its step.
+   pure real(wp) function depth_of(table, row)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: row
+      depth_of = table%normal_force(row)/table%k_n(row)
+   end function depth_of
+
+   !> A row that is found behind the edge: as deep as the springs beside it on the same edges it is compressed like them,
+   !> the rest of its depth is free of force.
+   pure subroutine begin_at_depth(previous, pressed, k, table)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: pressed(:)
+      integer, intent(in) :: k
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: depth
+      integer :: row
+      table%offset(k) = table%gap(k)
+      if (table%station(k) == 0 .or. table%station(k) == corner_station) return
+      row = pressed(table%vertex(k))
+      if (row == 0) then
+         row = pressed(table%edge(k))
+      else if (pressed(table%edge(k)) > 0) then
+         if (depth_of(previous, pressed(table%edge(k))) > depth_of(previous, row)) row = pressed(table%edge(k))
+      end if
+      if (row == 0) return
+      depth = max(0.0_wp, depth_of(previous, row))
+      table%offset(k) = min(0.0_wp, table%gap(k) + depth)
+      table%state(k) = previous%state(row)
+      table%shear(k) = previous%shear(row)
+      table%slip_sign(k) = previous%slip_sign(row)
+      table%total_slip(k) = previous%total_slip(row)
+      table%normal_force(k) = 0
+   end subroutine begin_at_depth
+
+end module rockdda_contact_inheritance

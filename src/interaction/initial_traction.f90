@@ -1,0 +1,60 @@
+! SPDX-License-Identifier: MIT
+!> Contacts at time 0 begin with the traction that the initial stress of their blocks asks for.
+!>
+!> The traction on the surface of block a, whose outward normal is -n, is -s n, s the mean stress of both blocks; where
+!> one is fixed or has no initial stress, that of the other. A contact that stands for the length l of the joint
+!> carries the compression -n.s n l and, along the edge, -t.s n l, no more than its strength.
+module rockdda_interaction_initial_traction
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_joint_law, only : spring_energy
+   implicit none
+   private
+   public :: start_with_stress
+
+contains
+
+   !> Give the closed contacts of the first step the force of the initial stress.
+   pure subroutine start_with_stress(context, laws, table)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(inout) :: table   !! states, gaps and stiffness of the first step
+      logical, allocatable :: counts(:)
+      real(wp) :: stress(3), n(2), traction(2), normal, shear, strength
+      integer :: c
+      allocate (counts(context%blocks%n_blocks))
+      do c = 1, size(counts)
+         counts(c) = any(abs(context%state%stress(:, c)) > 0)
+      end do
+      if (.not. any(counts)) return
+      do c = 1, context%blocks%fixed%n
+         counts(context%blocks%fixed%block(c)) = .false.
+      end do
+      do c = 1, table%n
+         if (table%state(c) == contact_state%open) cycle
+         associate (a => table%block_a(c), b => table%block_b(c))
+            if (.not. (counts(a) .or. counts(b))) cycle
+            stress = 0
+            if (counts(a)) stress = context%state%stress(:, a)
+            if (counts(b)) stress = stress + context%state%stress(:, b)
+            if (counts(a) .and. counts(b)) stress = 0.5_wp*stress
+         end associate
+         n = table%normal(:, c)
+         traction = [stress(1)*n(1) + stress(3)*n(2), stress(3)*n(1) + stress(2)*n(2)]
+         normal = -dot_product(n, traction)*table%length(c)
+         if (.not. normal > 0) cycle
+         shear = -(-n(2)*traction(1) + n(1)*traction(2))*table%length(c)
+         strength = shear_strength(laws(table%joint(c)), normal, table%length(c), table%bonded(c), 0.0_wp, 0.0_wp)
+         shear = max(-strength, min(strength, shear))
+         table%offset(c) = table%offset(c) + table%gap(c) + normal/table%k_n(c)
+         table%gap(c) = -normal/table%k_n(c)
+         table%shear(c) = -shear/table%k_s(c)
+         table%normal_force(c) = normal
+         table%shear_force(c) = shear
+         table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
+      end do
+   end subroutine start_with_stress
+
+end module rockdda_interaction_initial_traction
