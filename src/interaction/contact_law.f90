@@ -1,148 +1,349 @@
 ! SPDX-License-Identifier: MIT
-!> Strength of contacts: Mohr-Coulomb and further friction laws beside it.
+!> Strength of contacts: Mohr-Coulomb and further laws beside it.
 !>
 !> Source: Shi's Mohr-Coulomb contact (thesis 3.3). A contact resists slip up to mu N + c l: N the compression,
-!> l the contact length; cohesion c (and the tensile strength t l) only while the contact is bonded. The laws
-!> differ in the friction coefficient mu:
+!> l the contact length, c the cohesion; it resists opening up to t l, t the tensile strength. In tension (N < 0) a bond
+!> resists c l + mu N, not less than 0: the same straight line, cut off at N = -t l.
+!>
+!> The laws differ in the friction coefficient mu, phi the friction angle of the material:
 !>
 !>     coulomb        mu = tan(phi)
-!>     velocity       mu = mu_d + (tan(phi) - mu_d) exp(-|v|/v_c): Stribeck's form of rate dependence,
-!>                    parameters phi_d [deg] (friction at high rates), v_c [length/time] (> 0)
-!>     displacement   mu = tan(phi) - (tan(phi) - mu_r) min(|s|/s_c, 1): linear slip weakening (Ida 1972),
-!>                    parameters phi_r [deg] (residual friction), s_c [length] (> 0)
+!>     velocity       mu = mu_d + (tan(phi) - mu_d) exp(-|v|/v_c): Stribeck's form of rate dependence; mu_d of
+!>                    residual_friction, v_c = slip_rate
+!>     displacement   mu = tan(phi) - (tan(phi) - mu_r) min(|s|/s_c, 1): linear slip weakening (Ida 1972); mu_r of
+!>                    residual_friction, s_c = slip_length
+!>     residual       the same for mu, c and t: each falls linearly with slip to its residual value. What was never
+!>                    bonded, or has opened, has the residual values
+!>     barton_bandis  mu = tan(min(JRC max(log10(JCS/sigma), 0) + phi_r, 70 deg)), sigma = N/l
+!>                    (Barton and Choubey 1977): the peak strength of rough joints
 !>
-!> A new law is one more name in `contact_law`, one case in `new_contact_laws` and one in `friction_coefficient`.
+!> brittle: c and t are lost at the first slip or opening. Otherwise they stay, unless law residual weakens them.
+!>
+!> A new law is one more name in `contact_law`, one case in `set_law` and one in `friction_coefficient`.
 module rockdda_interaction_contact_law
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_options, only : joint_law_type
+   use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength
+   public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength, cohesion_at, &
+      tension_at, dilated_gap
 
    type :: contact_law_enum
       integer :: coulomb = 1
       integer :: velocity = 2
       integer :: displacement = 3
+      integer :: residual = 4
+      integer :: barton_bandis = 5
    end type contact_law_enum
    type(contact_law_enum), parameter :: contact_law = contact_law_enum()
+
+   !> Largest angle of barton_bandis [deg]: towards no normal stress the formula grows without bound.
+   real(wp), parameter :: steepest = 70
 
    !> The law of one joint material.
    type :: contact_law_type
       integer :: law = 1                !! one of contact_law%...
-      real(wp) :: friction = 0          !! tan of the friction angle, at rest and before slip
+      real(wp) :: friction = 0          !! tan of the friction angle at rest and before slip; barton_bandis: its bound
       real(wp) :: cohesion = 0          !! [force/length^2], >= 0
       real(wp) :: tension = 0           !! tensile strength [force/length^2], >= 0
       real(wp) :: final_friction = 0    !! mu_d or mu_r; coulomb: not used
+      real(wp) :: residual_cohesion = 0 !! of contacts without a bond, and with law residual after slip
+      real(wp) :: residual_tension = 0  !! the same
       real(wp) :: scale = 1             !! v_c [length/time] or s_c [length], > 0; coulomb: not used
+      real(wp) :: jrc = 0               !! [deg]
+      real(wp) :: jcs = 1               !! [force/length^2], > 0
+      real(wp) :: base_angle = 0        !! phi_r of barton_bandis [deg]
+      real(wp) :: dilation = 0          !! tan of the dilation angle
+      real(wp) :: dilation_slip = huge(1.0_wp)  !! slip at which dilation ends [length]
       real(wp) :: damping_ratio = 0     !! Voigt dashpot, fraction of critical, >= 0
+      real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
+      logical :: brittle = .true.       !! slip breaks the bond
    end type contact_law_type
 
 contains
 
-   !> The laws of all joint materials: Coulomb, unless a joint law names the material. Faults of the options
-   !> (unknown name or material, wrong parameters, a material named twice) are errors, each where its option was read.
-   subroutine new_contact_laws(materials, joint_laws, laws, messages)
+   !> The laws of all joint materials. Faults of their parameters are errors, each where options of the material were
+   !> read.
+   subroutine new_contact_laws(materials, laws, messages)
       type(joint_material_type), intent(in) :: materials(:)              !! all joint materials
-      type(joint_law_type), intent(in) :: joint_laws(:)                  !! may be empty
       type(contact_law_type), allocatable, intent(out) :: laws(:)        !! one per joint material
       type(diagnostics_type), intent(inout) :: messages
-      logical, allocatable :: named(:)
-      integer :: i, m
+      character(len=:), allocatable :: fault
+      integer :: i
       allocate (laws(size(materials)))
-      allocate (named(size(materials)))
-      named = .false.
       do i = 1, size(materials)
          laws(i)%friction = tan(materials(i)%friction_angle*pi/180)
+      end do
+      do i = 1, size(materials)
          laws(i)%cohesion = materials(i)%cohesion
          laws(i)%tension = materials(i)%tension
-      end do
-      do i = 1, size(joint_laws)
-         m = joint_laws(i)%material
-         if (m < 1 .or. m > size(materials)) then
-            call messages%add(severity%error, 'joint law '//to_string(i)//': there is no joint material '// &
-                              to_string(m)//', they are 1 to '//to_string(size(materials)), joint_laws(i)%origin)
-         else if (named(m)) then
-            call messages%add(severity%error, 'joint law '//to_string(i)//': joint material '//to_string(m)// &
-                              ' already has a law', joint_laws(i)%origin)
-         else
-            named(m) = .true.
-            call set_law(joint_laws(i), laws(m), messages)
+         laws(i)%damping_ratio = materials(i)%damping_ratio
+         laws(i)%brittle = materials(i)%brittle
+         if (is_set(materials(i)%restitution)) laws(i)%restitution = materials(i)%restitution
+         if (.not. materials(i)%brittle) then
+            laws(i)%residual_cohesion = materials(i)%cohesion
+            laws(i)%residual_tension = materials(i)%tension
          end if
+         call set_law(materials(i), laws(i), fault)
+         if (len(fault) == 0) fault = unused_parameter(materials(i), laws(i)%law)
+         if (len(fault) == 0) call set_dilation(materials(i), laws(i), fault)
+         if (materials(i)%damping_ratio < 0) fault = 'the damping ratio must not be negative'
+         if (len(fault) > 0) call messages%add(severity%error, 'law of joint material '//to_string(i)//': '//fault, &
+                                               materials(i)%origin)
       end do
    end subroutine new_contact_laws
 
-   !> Take name, parameters and damping of one option.
-   subroutine set_law(option, law, messages)
-      type(joint_law_type), intent(in) :: option
+   !> Kind and parameters of a law.
+   pure subroutine set_law(material, law, fault)
+      type(joint_material_type), intent(in) :: material
       type(contact_law_type), intent(inout) :: law
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: name, where, fault
+      character(len=:), allocatable, intent(out) :: fault    !! empty: none
+      character(len=:), allocatable :: name
       integer :: n
-      where = 'law of joint material '//to_string(option%material)//': '
       name = 'coulomb'
-      if (allocated(option%law)) then
-         if (len_trim(option%law) > 0) name = trim(option%law)
+      if (allocated(material%law)) then
+         if (len_trim(material%law) > 0) name = trim(material%law)
       end if
       fault = ''
       n = 0
-      if (allocated(option%parameters)) n = size(option%parameters)
-      law%damping_ratio = option%damping_ratio
+      if (allocated(material%parameters)) n = size(material%parameters)
       select case (name)
       case ('coulomb')
          law%law = contact_law%coulomb
          if (n > 0) fault = 'coulomb takes no parameters'
       case ('velocity')
          law%law = contact_law%velocity
-         if (n /= 2) fault = 'velocity takes 2 parameters: friction angle at high rates [deg], rate'
+         call set_weakening(material, material%slip_rate, 'velocity', 'friction angle at high rates [deg], rate', &
+                            'residual_friction and slip_rate', law, fault)
       case ('displacement')
          law%law = contact_law%displacement
-         if (n /= 2) fault = 'displacement takes 2 parameters: residual friction angle [deg], slip'
+         call set_weakening(material, material%slip_length, 'displacement', 'residual friction angle [deg], slip', &
+                            'residual_friction and slip_length', law, fault)
+      case ('residual')
+         if (n > 0) fault = 'residual takes its parameters by name'
+         if (n == 0) call set_residual(material, law, fault)
+      case ('barton_bandis')
+         if (n > 0) fault = 'barton_bandis takes its parameters by name'
+         if (n == 0) call set_barton_bandis(material, law, fault)
       case default
-         fault = "unknown law '"//name//"', expected coulomb, velocity or displacement"
+         fault = "unknown law '"//name//"', expected coulomb, velocity, displacement, residual or barton_bandis"
       end select
-      if (option%damping_ratio < 0) fault = 'the damping ratio must not be negative'
-      if (len(fault) == 0 .and. n == 2) then
-         if (.not. (option%parameters(1) >= 0 .and. option%parameters(1) < 90)) then
-            fault = 'the friction angle must be in [0, 90)'
-         else if (.not. option%parameters(2) > 0) then
-            fault = 'the second parameter must be positive'
-         end if
-      end if
-      if (len(fault) > 0) then
-         call messages%add(severity%error, where//fault, option%origin)
-      else if (n == 2) then
-         law%final_friction = tan(option%parameters(1)*pi/180)
-         law%scale = option%parameters(2)
-      end if
    end subroutine set_law
 
-   !> Friction coefficient; at rest and before any slip it is tan(phi) for every law.
-   elemental real(wp) function friction_coefficient(law, slip_rate, slip)
+   !> A friction angle that weakens, and the scale at which it does: by order, or by name.
+   pure subroutine set_weakening(material, named_scale, name, order, names, law, fault)
+      type(joint_material_type), intent(in) :: material
+      real(wp), intent(in) :: named_scale
+      character(len=*), intent(in) :: name, order, names     !! of the law and of its parameters
+      type(contact_law_type), intent(inout) :: law
+      character(len=:), allocatable, intent(inout) :: fault
+      real(wp) :: angle, scale
+      integer :: n
+      n = 0
+      if (allocated(material%parameters)) n = size(material%parameters)
+      angle = material%residual_friction
+      scale = named_scale
+      if (n > 0 .and. (is_set(angle) .or. is_set(scale))) then
+         fault = name//': give its parameters in order or by name, not both'
+      else if (n == 2) then
+         angle = material%parameters(1)
+         scale = material%parameters(2)
+      else if (n > 0 .or. .not. (is_set(angle) .or. is_set(scale))) then
+         fault = name//' takes 2 parameters: '//order
+      else if (.not. (is_set(angle) .and. is_set(scale))) then
+         fault = name//' needs '//names
+      end if
+      if (len(fault) > 0) return
+      if (.not. (angle >= 0 .and. angle < 90)) then
+         fault = 'the friction angle must be in [0, 90)'
+      else if (.not. scale > 0) then
+         fault = 'the second parameter must be positive'
+      else
+         law%final_friction = tan(angle*pi/180)
+         law%scale = scale
+      end if
+   end subroutine set_weakening
+
+   !> Residual friction, cohesion and tension, and the slip at which they are reached. Without cohesion and tension of
+   !> their own they are 0, without friction of its own it stays.
+   pure subroutine set_residual(material, law, fault)
+      type(joint_material_type), intent(in) :: material
+      type(contact_law_type), intent(inout) :: law
+      character(len=:), allocatable, intent(inout) :: fault
+      law%law = contact_law%residual
+      law%brittle = .false.
+      law%final_friction = law%friction
+      if (is_set(material%residual_friction)) law%final_friction = tan(material%residual_friction*pi/180)
+      law%residual_cohesion = 0
+      if (is_set(material%residual_cohesion)) law%residual_cohesion = material%residual_cohesion
+      law%residual_tension = 0
+      if (is_set(material%residual_tension)) law%residual_tension = material%residual_tension
+      if (is_set(material%slip_length)) law%scale = material%slip_length
+      if (material%brittle_given .and. material%brittle) then
+         fault = 'law residual says how strength is lost: brittle = .true. contradicts it'
+      else if (law%final_friction > law%friction .or. law%residual_cohesion > law%cohesion .or. &
+               law%residual_tension > law%tension) then
+         fault = 'residual strength must not be larger than the peak'
+      else if (law%residual_tension > 0 .and. .not. law%residual_cohesion > 0) then
+         fault = 'residual tension needs residual cohesion: in tension the least shear breaks a bond without it'
+      else if (.not. is_set(material%slip_length) .and. (law%final_friction < law%friction .or. &
+               law%residual_cohesion < law%cohesion .or. law%residual_tension < law%tension)) then
+         fault = 'residual needs slip_length, the slip from peak to residual strength'
+      else if (.not. law%scale > 0) then
+         fault = 'slip_length must be positive'
+      end if
+   end subroutine set_residual
+
+   !> JRC, JCS and the angle of flat surfaces.
+   pure subroutine set_barton_bandis(material, law, fault)
+      type(joint_material_type), intent(in) :: material
+      type(contact_law_type), intent(inout) :: law
+      character(len=:), allocatable, intent(inout) :: fault
+      law%law = contact_law%barton_bandis
+      if (.not. (is_set(material%jrc) .and. is_set(material%jcs) .and. is_set(material%residual_friction))) then
+         fault = 'barton_bandis needs jrc, jcs and residual_friction'
+      else if (.not. (material%jrc >= 0 .and. material%jcs > 0 .and. material%residual_friction >= 0 .and. &
+                      material%residual_friction <= steepest)) then
+         fault = 'jrc must not be negative, jcs must be positive, and residual_friction must be in [0, 70]'
+      else
+         law%jrc = material%jrc
+         law%jcs = material%jcs
+         law%base_angle = material%residual_friction
+         law%final_friction = tan(law%base_angle*pi/180)
+         law%friction = tan(merge(steepest, law%base_angle, law%jrc > 0)*pi/180)
+      end if
+   end subroutine set_barton_bandis
+
+   !> A parameter that the law does not have; empty: there is none.
+   pure function unused_parameter(material, law) result(fault)
+      type(joint_material_type), intent(in) :: material
+      integer, intent(in) :: law
+      character(len=:), allocatable :: fault
+      logical :: weakens
+      weakens = law == contact_law%displacement .or. law == contact_law%residual
+      fault = ''
+      if (is_set(material%residual_friction) .and. law == contact_law%coulomb) fault = name_of('residual_friction')
+      if (is_set(material%residual_cohesion) .and. law /= contact_law%residual) fault = name_of('residual_cohesion')
+      if (is_set(material%residual_tension) .and. law /= contact_law%residual) fault = name_of('residual_tension')
+      if (is_set(material%slip_length) .and. .not. weakens) fault = name_of('slip_length')
+      if (is_set(material%slip_rate) .and. law /= contact_law%velocity) fault = name_of('slip_rate')
+      if (is_set(material%jrc) .and. law /= contact_law%barton_bandis) fault = name_of('jrc')
+      if (is_set(material%jcs) .and. law /= contact_law%barton_bandis) fault = name_of('jcs')
+
+   contains
+
+      !> The message.
+      pure function name_of(parameter) result(text)
+         character(len=*), intent(in) :: parameter
+         character(len=:), allocatable :: text
+         text = parameter//' is given, but it is no parameter of this law'
+      end function name_of
+
+   end function unused_parameter
+
+   !> Dilation. Above the lowest friction angle the joint would give more work than it takes.
+   pure subroutine set_dilation(material, law, fault)
+      type(joint_material_type), intent(in) :: material
+      type(contact_law_type), intent(inout) :: law
+      character(len=:), allocatable, intent(inout) :: fault
+      real(wp) :: lowest
+      law%dilation = tan(material%dilation*pi/180)
+      if (is_set(material%dilation_slip)) law%dilation_slip = material%dilation_slip
+      lowest = law%friction
+      if (law%law /= contact_law%coulomb) lowest = min(lowest, law%final_friction)
+      if (.not. (material%dilation >= 0 .and. material%dilation < 90)) then
+         fault = 'the dilation angle must be in [0, 90)'
+      else if (law%dilation > lowest) then
+         fault = 'the dilation angle must not be larger than the friction angle, nor than the residual one'
+      else if (law%dilation_slip < 0) then
+         fault = 'dilation_slip must not be negative'
+      end if
+   end subroutine set_dilation
+
+   !> Friction coefficient; at rest and before any slip it is tan(phi) for every law but barton_bandis.
+   elemental real(wp) function friction_coefficient(law, slip_rate, slip, normal_stress, bonded)
       type(contact_law_type), intent(in) :: law
       real(wp), intent(in) :: slip_rate     !! of the contact, either sign [length/time]
       real(wp), intent(in) :: slip          !! summed up since the contact closed [length]
+      real(wp), intent(in), optional :: normal_stress  !! compression positive, for barton_bandis; absent: 0 [stress]
+      logical, intent(in), optional :: bonded          !! for residual; absent: true
+      real(wp) :: angle, stress
       friction_coefficient = law%friction
       select case (law%law)
       case (contact_law%velocity)
          friction_coefficient = law%final_friction + (law%friction - law%final_friction)*exp(-abs(slip_rate)/law%scale)
       case (contact_law%displacement)
          friction_coefficient = law%friction - (law%friction - law%final_friction)*min(abs(slip)/law%scale, 1.0_wp)
+      case (contact_law%residual)
+         friction_coefficient = law%friction - (law%friction - law%final_friction)*weakened(law, slip, bonded)
+      case (contact_law%barton_bandis)
+         stress = 0
+         if (present(normal_stress)) stress = normal_stress
+         ! the lower bound of the stress is far on the side of the largest angle
+         angle = law%base_angle - law%jrc*min(log10(max(stress/law%jcs, tiny(1.0_wp))), 0.0_wp)
+         friction_coefficient = tan(min(angle, steepest)*pi/180)
       end select
    end function friction_coefficient
 
-   !> Largest shear force of a contact. With bonded false it is the friction force of a sliding contact.
+   !> Share of the way from peak to residual strength, law residual.
+   elemental real(wp) function weakened(law, slip, bonded)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: slip          !! [length]
+      logical, intent(in), optional :: bonded
+      weakened = min(abs(slip)/law%scale, 1.0_wp)
+      if (present(bonded)) then
+         if (.not. bonded) weakened = 1
+      end if
+   end function weakened
+
+   !> Cohesion after a slip [stress].
+   elemental real(wp) function cohesion_at(law, slip, bonded) result(cohesion)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: slip          !! [length]
+      logical, intent(in) :: bonded
+      cohesion = merge(law%cohesion, law%residual_cohesion, bonded)
+      if (law%law == contact_law%residual) &
+         cohesion = law%cohesion - (law%cohesion - law%residual_cohesion)*weakened(law, slip, bonded)
+   end function cohesion_at
+
+   !> Tensile strength after a slip [stress].
+   elemental real(wp) function tension_at(law, slip, bonded) result(tension)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: slip          !! [length]
+      logical, intent(in) :: bonded
+      tension = merge(law%tension, law%residual_tension, bonded)
+      if (law%law == contact_law%residual) &
+         tension = law%tension - (law%tension - law%residual_tension)*weakened(law, slip, bonded)
+   end function tension_at
+
+   !> Gap at which a joint carries no stress once it has slipped.
+   elemental real(wp) function dilated_gap(law, slip) result(gap)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: slip          !! |slip| summed up [length]
+      gap = law%dilation*min(slip, law%dilation_slip)
+   end function dilated_gap
+
+   !> Largest shear force of a contact. Without a bond it is the friction force of a sliding contact.
    elemental real(wp) function shear_strength(law, normal_force, length, bonded, slip_rate, slip)
       type(contact_law_type), intent(in) :: law
-      real(wp), intent(in) :: normal_force  !! compression positive; tension gives no friction [force]
+      real(wp), intent(in) :: normal_force  !! compression positive [force]
       real(wp), intent(in) :: length        !! contact length [length]
-      logical, intent(in) :: bonded         !! has neither opened nor slipped yet
+      logical, intent(in) :: bonded         !! has neither opened nor, if it is brittle, slipped yet
       real(wp), intent(in) :: slip_rate     !! [length/time]
       real(wp), intent(in) :: slip          !! [length]
-      shear_strength = friction_coefficient(law, slip_rate, slip)*max(normal_force, 0.0_wp)
-      if (bonded) shear_strength = shear_strength + law%cohesion*length
+      real(wp) :: friction, cohesion, stress
+      ! a point on an edge has no area: its stress is beyond every strength of walls
+      stress = huge(1.0_wp)
+      if (length > 0) stress = max(normal_force, 0.0_wp)/length
+      friction = friction_coefficient(law, slip_rate, slip, stress, bonded)
+      cohesion = cohesion_at(law, slip, bonded)
+      shear_strength = friction*max(normal_force, 0.0_wp)
+      if (cohesion > 0) shear_strength = shear_strength + cohesion*length
+      ! the cap of a bond in tension; without tensile strength a contact in tension is only round-off away from 0
+      if (normal_force < 0 .and. law%tension > 0) shear_strength = max(0.0_wp, shear_strength + friction*normal_force)
    end function shear_strength
 
 end module rockdda_interaction_contact_law

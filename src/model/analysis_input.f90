@@ -1,10 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> Content of an analysis file (.df, .ana): run control and materials.
+!> What an analysis file (.df, .ana) says: run control and materials. Joint materials have further values, which
+!> options give.
 module rockdda_model_analysis_input
    use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : origin_type
    implicit none
    private
    public :: analysis_input_type, block_material_type, joint_material_type, time_table_type, dialect
+   public :: unset_real, unset_joint_material
+
+   !> Sentinel of a real that was not given.
+   real(wp), parameter :: unset_real = -huge(1.0_wp)
 
    type :: dialect_enum
       integer :: auto = 0   !! decide by counting
@@ -24,11 +30,33 @@ module rockdda_model_analysis_input
       real(wp) :: velocity(3) = 0        !! initial vx vy vr [length/time, rad/time]
    end type block_material_type
 
-   !> One joint material: 3 numbers of the analysis file.
+   !> One joint material: 3 numbers of the analysis file, and what options say of it. Parameters of laws are unset
+   !> where they were not given.
    type :: joint_material_type
+      integer :: number = 0              !! from 1
+      character(len=:), allocatable :: name
       real(wp) :: friction_angle = 0     !! [deg] in [0, 90)
       real(wp) :: cohesion = 0           !! stress, >= 0
       real(wp) :: tension = 0            !! tensile strength, stress, >= 0
+      real(wp) :: normal_stiffness = 0   !! stress/length, > 0; 0: not given
+      real(wp) :: shear_stiffness = 0    !! stress/length, > 0; 0: not given
+      character(len=:), allocatable :: law   !! not allocated or empty: 'coulomb'
+      real(wp), allocatable :: parameters(:) !! of the law, in its order (the other way is by name)
+      real(wp) :: residual_friction = unset_real  !! [deg] in [0, 90)
+      real(wp) :: residual_cohesion = unset_real  !! stress, >= 0
+      real(wp) :: residual_tension = unset_real   !! stress, >= 0
+      real(wp) :: slip_length = unset_real        !! slip from peak to residual strength [length], > 0
+      real(wp) :: slip_rate = unset_real          !! scale of the velocity law [length/time], > 0
+      real(wp) :: jrc = unset_real                !! joint roughness coefficient
+      real(wp) :: jcs = unset_real                !! joint wall compressive strength, stress, > 0
+      real(wp) :: dilation = 0           !! [deg] in [0, 90)
+      real(wp) :: dilation_slip = unset_real      !! slip at which dilation ends [length], >= 0; unset: never
+      real(wp) :: damping_ratio = 0      !! Voigt dashpot, fraction of critical
+      real(wp) :: restitution = unset_real        !! in [0, 1]; unset: no law of impact
+      logical :: brittle = .true.        !! cohesion and tension are lost at first slip or opening
+      logical :: tie = .false.           !! intact rock: both sides deform as one
+      logical :: brittle_given = .false., tie_given = .false.
+      type(origin_type) :: origin        !! where options of it were read
    end type joint_material_type
 
    !> Time-dependent values of one point, linear in between, constant beyond the ends.
@@ -50,5 +78,19 @@ module rockdda_model_analysis_input
       type(time_table_type), allocatable :: fixed_tables(:)    !! one per fixed point, or size 0
       type(time_table_type), allocatable :: loading_tables(:)  !! one per loading point, or size 0
    end type analysis_input_type
+
+contains
+
+   !> A joint material of which nothing is given yet: of options, each of which changes only what it names.
+   pure function unset_joint_material() result(material)
+      type(joint_material_type) :: material
+      material%friction_angle = unset_real
+      material%cohesion = unset_real
+      material%tension = unset_real
+      material%normal_stiffness = unset_real
+      material%shear_stiffness = unset_real
+      material%dilation = unset_real
+      material%damping_ratio = unset_real
+   end function unset_joint_material
 
 end module rockdda_model_analysis_input

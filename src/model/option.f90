@@ -53,6 +53,7 @@ module rockdda_model_option
       character(len=:), allocatable :: old_choice    !! former spelling of the first word, still accepted
       character(len=:), allocatable :: columns       !! names of the numbers of a row, ', ' between them
       character(len=:), allocatable :: default_word  !! of a text
+      character(len=:), allocatable :: preset_word   !! of a text, with the preset dda_windows, where it differs
       character(len=:), allocatable :: default_text  !! a default that depends on something, in words
       character(len=:), allocatable :: remark        !! added to the message about a value out of bounds
       real(wp) :: default = unset_real               !! of a number
@@ -82,12 +83,12 @@ contains
 
    !> A row of the table.
    pure function option(name, meaning, unit, applies, see, quantity, choices, old_choice, columns, default, &
-                        preset_default, default_word, default_text, remark, least, above, most, below, in_analysis, &
-                        required, adds_up, not_blank, rule) result(row)
+                        preset_default, default_word, preset_word, default_text, remark, least, above, most, below, &
+                        in_analysis, required, adds_up, not_blank, rule) result(row)
       character(len=*), intent(in) :: name, meaning
       character(len=*), intent(in), optional :: unit, applies, see, quantity, choices, old_choice, columns
       real(wp), intent(in), optional :: default, preset_default
-      character(len=*), intent(in), optional :: default_word, default_text, remark
+      character(len=*), intent(in), optional :: default_word, preset_word, default_text, remark
       real(wp), intent(in), optional :: least, above, most, below    !! bounds; above and below exclude the bound
       logical, intent(in), optional :: in_analysis, required, adds_up, not_blank
       integer, intent(in), optional :: rule
@@ -103,6 +104,7 @@ contains
       row%old_choice = text(old_choice)
       row%columns = text(columns)
       row%default_word = text(default_word)
+      row%preset_word = text(preset_word)
       row%default_text = text(default_text)
       row%remark = text(remark)
       if (present(default)) row%default = default
@@ -213,13 +215,15 @@ contains
       end associate
    end subroutine add_integer
 
-   !> Visit a logical.
-   subroutine add_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine add_logical(self, row, given, used, is_given)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
-      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(used))
+      logical, intent(inout), optional :: is_given        !! becomes true when a value stands there
+      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(used), &
+                 unused_4 => present(is_given))
       end associate
    end subroutine add_logical
 

@@ -67,8 +67,8 @@ contains
       type(option_type), intent(in) :: row
       character(len=:), allocatable, intent(inout) :: given
       character(len=:), allocatable, intent(inout), optional :: used
-      call fill_text(row, given)
-      associate (unused_self => self, unused => present(used))
+      call fill_text(self, row, given)
+      associate (unused => present(used))
       end associate
    end subroutine default_text
 
@@ -79,18 +79,21 @@ contains
       character(len=:), allocatable, intent(inout) :: given
       logical, intent(inout) :: used
       integer, intent(in) :: true_for
-      call fill_text(row, given)
-      associate (unused_self => self, unused_1 => used, unused_2 => true_for)
+      call fill_text(self, row, given)
+      associate (unused_1 => used, unused_2 => true_for)
       end associate
    end subroutine default_choice
 
-   !> Replace a text that was not given, or is blank, by the default, which may be empty.
-   subroutine fill_text(row, given)
+   !> A text that was not given, or is blank, becomes the default, which may be empty.
+   subroutine fill_text(self, row, given)
+      class(defaults_type), intent(in) :: self
       type(option_type), intent(in) :: row
       character(len=:), allocatable, intent(inout) :: given
       if (.not. allocated(given)) given = ''
       given = trim(given)
-      if (len(given) == 0) given = row%default_word
+      if (len(given) > 0) return
+      given = row%default_word
+      if (self%preset .and. len(row%preset_word) > 0) given = row%preset_word
    end subroutine fill_text
 
    !> The constant default of a number; unset when there is none.
@@ -126,14 +129,15 @@ contains
       used = given
    end subroutine transfer_integer
 
-   !> Transfer .true. or .false.
-   subroutine transfer_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine transfer_logical(self, row, given, used, is_given)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
+      logical, intent(inout), optional :: is_given
       if (present(used)) used = given
-      associate (unused_self => self, unused => row)
+      associate (unused_self => self, unused_1 => row, unused_2 => present(is_given))
       end associate
    end subroutine transfer_logical
 

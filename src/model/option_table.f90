@@ -4,8 +4,8 @@
 !> hints, defaults, log, checkpoint, documents and schema follow from the row.
 module rockdda_model_option_table
    use rockdda_base_kinds, only : wp
-   use rockdda_model_options, only : run_options_type, stage_type, line_load_type, joint_law_type, dda_windows, &
-      old_dda_windows, most_threads
+   use rockdda_model_analysis_input, only : joint_material_type, unset_joint_material
+   use rockdda_model_options, only : run_options_type, stage_type, line_load_type, dda_windows, old_dda_windows, most_threads
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    implicit none
@@ -20,7 +20,8 @@ contains
       type(run_options_type), intent(inout) :: options
       type(parameters_type), intent(inout) :: parameters
       call describe_settings(table, options, parameters)
-      call describe_lists(table, options%line_loads, options%joint_laws, options%stages)
+      call describe_lists(table, options%line_loads, options%joint_materials, options%stages)
+      call describe_joint_laws(table, options%joint_laws)
    end subroutine describe_options
 
    !> Visit the groups that are not lists.
@@ -36,16 +37,16 @@ contains
       call describe_output(table, options, parameters)
    end subroutine describe_settings
 
-   !> Visit the groups each of which is an element of a list. A visitor that changes the length of a list sets all its
-   !> elements.
-   subroutine describe_lists(table, line_loads, joint_laws, stages)
+   !> The groups each of which is an element of a list.
+   subroutine describe_lists(table, line_loads, joint_materials, stages)
       class(option_visitor_type), intent(inout) :: table
       type(line_load_type), allocatable, intent(inout) :: line_loads(:)
-      type(joint_law_type), allocatable, intent(inout) :: joint_laws(:)
+      type(joint_material_type), allocatable, intent(inout) :: joint_materials(:)
       type(stage_type), allocatable, intent(inout) :: stages(:)
-      integer :: i, n
+      type(line_load_type), allocatable :: more_loads(:)
+      type(stage_type), allocatable :: more_stages(:)
+      integer :: i, n, kept
       if (.not. allocated(line_loads)) allocate (line_loads(0))
-      if (.not. allocated(joint_laws)) allocate (joint_laws(0))
       if (.not. allocated(stages)) allocate (stages(0))
 
       call table%begin('line_load', 'A force along one edge of a block.', is_list=.true.)
@@ -58,14 +59,14 @@ contains
          call describe_line_load(table, line_loads(i))
       end do
 
-      call table%begin('joint_law', 'Friction law and damping of one joint material.', is_list=.true.)
-      n = size(joint_laws)
-      call table%resize(n)
-      if (n /= size(joint_laws)) deallocate (joint_laws)
-      if (.not. allocated(joint_laws)) allocate (joint_laws(n))
-      do i = 1, n
-         call table%start_element(i, joint_laws(i)%origin)
-         call describe_joint_law(table, joint_laws(i))
+      call table%begin('joint_material', 'A joint material: changes what it names of one of the analysis file, or '// &
+                       'adds one.', is_list=.true.)
+      call resize_joints(table, joint_materials)
+      do i = 1, size(joint_materials)
+         call table%start_element(i, joint_materials(i)%origin)
+         call table%add(option('number', 'number of the joint material; the next free one adds a material', &
+                               least=1.0_wp, required=.true.), joint_materials(i)%number)
+         call describe_joint(table, joint_materials(i))
       end do
 
       call table%begin('stage', 'One part of the run; stages follow one another in the order of the file.', &
@@ -80,7 +81,41 @@ contains
       end do
    end subroutine describe_lists
 
-   !> Visit &run.
+   !> The groups that change joint materials of the analysis file.
+   subroutine describe_joint_laws(table, joint_laws)
+      class(option_visitor_type), intent(inout) :: table
+      type(joint_material_type), allocatable, intent(inout) :: joint_laws(:)
+      integer :: i
+      call table%begin('joint_law', 'Law of one joint material: as joint_material, for a material that there is.', &
+                       is_list=.true.)
+      call resize_joints(table, joint_laws)
+      do i = 1, size(joint_laws)
+         call table%start_element(i, joint_laws(i)%origin)
+         call table%add(option('material', 'number of the joint material', least=1.0_wp, required=.true.), &
+                        joint_laws(i)%number)
+         call describe_joint(table, joint_laws(i))
+      end do
+   end subroutine describe_joint_laws
+
+   !> As many joint materials as the visitor wants; of new ones nothing is given.
+   subroutine resize_joints(table, joints)
+      class(option_visitor_type), intent(inout) :: table
+      type(joint_material_type), allocatable, intent(inout) :: joints(:)
+      type(joint_material_type), allocatable :: more(:)
+      integer :: n, i
+      if (.not. allocated(joints)) allocate (joints(0))
+      n = size(joints)
+      call table%resize(n)
+      if (n == size(joints)) return
+      allocate (more(n))
+      do i = 1, n
+         if (i <= size(joints)) more(i) = joints(i)
+         if (i > size(joints)) more(i) = unset_joint_material()
+      end do
+      call move_alloc(more, joints)
+   end subroutine resize_joints
+
+   !> &run
    subroutine describe_run(table, o, p)
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
@@ -146,6 +181,15 @@ contains
       call table%add_choice(option('preset', 'closing rule and tolerances of DDA for Windows', &
                                    quantity='contact preset', choices=dda_windows, old_choice=old_dda_windows, &
                                    default_text='none'), o%preset, p%peer_contacts, 1)
+      call table%add_choice(option('formulation', 'a contact is a stretch of two edges that face each other, or a '// &
+                                   'vertex on an edge', quantity='contact formulation', choices='length|vertex', &
+                                   default_word='vertex', preset_word='vertex'), o%formulation, p%by_length, 1)
+      call table%add(option('points', 'contact points of a stretch', quantity='contact points of a stretch', &
+                            applies='formulation length', least=3.0_wp, most=5.0_wp, default=3.0_wp), &
+                     o%points, p%points)
+      call table%add(option('corner_radius', 'radius of corners over the shorter of their edges', &
+                            applies='formulation length', quantity='corner radius over the shorter edge', &
+                            least=0.0_wp, below=0.5_wp, default=0.01_wp), o%corner_radius, p%corner_radius)
       call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: the largest E, with the preset 50 E', &
                             unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
@@ -244,17 +288,63 @@ contains
                             default_text='1', rule=list_rule%rising), load%table)
    end subroutine describe_line_load
 
-   !> Visit &joint_law.
-   subroutine describe_joint_law(table, law)
+   !> &joint_material and &joint_law but the number. What is not given stays as it is, so that no row has a constant
+   !> default.
+   subroutine describe_joint(table, m)
       class(option_visitor_type), intent(inout) :: table
-      type(joint_law_type), intent(inout) :: law
-      call table%add(option('material', 'number of the joint material', least=1.0_wp, required=.true.), law%material)
-      call table%add(option('law', 'friction law', choices='coulomb|velocity|displacement', default_word='coulomb', &
-                            see='theory.md'), law%law)
-      call table%add(option('parameters', 'parameters of the law', see='theory.md'), law%parameters)
+      type(joint_material_type), intent(inout) :: m
+      character(len=*), parameter :: stays = 'as it is, else 0', laws = 'theory.md#6-contacts'
+      call table%add(option('name', 'name of the material', default_text='none'), m%name)
+      call table%add(option('friction', 'friction angle, of the peak where a law weakens it', unit='deg', least=0.0_wp, &
+                            below=90.0_wp, default_text='as it is; an added material needs it'), m%friction_angle)
+      call table%add(option('cohesion', 'shear strength without normal stress', unit='stress', least=0.0_wp, &
+                            default_text=stays), m%cohesion)
+      call table%add(option('tension', 'tensile strength', unit='stress', least=0.0_wp, default_text=stays, &
+                            applies='needs cohesion'), m%tension)
+      call table%add(option('normal_stiffness', 'normal stiffness per length', unit='stress/length', above=0.0_wp, &
+                            default_text='from the contact stiffness', applies='formulation length'), &
+                     m%normal_stiffness)
+      call table%add(option('shear_stiffness', 'shear stiffness per length', unit='stress/length', above=0.0_wp, &
+                            default_text='from the contact stiffness', applies='formulation length'), &
+                     m%shear_stiffness)
+      call table%add(option('law', 'law of the strength', &
+                            choices='coulomb|velocity|displacement|residual|barton_bandis', &
+                            default_text='as it is, else coulomb', see=laws), m%law)
+      call table%add(option('parameters', 'parameters of law velocity (friction angle at high rates, slip_rate) or '// &
+                            'displacement (residual_friction, slip_length), instead of their names', &
+                            default_text='none'), m%parameters)
+      call table%add(option('residual_friction', 'friction angle after slip (laws displacement, residual), at high '// &
+                            'rates (velocity), of flat surfaces (barton_bandis)', unit='deg', least=0.0_wp, &
+                            below=90.0_wp, default_text='residual: friction; else the law needs it', see=laws), &
+                     m%residual_friction)
+      call table%add(option('residual_cohesion', 'cohesion after slip', unit='stress', least=0.0_wp, &
+                            default_text='0', applies='law residual', see=laws), m%residual_cohesion)
+      call table%add(option('residual_tension', 'tensile strength after slip', unit='stress', least=0.0_wp, &
+                            default_text='0', applies='law residual', see=laws), m%residual_tension)
+      call table%add(option('slip_length', 'slip from peak to residual strength', unit='length', above=0.0_wp, &
+                            default_text='a law that weakens needs it', applies='laws displacement, residual', &
+                            see=laws), m%slip_length)
+      call table%add(option('slip_rate', 'rate at which friction has come down to 1/e of its fall', &
+                            unit='length/time', above=0.0_wp, default_text='the law needs it', &
+                            applies='law velocity', see=laws), m%slip_rate)
+      call table%add(option('jrc', 'joint roughness coefficient', least=0.0_wp, default_text='the law needs it', &
+                            applies='law barton_bandis', see=laws), m%jrc)
+      call table%add(option('jcs', 'compressive strength of the joint walls', unit='stress', above=0.0_wp, &
+                            default_text='the law needs it', applies='law barton_bandis', see=laws), m%jcs)
+      call table%add(option('dilation', 'angle at which a joint that slips opens', unit='deg', least=0.0_wp, &
+                            below=90.0_wp, default_text=stays, see=laws), m%dilation)
+      call table%add(option('dilation_slip', 'slip beyond which a joint dilates no more', unit='length', least=0.0_wp, &
+                            default_text='none', see=laws), m%dilation_slip)
       call table%add(option('damping_ratio', 'dashpot of closed contacts, fraction of critical', least=0.0_wp, &
-                            default=0.0_wp), law%damping_ratio)
-   end subroutine describe_joint_law
+                            default_text=stays), m%damping_ratio)
+      call table%add(option('restitution', 'speed after an impact over the speed before it, along the normal', &
+                            least=0.0_wp, most=1.0_wp, default_text='none: what springs and time step give', &
+                            see=laws), m%restitution)
+      call table%add(option('brittle', 'cohesion and tension are lost at first slip or opening; .false.: they stay', &
+                            see=laws), m%brittle, is_given=m%brittle_given)
+      call table%add(option('tie', 'both sides deform as one body until the strength is reached; .false.: a joint', &
+                            applies='formulation length'), m%tie, is_given=m%tie_given)
+   end subroutine describe_joint
 
    !> Visit &stage.
    subroutine describe_stage(table, stage)

@@ -7,9 +7,10 @@
 module rockdda_model_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
+   use rockdda_model_analysis_input, only : joint_material_type, unset_real
    implicit none
    private
-   public :: run_options_type, stage_type, line_load_type, joint_law_type, base_motion_type
+   public :: run_options_type, stage_type, line_load_type, base_motion_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -18,8 +19,6 @@ module rockdda_model_options
    !> Largest number of threads: a larger one is a slip, which the operating system might refuse in the midst of a run.
    integer, parameter :: most_threads = 1024
 
-   !> Sentinel of a real option that was not given.
-   real(wp), parameter :: unset_real = -huge(1.0_wp)
    !> Sentinel of an integer option that was not given.
    integer, parameter :: unset_integer = -huge(1)
 
@@ -46,15 +45,6 @@ module rockdda_model_options
       real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
       type(origin_type) :: origin                !! where it was read
    end type line_load_type
-
-   !> A friction law other than plain Coulomb for one joint material.
-   type :: joint_law_type
-      integer :: material = 0                    !! joint material, 1-based
-      character(len=:), allocatable :: law       !! 'coulomb' | 'velocity' | 'displacement'
-      real(wp), allocatable :: parameters(:)     !! meaning: docs/theory.md
-      real(wp) :: damping_ratio = 0              !! Voigt dashpot, fraction of critical
-      type(origin_type) :: origin                !! where it was read
-   end type joint_law_type
 
    !> Base acceleration: a table and/or harmonic terms; acts as load -m a.
    type :: base_motion_type
@@ -88,6 +78,9 @@ module rockdda_model_options
       real(wp) :: open_tolerance = unset_real         !! gap that opens one, over w0
       real(wp) :: fixed_stiffness_factor = unset_real
       character(len=:), allocatable :: preset         !! '' | dda_windows
+      character(len=:), allocatable :: formulation    !! 'length' | 'vertex'
+      integer :: points = unset_integer               !! contact points of an interval
+      real(wp) :: corner_radius = unset_real          !! over the shorter edge
       ! &solver
       character(len=:), allocatable :: method         !! auto|sor|pcg|cholmod|dense
       real(wp) :: tolerance = unset_real, omega = unset_real
@@ -99,7 +92,8 @@ module rockdda_model_options
       real(wp) :: gravity = unset_real                !! acceleration in -y, instead of the file's weight
       type(base_motion_type) :: base
       type(line_load_type), allocatable :: line_loads(:)
-      type(joint_law_type), allocatable :: joint_laws(:)
+      type(joint_material_type), allocatable :: joint_materials(:) !! groups that change or add joint materials
+      type(joint_material_type), allocatable :: joint_laws(:)      !! the same for materials of the analysis file
       real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
       type(stage_type), allocatable :: stages(:)
       ! &output

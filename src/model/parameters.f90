@@ -4,7 +4,7 @@
 module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
-   use rockdda_model_options, only : stage_type, line_load_type, joint_law_type, base_motion_type
+   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type
    implicit none
    private
    public :: parameters_type
@@ -24,6 +24,9 @@ module rockdda_model_parameters
       logical :: exact_rotation = .true.
       ! contacts
       logical :: peer_contacts = .false.      !! closing rule and tolerances of DDA for Windows
+      logical :: by_length = .false.          !! formulation 'length': joints are intervals of edges
+      integer :: points = 3                   !! contact points of an interval
+      real(wp) :: corner_radius = 0.01_wp     !! rounding of corners over the shorter edge
       real(wp) :: normal_stiffness = 0        !! [force/length]
       real(wp) :: shear_stiffness = 0         !! [force/length]
       real(wp) :: fixed_stiffness = 0         !! [force/length]
@@ -40,7 +43,6 @@ module rockdda_model_parameters
       logical :: mass_from_area = .false.
       type(block_material_type), allocatable :: block_materials(:)
       type(joint_material_type), allocatable :: joint_materials(:)
-      type(joint_law_type), allocatable :: joint_laws(:)
       real(wp) :: mass_damping = 0            !! [1/time]
       ! loads
       real(wp) :: gravity = -1                !! acceleration in -y, < 0: from weight/density of each material

@@ -7,6 +7,7 @@ module rockdda_model_resolve
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
+   use rockdda_model_joint_options, only : take_joint_options
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
@@ -43,8 +44,8 @@ contains
       if (is_set(options%gravity)) call messages%add(severity%note, 'gravity '//to_string(options%gravity)// &
                                                      ' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads
-      parameters%joint_laws = settings%joint_laws
       parameters%stages = settings%stages
+      call take_joint_options(settings%joint_materials, settings%joint_laws, parameters%joint_materials, messages)
 
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &

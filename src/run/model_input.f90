@@ -10,6 +10,7 @@ module rockdda_run_model_input
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_joint_options, only : count_joint_materials
    use rockdda_model_resolve, only : resolve_parameters
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_analysis_file, only : read_analysis_source
@@ -131,7 +132,7 @@ contains
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      integer :: before
+      integer :: before, n_joint
       call read_config(input, messages)
       call apply_to_options(request, input%options)
       if (request%threads > most_threads) call messages%add(severity%error, 'threads: must be '// &
@@ -140,15 +141,16 @@ contains
       before = messages%n_errors
       call read_analysis(request%dialect, input, messages)
       if (messages%n_errors > before) return
+      n_joint = count_joint_materials(size(input%analysis%joint_materials), input%options%joint_materials)
       if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
-         call check_geometry_materials(input%geometry, input%analysis, messages)
+         call check_geometry_materials(input%geometry, input%analysis, n_joint, messages)
       else if (input%has_blocks) then
-         call check_block_materials(input%blocks, input%analysis, input%model_file, messages)
+         call check_block_materials(input%blocks, input%analysis, n_joint, input%model_file, messages)
       end if
       if (messages%has_errors() .or. .not. input%has_blocks) return
       call choose_solver(input%options, messages)
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
-      if (.not. messages%has_errors()) call check_options(input%blocks, input%parameters, messages)
+      call check_options(input%blocks, input%parameters, messages)
       if (.not. messages%has_errors()) call check_plausibility(input%blocks, input%parameters, input%options, &
          input%analysis_file, input%config_file, messages)
       if (len(input%parameters%title) == 0) input%parameters%title = stem_of(input%analysis_file)

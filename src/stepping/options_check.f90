@@ -23,7 +23,7 @@ contains
       type(contact_law_type), allocatable :: laws(:)
       type(loads_type) :: loads
       real(wp), allocatable :: line_ends(:, :)
-      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, laws, messages)
+      call new_contact_laws(parameters%joint_materials, laws, messages)
       call check_parameters(parameters, messages)
       call check_stages(parameters, blocks%fixed%n, messages)
       call loads%init(blocks, parameters, line_ends, messages)

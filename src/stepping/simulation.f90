@@ -86,7 +86,7 @@ contains
          call make_error(error, error_code%input, 'the model has no blocks')
          return
       end if
-      call new_contact_laws(parameters%joint_materials, parameters%joint_laws, self%families%contacts%laws, problems)
+      call new_contact_laws(parameters%joint_materials, self%families%contacts%laws, problems)
       call check_parameters(parameters, problems)
       call check_stages(parameters, blocks%fixed%n, problems)
       call self%families%loads%init(blocks, parameters, self%line_ends, problems)

@@ -316,6 +316,57 @@ class BadInput(ProgramTest):
             self.assertEqual(outcome.code, 2)
             self.assertFalse(self.path("block.h5").exists())
 
+    def test_joint_materials_in_a_config_file(self):
+        """A group changes what it names; another number adds a material; faults are told with their place."""
+        self.write(
+            "run.nml",
+            "&run steps = 1 / &contact formulation = 'vertex', points = 5, corner_radius = 0.02 /\n"
+            "&joint_material number = 1, name = 'bedding', cohesion = 5, tension = 2, normal_stiffness = 5e9,\n"
+            "  shear_stiffness = 2e9, brittle = .false. /\n"
+            "&joint_material number = 2, friction = 40, tie = .true. /\n"
+            "&joint_law material = 1, law = 'residual', residual_friction = 20, slip_length = 0.01 /\n",
+        )
+        outcome = self.run_program("run", "block.dc", "block.df", "--config", "run.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        log = self.path("block.log").read_text()
+        for text in (
+            "contact formulation                = vertex\n",
+            "contact points of a stretch        = 5\n",
+            "corner radius over the shorter edge = 0.02\n",
+            "joint_material 1                   = number 1, name bedding, friction 30, cohesion 5, tension 2, "
+            "normal_stiffness 5000000000, shear_stiffness 2000000000, law residual, residual_friction 20, slip_length 0.01, "
+            "dilation 0, damping_ratio 0, brittle .false., tie .false.\n",
+            "joint_material 2                   = number 2, friction 40, cohesion 0, tension 0, law coulomb, "
+            "dilation 0, damping_ratio 0, brittle .true., tie .true.\n",
+        ):
+            self.assertIn("\n  " + text, log)
+        faults = {
+            "&joint_material number = 1, friction = 95 /": (40, "friction: must be at least 0 and less than 90 degrees"),
+            "&joint_material number = 1, frction = 30 /": (
+                29,
+                "unknown name 'frction' in &joint_material; did you mean 'friction'?",
+            ),
+            "&joint_material number = 1, restitution = 1.5 /": (43, "restitution: must be at least 0 and at most 1"),
+            "&contact points = 6 /": (19, "points: must be at least 3 and at most 5"),
+        }
+        later = {
+            "&joint_material number = 3, friction = 30 /": "joint material 3: there is 1 joint material, the next "
+            "number is 2",
+            "&joint_material number = 1, law = 'barton_bandis', jrc = 5 /": "law of joint material 1: barton_bandis "
+            "needs jrc, jcs and residual_friction",
+            "&joint_material number = 1, tension = 5 /": "joint material 1 has tensile strength but no cohesion",
+            "&joint_material number = 1, dilation = 40 /": "law of joint material 1: the dilation angle must not be "
+            "larger than the friction angle",
+        }
+        for group, (column, message) in faults.items():
+            self.write("bad.nml", group + "\n")
+            outcome = self.run_program("check", "bad.nml")
+            self.assertTrue(outcome.err.startswith(f"bad.nml:1:{column}: error: {message}"), outcome.err)
+        for group, message in later.items():
+            self.write("bad.nml", "\n" + group + "\n")
+            outcome = self.run_program("check", "block.dc", "block.df", "bad.nml", "--quiet")
+            self.assertTrue(outcome.err.startswith(f"bad.nml:2:1: error: {message}"), outcome.err)
+
     def test_smallest_step_beyond_the_largest(self):
         self.write("run.nml", "&time\n  dt_min = 3\n/\n")
         outcome = self.run_program("check", "block.dc", "block.df", "run.nml", "--quiet")

@@ -10,8 +10,14 @@ from support import ProgramTest
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "src/model/option_table.f90"
-# words in quotes that are no names of options there: an energy, a kind of value, a group of the checkpoint
-OTHERS = {("state.f90", "gravity"), ("option_documents.f90", "file"), ("checkpoint_model.f90", "parameters")}
+# words in quotes that are no names of options there: energies, kinds of value, a group of the checkpoint
+OTHERS = {
+    ("state.f90", "gravity"),
+    ("state.f90", "friction"),
+    ("option_documents.f90", "file"),
+    ("option_documents.f90", "number"),
+    ("checkpoint_model.f90", "parameters"),
+}
 
 
 class OptionsTable(ProgramTest):
@@ -97,7 +103,8 @@ class OptionsTable(ProgramTest):
         for text in (
             "base acceleration                  = 2 rows of t, ax, ay: (0 0 0) (1 2 0.5)\n",
             "harmonic base acceleration         = 1 row of ax, ay, f, phase, t0: (1 0 2 0.25 0.75)\n",
-            "joint_law 1                        = material 1, law coulomb, damping_ratio 0.1\n",
+            "joint_material 1                   = number 1, friction 30, cohesion 0, tension 0, law coulomb, dilation 0, "
+            "damping_ratio 0.1, brittle .true., tie .false.\n",
             "line_load 1                        = ends (0 0 1 0), force_start (0 3), force_end (0 3), "
             "table 2 rows of t, factor: (0 0) (1 4)\n",
             "stage 1                            = until_step 1, gravity 1, release (1)\n",

@@ -94,6 +94,8 @@ contains
             text = "the analysis file's"
          else if (len(row%default_word) > 0) then
             text = row%default_word
+            if (len(row%preset_word) > 0 .and. row%preset_word /= row%default_word) &
+               text = text//' (preset '//dda_windows//': '//row%preset_word//')'
          else if (listed%kind == option_kind%logical) then
             text = trim(merge('.true. ', '.false.', listed%default_flag))
          else if (is_set(row%default)) then

@@ -112,15 +112,16 @@ contains
       end associate
    end subroutine list_integer
 
-   !> List a logical.
-   subroutine list_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine list_logical(self, row, given, used, is_given)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
+      logical, intent(inout), optional :: is_given
       call self%append(row, option_kind%logical)
       self%options(self%n)%default_flag = given
-      associate (unused => present(used))
+      associate (unused_1 => present(used), unused_2 => present(is_given))
       end associate
    end subroutine list_logical
 

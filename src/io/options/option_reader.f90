@@ -196,16 +196,18 @@ contains
       end associate
    end subroutine read_integer
 
-   !> Read .true. or .false.
-   subroutine read_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine read_logical(self, row, given, used, is_given)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
+      logical, intent(inout), optional :: is_given
       type(cursor_type) :: cursor
       type(entry_type), pointer :: entry
       do while (self%next(row, cursor, entry))
          call get_logical(self%namelist, entry, given, self%messages)
+         if (present(is_given)) is_given = .true.
       end do
       associate (unused => present(used))
       end associate

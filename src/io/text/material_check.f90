@@ -17,13 +17,13 @@ module rockdda_io_material_check
 
 contains
 
-   !> Check materials named in a geometry file; errors show the line that names them.
-   subroutine check_geometry_materials(geometry, analysis, messages)
+   !> Materials named in a geometry file; errors show the line that names them.
+   subroutine check_geometry_materials(geometry, analysis, n_joint, messages)
       type(geometry_input_type), intent(in) :: geometry
       type(analysis_input_type), intent(in) :: analysis
+      integer, intent(in) :: n_joint               !! joint materials, with those that options add
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i, n_joint, n_block
-      n_joint = size(analysis%joint_materials)
+      integer :: i, n_block
       n_block = size(analysis%block_materials)
       do i = 1, size(geometry%line_joint)
          if (messages%n_errors >= most_errors) return
@@ -39,15 +39,15 @@ contains
       end do
    end subroutine check_geometry_materials
 
-   !> Check materials of a cut model.
-   subroutine check_block_materials(blocks, analysis, file, messages)
+   !> Materials of a cut model.
+   subroutine check_block_materials(blocks, analysis, n_joint, file, messages)
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis
+      integer, intent(in) :: n_joint               !! joint materials, with those that options add
       character(len=*), intent(in) :: file         !! file of the blocks, for messages
       type(diagnostics_type), intent(inout) :: messages
       type(origin_type) :: origin
-      integer :: i, k, n_joint, n_block
-      n_joint = size(analysis%joint_materials)
+      integer :: i, k, n_block
       n_block = size(analysis%block_materials)
       origin%file = file
       do i = 1, blocks%n_blocks

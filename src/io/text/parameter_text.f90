@@ -68,13 +68,7 @@ contains
                             ', velocity '//numbers(m%velocity))
          end associate
       end do
-      do i = 1, size(p%joint_materials)
-         associate (m => p%joint_materials(i))
-            call table%line('joint material '//to_string(i), 'friction angle '//number(m%friction_angle)// &
-                            ' deg, cohesion '//number(m%cohesion)//', tension '//number(m%tension))
-         end associate
-      end do
-      call describe_lists(table, p%line_loads, p%joint_laws, p%stages)
+      call describe_lists(table, p%line_loads, p%joint_materials, p%stages)
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text
@@ -170,7 +164,8 @@ contains
       real(wp) :: value
       value = given
       if (present(used)) value = used
-      if (value >= row%least .and. abs(value) < 0.5_wp*huge(value)) then
+      if (.not. (row%above .and. value <= row%least) .and. value >= row%least .and. &
+          abs(value) < 0.5_wp*huge(value)) then
          call self%put(row, number(value), present(used))
       else
          call self%put(row, '', present(used))
@@ -199,16 +194,19 @@ contains
       end if
    end subroutine text_integer
 
-   !> Write .true. or .false.
-   subroutine text_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine text_logical(self, row, given, used, is_given)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
+      logical, intent(inout), optional :: is_given
       logical :: value
       value = given
       if (present(used)) value = used
       call self%put(row, trim(merge('.true. ', '.false.', value)), present(used))
+      associate (unused => present(is_given))
+      end associate
    end subroutine text_logical
 
    !> Write a text.

@@ -8,6 +8,7 @@ module rockdda_io_checkpoint_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_contact_table, only : contact_table_type
+   use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
    use rockdda_model_options, only : is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
@@ -36,7 +37,6 @@ contains
       call check%is_there(allocated(p%preconditioner), 'preconditioner')
       call check%is_there(allocated(p%block_materials), 'block_materials')
       call check%is_there(allocated(p%joint_materials), 'joint_materials')
-      call check%is_there(allocated(p%joint_laws), 'joint_laws')
       call check%is_there(allocated(p%line_loads), 'line_loads')
       call check%is_there(allocated(p%stages), 'stages')
       call check%is_there(allocated(p%fixed_tables), 'fixed_table_rows')
@@ -53,6 +53,8 @@ contains
       call check%holds(p%normal_stiffness > 0 .and. p%normal_stiffness <= huge(1.0_wp), 'stiffness')
       call check%holds(p%shear_stiffness > 0 .and. p%shear_stiffness <= huge(1.0_wp), 'shear_stiffness')
       call check%holds(p%fixed_stiffness > 0 .and. p%fixed_stiffness <= huge(1.0_wp), 'fixed_stiffness')
+      call check%holds(p%points >= 3 .and. p%points <= 5, 'points')
+      call check%holds(p%corner_radius >= 0 .and. p%corner_radius < 0.5_wp, 'corner_radius')
       call check%holds(p%search_distance >= 0 .and. p%search_distance <= huge(1.0_wp), 'search_distance')
       call check%holds(p%angle_tolerance >= 0 .and. p%angle_tolerance < 1.6_wp, 'angle_tolerance')
       call check%holds(p%close_tolerance >= 0 .and. p%close_tolerance <= p%w0, 'close_tolerance')
@@ -90,17 +92,7 @@ contains
          end associate
       end do
       do i = 1, size(p%joint_materials)
-         associate (m => p%joint_materials(i))
-            call check%is_finite([m%cohesion, m%tension], 'joint_materials')
-            call check%holds(m%friction_angle >= 0 .and. m%friction_angle < 90 .and. m%cohesion >= 0 .and. &
-                             m%tension >= 0, 'joint_materials')
-         end associate
-      end do
-      do i = 1, size(p%joint_laws)
-         associate (law => p%joint_laws(i), name => 'joint_law_'//to_string(i))
-            call check%holds(law%damping_ratio >= 0 .and. law%damping_ratio <= huge(1.0_wp), name//'_damping_ratio')
-            if (allocated(law%parameters)) call check%is_finite(law%parameters, name//'_parameters')
-         end associate
+         call check_joint(check, p%joint_materials(i), 'joint_material_'//to_string(i))
       end do
    end subroutine check_materials
 
@@ -194,6 +186,26 @@ contains
       call check%has_shape(size(p%loading_tables) == blocks%loading%n, 'loading_table_offset')
       problem = check%problem()
    end function blocks_problem
+
+   !> One joint material. Whether its values make a law is found when the run starts.
+   subroutine check_joint(check, m, name)
+      type(value_check_type), intent(inout) :: check
+      type(joint_material_type), intent(in) :: m
+      character(len=*), intent(in) :: name
+      call check%is_there(allocated(m%law), name//'_law')
+      call check%is_finite([m%cohesion, m%tension, m%normal_stiffness, m%shear_stiffness, m%damping_ratio], name)
+      call check%is_finite([m%residual_friction, m%residual_cohesion, m%residual_tension, m%slip_length, m%slip_rate, &
+                            m%jrc, m%jcs, m%dilation_slip, m%restitution], name)
+      if (allocated(m%parameters)) call check%is_finite(m%parameters, name//'_parameters')
+      call check%holds(m%friction_angle >= 0 .and. m%friction_angle < 90, name//'_friction')
+      call check%holds(m%cohesion >= 0, name//'_cohesion')
+      call check%holds(m%tension >= 0, name//'_tension')
+      call check%holds(m%normal_stiffness >= 0, name//'_normal_stiffness')
+      call check%holds(m%shear_stiffness >= 0, name//'_shear_stiffness')
+      call check%holds(m%dilation >= 0 .and. m%dilation < 90, name//'_dilation')
+      call check%holds(m%damping_ratio >= 0, name//'_damping_ratio')
+      call check%holds(m%restitution <= 1, name//'_restitution')
+   end subroutine check_joint
 
    !> Is each bridge edge (joint 0) walked back exactly once in the same block?
    pure logical function bridges_pair(blocks)

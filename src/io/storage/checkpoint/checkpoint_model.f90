@@ -72,38 +72,31 @@ contains
       table%archive => archive
       call describe_settings(table, no_options, parameters)
       call exchange_materials(archive, parameters)
-      call describe_lists(table, parameters%line_loads, parameters%joint_laws, parameters%stages)
+      call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters
 
-   !> Save or load block and joint materials: a column each.
+   !> Block materials: a column each. (Joint materials are a list of the table of options.)
    subroutine exchange_materials(archive, parameters)
       type(archive_type), intent(inout) :: archive
       type(parameters_type), intent(inout) :: parameters
-      real(wp), allocatable :: blocks(:, :), joints(:, :)
+      real(wp), allocatable :: blocks(:, :)
       integer :: i
       if (archive%saving) then
-         allocate (blocks(13, size(parameters%block_materials)), joints(3, size(parameters%joint_materials)))
+         allocate (blocks(13, size(parameters%block_materials)))
          do i = 1, size(blocks, 2)
             associate (m => parameters%block_materials(i))
                blocks(:, i) = [m%density, m%weight, m%youngs_modulus, m%poisson_ratio, m%stress, m%stress_gradient, &
                                m%velocity]
             end associate
          end do
-         do i = 1, size(joints, 2)
-            associate (m => parameters%joint_materials(i))
-               joints(:, i) = [m%friction_angle, m%cohesion, m%tension]
-            end associate
-         end do
       end if
       call archive%item('block_materials', blocks)
-      call archive%item('joint_materials', joints)
-      if (archive%saving .or. .not. (allocated(blocks) .and. allocated(joints))) return
+      if (archive%saving .or. .not. allocated(blocks)) return
       if (size(blocks, 1) /= 13) call archive%refuse('block_materials', 'has an unexpected shape')
-      if (size(joints, 1) /= 3) call archive%refuse('joint_materials', 'has an unexpected shape')
       if (allocated(archive%error)) return
-      allocate (parameters%block_materials(size(blocks, 2)), parameters%joint_materials(size(joints, 2)))
+      allocate (parameters%block_materials(size(blocks, 2)))
       do i = 1, size(blocks, 2)
          associate (m => parameters%block_materials(i))
             m%density = blocks(1, i)
@@ -113,13 +106,6 @@ contains
             m%stress = blocks(5:7, i)
             m%stress_gradient = blocks(8:10, i)
             m%velocity = blocks(11:13, i)
-         end associate
-      end do
-      do i = 1, size(joints, 2)
-         associate (m => parameters%joint_materials(i))
-            m%friction_angle = joints(1, i)
-            m%cohesion = joints(2, i)
-            m%tension = joints(3, i)
          end associate
       end do
    end subroutine exchange_materials

@@ -111,17 +111,20 @@ contains
       end if
    end subroutine exchange_integer
 
-   !> Save or load .true. or .false.
-   subroutine exchange_logical(self, row, given, used)
+   !> .true. or .false.
+   subroutine exchange_logical(self, row, given, used, is_given)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       logical, intent(inout) :: given
       logical, intent(inout), optional :: used
+      logical, intent(inout), optional :: is_given
       if (present(used)) then
          call self%archive%item(row%name, used)
       else if (self%in_list) then
          call self%archive%item(self%prefix//row%name, given)
       end if
+      associate (unused => present(is_given))
+      end associate
    end subroutine exchange_logical
 
    !> Save or load a text.
