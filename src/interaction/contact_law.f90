@@ -176,7 +176,9 @@ contains
       law%law = contact_law%residual
       law%brittle = .false.
       law%final_friction = law%friction
-      if (is_set(material%residual_friction)) law%final_friction = tan(material%residual_friction*pi/180)
+      ! equal angles make equal tangents, whatever procedures the compiler takes
+      if (material%residual_friction < material%friction_angle .and. is_set(material%residual_friction)) &
+         law%final_friction = tan(material%residual_friction*pi/180)
       law%residual_cohesion = 0
       if (is_set(material%residual_cohesion)) law%residual_cohesion = material%residual_cohesion
       law%residual_tension = 0
@@ -184,7 +186,7 @@ contains
       if (is_set(material%slip_length)) law%scale = material%slip_length
       if (material%brittle_given .and. material%brittle) then
          fault = 'law residual says how strength is lost: brittle = .true. contradicts it'
-      else if (law%final_friction > law%friction .or. law%residual_cohesion > law%cohesion .or. &
+      else if (material%residual_friction > material%friction_angle .or. law%residual_cohesion > law%cohesion .or. &
                law%residual_tension > law%tension) then
          fault = 'residual strength must not be larger than the peak'
       else if (law%residual_tension > 0 .and. .not. law%residual_cohesion > 0) then
@@ -249,14 +251,17 @@ contains
       type(joint_material_type), intent(in) :: material
       type(contact_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(inout) :: fault
-      real(wp) :: lowest
+      real(wp) :: lowest   !! [deg]
       law%dilation = tan(material%dilation*pi/180)
       if (is_set(material%dilation_slip)) law%dilation_slip = material%dilation_slip
-      lowest = law%friction
-      if (law%law /= contact_law%coulomb) lowest = min(lowest, law%final_friction)
+      lowest = material%friction_angle
+      if (law%law == contact_law%barton_bandis) lowest = law%base_angle
+      if (law%law == contact_law%velocity .or. law%law == contact_law%displacement) &
+         lowest = min(lowest, atan(law%final_friction)*180/pi)
+      if (law%law == contact_law%residual .and. is_set(material%residual_friction)) lowest = material%residual_friction
       if (.not. (material%dilation >= 0 .and. material%dilation < 90)) then
          fault = 'the dilation angle must be in [0, 90)'
-      else if (law%dilation > lowest) then
+      else if (material%dilation > lowest) then
          fault = 'the dilation angle must not be larger than the friction angle, nor than the residual one'
       else if (law%dilation_slip < 0) then
          fault = 'dilation_slip must not be negative'

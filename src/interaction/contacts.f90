@@ -10,7 +10,7 @@ module rockdda_interaction_contacts
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_spring, only : spring_vectors, dashpot_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -85,6 +85,9 @@ contains
                              self%table%normal(:, c), &
                              context%state%centroid(:, a), context%state%centroid(:, b), &
                              equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+         ! from here on the gap is that of the springs: what dilation has opened carries no stress
+         if (self%table%state(c) /= contact_state%open) &
+            self%table%gap(c) = self%table%gap(c) - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
       end do
       !$omp end parallel do
       if (context%state%step == 0 .and. context%parameters%by_length) call start_with_stress(context, self%laws, &
@@ -313,6 +316,7 @@ contains
       type(joint_type) :: joint
       type(joint_end_type) :: after
       real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: gained
       integer :: c
       logical :: was_closed
       carried = 0
@@ -358,20 +362,45 @@ contains
             else
                friction = friction + joint%slip_sign*joint%friction*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
             end if
-            stored = stored + after%energy
+            gained = dilation_energy(self%laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped)
+            friction = friction - gained
+            stored = stored + after%energy + gained
          end do
       end associate
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine measure_contacts
 
-   !> The table becomes that of the step's end.
+   !> Energy that the normal spring gains when a slip opens the joint: what it presses apart. Dilation takes it from the
+   !> shear work, so that friction dissipates the less.
+   pure real(wp) function dilation_energy(law, kn, gap, slip_before, slipped) result(gained)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: kn              !! [force/length]
+      real(wp), intent(in) :: gap             !! of the spring at the end of the step [length]
+      real(wp), intent(in) :: slip_before, slipped   !! summed up, and in the step [length]
+      real(wp) :: opened
+      gained = 0
+      if (.not. law%dilation > 0) return
+      opened = dilated_gap(law, slip_before + slipped) - dilated_gap(law, slip_before)
+      gained = 0.5_wp*kn*((gap - opened)**2 - gap**2)
+   end function dilation_energy
+
+   !> The table becomes that of the step's end. What the springs gain by dilation is theirs from here on.
    subroutine commit(self, context, d)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)
+      real(wp), allocatable :: before(:)
+      integer :: c
       associate (unused => context%dt, not_used => d)
       end associate
+      if (any(self%laws%dilation > 0)) before = self%table%total_slip(1:self%table%n)
       call self%trial%commit(self%table)
+      if (.not. allocated(before)) return
+      do c = 1, self%table%n
+         if (self%trial%state_used(c) == contact_state%open) cycle
+         self%table%energy(c) = self%table%energy(c) + dilation_energy(self%laws(self%table%joint(c)), &
+                                self%table%k_n(c), self%trial%gap(c), before(c), self%table%total_slip(c) - before(c))
+      end do
    end subroutine commit
 
 end module rockdda_interaction_contacts

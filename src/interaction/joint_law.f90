@@ -25,12 +25,15 @@
 !> that also holds when the strength falls faster than the spring relaxes, where the sign of the slip alone would lock
 !> and release the contact for ever.
 !>
+!> Dilation: a joint that slips opens by tan(psi) times the slip. It changes the gap at which the joint carries no stress
+!> from one step to the next (rockdda_interaction_contact_law, dilated_gap), so that the stiffness stays symmetric.
+!>
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
 !> otherwise change states for ever.
 module rockdda_interaction_joint_law
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength
+   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
    implicit none
    private
    public :: joint_settings_type, joint_type, joint_response_type, joint_end_type
@@ -57,7 +60,7 @@ module rockdda_interaction_joint_law
       real(wp) :: friction             !! friction force of the solve while sliding, >= 0
       integer :: state                 !! contact_state%...
       integer :: slip_sign             !! direction of the slip while sliding, +1/-1
-      logical :: bonded                !! cohesion and tensile strength are not broken
+      logical :: bonded                !! has peak cohesion and tensile strength, not those without a bond
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -118,9 +121,10 @@ contains
          response%friction = 0
          return
       end if
-      response%bonded = .false.
+      response%bonded = joint%bonded .and. .not. law%brittle
       response%friction = limit
-      if (joint%bonded) response%friction = strength(law, settings, joint, response%spring, .false., slip)
+      if (joint%bonded .and. law%brittle) &
+         response%friction = strength(law, settings, joint, response%spring, .false., slip)
    end subroutine map_joint
 
    !> +1 or -1.
@@ -194,13 +198,13 @@ contains
       spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
    end function spring_energy
 
-   !> Gap beyond which a closed contact opens: while it is bonded, its tensile strength t l holds it together.
+   !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
    pure real(wp) function opening_gap(law, settings, joint)
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       opening_gap = settings%open_tolerance
-      if (joint%bonded) opening_gap = opening_gap + law%tension*joint%length/joint%k_n
+      opening_gap = opening_gap + tension_at(law, joint%total_slip, joint%bonded)*joint%length/joint%k_n
    end function opening_gap
 
    !> Friction force of a sliding contact with a given normal force.
@@ -210,7 +214,7 @@ contains
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: normal_force   !! compression positive [force]
       real(wp), intent(in) :: slip           !! of the step [length]
-      sliding_friction = strength(law, settings, joint, normal_force, .false., slip)
+      sliding_friction = strength(law, settings, joint, normal_force, joint%bonded .and. .not. law%brittle, slip)
    end function sliding_friction
 
    !> Shear force of spring and dashpot if the contact did not slide.
@@ -230,7 +234,12 @@ contains
       if (law%law == contact_law%coulomb) then
          ! the law of most joints, without a call to another module
          strength = law%friction*max(normal_force, 0.0_wp)
-         if (bonded) strength = strength + law%cohesion*joint%length
+         if (bonded) then
+            strength = strength + law%cohesion*joint%length
+         else if (law%residual_cohesion > 0) then
+            strength = strength + law%residual_cohesion*joint%length
+         end if
+         if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
          return
       end if
       strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &

@@ -367,7 +367,7 @@ contains
          stays_closed = closes(self, table, settings, c, gap, partner_gap)
       else
          limit = settings%open_tolerance
-         if (joint%bonded) limit = opening_gap(law, settings, joint)
+         if (joint%bonded .or. law%residual_tension > 0) limit = opening_gap(law, settings, joint)
          stays_closed = .not. gap > limit
          ! outside the partner's line: the corner has been passed
          if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) &
