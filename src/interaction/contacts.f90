@@ -6,6 +6,7 @@
 module rockdda_interaction_contacts
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -75,12 +76,8 @@ contains
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          equations%pair(:, l) = [a, b]
-         self%table%k_n(c) = context%parameters%normal_stiffness
-         self%table%k_s(c) = context%parameters%shear_stiffness
-         if (context%parameters%by_length) then
-            self%table%k_n(c) = self%table%k_n(c)*self%table%length(c)/context%parameters%stiffness_length
-            self%table%k_s(c) = self%table%k_s(c)*self%table%length(c)/context%parameters%stiffness_length
-         end if
+         call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
+                            self%table%length(c), self%table%k_n(c), self%table%k_s(c))
          call spring_vectors(self%table%point(:, c), self%table%share(c), self%table%gap(c) + self%table%offset(c), &
                              self%table%normal(:, c), &
                              context%state%centroid(:, a), context%state%centroid(:, b), &
@@ -93,6 +90,28 @@ contains
       if (context%state%step == 0 .and. context%parameters%by_length) call start_with_stress(context, self%laws, &
                                                                                               self%table)
    end subroutine prepare
+
+   !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it stands, or
+   !> the run's, which belongs to a joint of mean length.
+   pure subroutine set_stiffness(parameters, material, length, k_n, k_s)
+      type(parameters_type), intent(in) :: parameters
+      type(joint_material_type), intent(in) :: material
+      real(wp), intent(in) :: length       !! [length]
+      real(wp), intent(out) :: k_n, k_s    !! normal, shear [force/length]
+      k_n = parameters%normal_stiffness
+      k_s = parameters%shear_stiffness
+      if (.not. parameters%by_length) return
+      k_n = k_n/parameters%stiffness_length
+      k_s = k_s/parameters%stiffness_length
+      if (material%normal_stiffness > 0) k_n = material%normal_stiffness
+      if (material%shear_stiffness > 0) then
+         k_s = material%shear_stiffness
+      else if (material%normal_stiffness > 0) then
+         k_s = k_n*(parameters%shear_stiffness/parameters%normal_stiffness)
+      end if
+      k_n = k_n*length
+      k_s = k_s*length
+   end subroutine set_stiffness
 
    !> Begin an attempt with the states of the last step.
    subroutine add_to_blocks(self, context, equations)

@@ -34,8 +34,6 @@ module rockdda_model_parameters
       real(wp) :: angle_tolerance = 0         !! [rad]
       real(wp) :: close_tolerance = 0         !! an open contact closes beyond this penetration [length]
       real(wp) :: open_tolerance = 0          !! a closed contact opens beyond this gap [length]
-      logical :: by_length = .false.          !! joints are intervals with stiffness per length, else Shi's vertices
-      integer :: points = 3                   !! stations of an interval
       real(wp) :: smooth_step = 0             !! steps of a surface up to this do not stop a block that slides [length]
       real(wp) :: stiffness_length = 1        !! length of joint that has the stiffness above [length]
       ! materials

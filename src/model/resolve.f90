@@ -149,7 +149,6 @@ contains
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: edge
-      integer :: env
       ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
       ! neighbours' neighbours are no candidates
       parameters%search_distance = min(settings%search_factor*parameters%displacement_ratio*parameters%w0, &
@@ -160,8 +159,6 @@ contains
          to_string(parameters%displacement_ratio*parameters%w0)//' in a step, more than the mean length of edges, '// &
          to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
       parameters%angle_tolerance = settings%angle_tolerance*pi/180
-      call get_environment_variable('ROCKDDA_LENGTH', status=env)
-      parameters%by_length = env == 0
       parameters%smooth_step = blocks%edge_node_distance
       parameters%stiffness_length = edge
       parameters%close_tolerance = settings%close_tolerance*parameters%w0

@@ -79,6 +79,7 @@ contains
       limits%cosine = cos(parameters%angle_tolerance)
       limits%by_length = parameters%by_length
       limits%points = parameters%points
+      limits%radius = parameters%corner_radius
       limits%smooth = max(2*deepest, parameters%smooth_step, 1.0e-9_wp*parameters%w0)
    end function search_limits
 
