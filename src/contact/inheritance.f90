@@ -26,7 +26,8 @@ contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
-   subroutine hand_on_history(previous, history, topology, list, order, by_length, first_step, touch, table)
+   subroutine hand_on_history(previous, history, topology, list, order, by_length, first_step, touch, &
+                              is_tied, table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
@@ -35,6 +36,7 @@ contains
       logical, intent(in) :: by_length
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
+      logical, intent(in) :: is_tied(:)     !! (joints) intact rock
       type(contact_table_type), intent(inout) :: table
       integer, allocatable :: pressed(:), source(:)
       integer :: k, row
@@ -43,7 +45,7 @@ contains
       call find_sources(previous, history, topology, list, order, by_length, table, source)
       if (by_length) call find_pressed(previous, size(topology%block), pressed)
       !$omp parallel do default(none) private(k, row, is_own) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, source, by_length, first_step, touch, pressed, table)
+      !$omp shared(previous, source, by_length, first_step, touch, is_tied, pressed, table)
       do k = 1, table%n
          row = abs(source(k))
          is_own = source(k) > 0
@@ -56,6 +58,7 @@ contains
             call table%open_row(k)
             table%offset(k) = 0
             table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
+            table%tied(k) = table%bonded(k) .and. table%station(k) > 0 .and. is_tied(table%joint(k))
             ! what touches at the start is in contact; the first solve tells what stays so
             if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
                table%state(k) = contact_state%locked
@@ -127,6 +130,9 @@ contains
       table%normal_force(k) = previous%normal_force(row)
       table%shear_force(k) = previous%shear_force(row)
       table%bonded(k) = previous%bonded(row)
+      table%tied(k) = previous%tied(row)
+      table%k_n(k) = previous%k_n(row)
+      table%k_s(k) = previous%k_s(row)
       table%slip_sign(k) = previous%slip_sign(row)
       table%total_slip(k) = previous%total_slip(row)
    end subroutine take_over
@@ -144,7 +150,7 @@ contains
       call add_lengths(previous, n_vertices, before)
       call add_lengths(table, n_vertices, now)
       do k = 1, table%n
-         if (.not. is_bearing(table, k)) cycle
+         if (.not. is_bearing(table, k) .or. table%tied(k)) cycle
          if (table%gap(k) >= 0) cycle
          associate (f => table%vertex(k), e => table%edge(k))
             if (.not. min(before(f), before(e)) > 0) cycle
@@ -190,6 +196,8 @@ contains
       real(wp) :: depth
       logical :: is_closed
       is_closed = table%state(k) /= contact_state%open
+      if (table%tied(k)) table%length(k) = previous%length(row)
+      if (table%tied(k)) return
       if (is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
          table%length(k) = previous%length(row)
       if (.not. is_own .and. is_closed) then

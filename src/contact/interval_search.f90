@@ -9,17 +9,18 @@ module rockdda_contact_interval_search
    use rockdda_contact_narrow_phase, only : search_limits_type, collect_near
    implicit none
    private
-   public :: search_intervals
+   public :: search_intervals, joint_of
 
 contains
 
    !> Append the stations of all intervals of blocks a < b.
-   pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, limits, list)
+   pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, joint, limits, list)
       integer, intent(in) :: range_a(2), range_b(2)      !! first and last vertex of each block
       real(wp), intent(in) :: box_a(4), box_b(4)         !! xmin ymin xmax ymax
       real(wp), intent(in), contiguous :: vertices(:, :) !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines        !! of the vertices now
+      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       type(interval_type) :: interval
@@ -38,11 +39,18 @@ contains
             if (.not. interval%exists) cycle
             if (min(interval%gap_low, interval%gap_high) > limits%reach) cycle
             if (max(interval%gap_low, interval%gap_high) < -limits%penetration) cycle
-            do k = 1, limits%points
+            do k = 1, limits%points(joint_of(f, e, joint))
                call list%append(candidate_type(f, e, station=k))
             end do
          end do
       end do
    end subroutine search_intervals
+
+   !> Joint material of two edges that face each other: the same whichever comes first.
+   pure integer function joint_of(f, e, joint)
+      integer, intent(in) :: f, e
+      integer, intent(in) :: joint(:)   !! (nv) of each edge
+      joint_of = max(joint(f), joint(e))
+   end function joint_of
 
 end module rockdda_contact_interval_search

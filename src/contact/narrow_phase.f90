@@ -48,7 +48,8 @@ module rockdda_contact_narrow_phase
       real(wp) :: sine = 0         !! sine of the angle tolerance
       real(wp) :: cosine = 1       !! cosine of the angle tolerance
       logical :: by_length = .false.  !! edges that face each other are intervals; vertices strike what is exposed
-      integer :: points = 3        !! stations of an interval
+      integer, allocatable :: points(:)     !! (joints) stations of an interval
+      logical, allocatable :: is_tied(:)    !! (joints) intact rock, where blocks touch at the start
       real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
       real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
    end type search_limits_type

@@ -18,7 +18,7 @@ module rockdda_contact_search
    use rockdda_contact_narrow_phase, only : search_limits_type, search_pair
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_interval_search, only : search_intervals
+   use rockdda_contact_interval_search, only : search_intervals, joint_of
    use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
    use rockdda_contact_inheritance, only : hand_on_history
    use rockdda_contact_vertex_weight, only : vertex_weight
@@ -74,7 +74,7 @@ contains
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
       call hand_on_history(previous, self%history, topology, self%list, self%order, limits%by_length, first_step, &
-                           touch, table)
+                           touch, limits%is_tied, table)
    end subroutine search_contacts
 
    !> Candidate rows of one part of the pairs.
@@ -130,7 +130,7 @@ contains
             call search_intervals([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
                                   [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
                                   self%pairs%boxes(:, a), self%pairs%boxes(:, b), vertices, topology, self%outlines, &
-                                  limits, self%found(part))
+                                  blocks%edge_joint, limits, self%found(part))
          end do
       end do
       !$omp end parallel do
@@ -230,7 +230,8 @@ contains
             cycle
          else if (table%station(k) > 0) then
             call measure_interval(v, e, vertices, topology, outlines, interval)
-            station = station_of(interval, table%station(k), limits%points, v, e, vertices, outlines)
+            table%joint(k) = joint_of(v, e, blocks%edge_joint)
+            station = station_of(interval, table%station(k), limits%points(table%joint(k)), v, e, vertices, outlines)
             table%point(:, k) = station%point
             table%share(k) = station%share
             table%normal(:, k) = station%normal

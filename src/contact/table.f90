@@ -35,6 +35,7 @@ module rockdda_contact_table
       real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
       real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
       logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
+      logical, allocatable :: tied(:)                !! (n) of an interval of intact rock
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
       real(wp), allocatable :: offset(:)             !! (n) gap at which its normal spring is free of force
@@ -66,12 +67,12 @@ contains
          deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
                      self%length, self%normal, self%point, self%total_slip, self%energy, &
-                     self%k_n, self%k_s, self%offset, self%station, self%share)
+                     self%k_n, self%k_s, self%offset, self%station, self%share, self%tied)
       end if
       m = n + n/4 + 16
       allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
                 self%state(m), self%slip_sign(m), self%station(m), source=0)
-      allocate (self%bonded(m), source=.false.)
+      allocate (self%bonded(m), self%tied(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
       allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), &
                 source=0.0_wp)
@@ -108,6 +109,7 @@ contains
       call exchange_integers(self%state, other%state)
       call exchange_integers(self%slip_sign, other%slip_sign)
       call exchange_logicals(self%bonded, other%bonded)
+      call exchange_logicals(self%tied, other%tied)
       call exchange_reals(self%shear, other%shear)
       call exchange_reals(self%normal_force, other%normal_force)
       call exchange_reals(self%shear_force, other%shear_force)

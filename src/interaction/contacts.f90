@@ -21,6 +21,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, linearise_joint, &
       end_joint, spring_energy
    use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_ties, only : tie_stiffness, break_ties
    implicit none
    private
    public :: contacts_type
@@ -76,8 +77,14 @@ contains
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          equations%pair(:, l) = [a, b]
-         call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
-                            self%table%length(c), self%table%k_n(c), self%table%k_s(c))
+         if (.not. self%table%tied(c)) then
+            call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
+                               self%table%length(c), self%table%k_n(c), self%table%k_s(c))
+         else if (context%state%step == 0) then
+            self%table%k_n(c) = tie_stiffness(self%table%station(c), self%table%length(c), smaller_modulus(context, a, b), &
+                                              context%state%area(a), context%state%area(b))
+            self%table%k_s(c) = self%table%k_n(c)
+         end if
          call spring_vectors(self%table%point(:, c), self%table%share(c), self%table%gap(c) + self%table%offset(c), &
                              self%table%normal(:, c), &
                              context%state%centroid(:, a), context%state%centroid(:, b), &
@@ -112,6 +119,27 @@ contains
       k_n = k_n*length
       k_s = k_s*length
    end subroutine set_stiffness
+
+   !> The smaller modulus of two blocks.
+   pure real(wp) function smaller_modulus(context, a, b)
+      class(step_context_type), intent(in) :: context
+      integer, intent(in) :: a, b
+      associate (materials => context%parameters%block_materials, material => context%blocks%block_material)
+         smaller_modulus = min(materials(material(a))%youngs_modulus, materials(material(b))%youngs_modulus)
+      end associate
+   end function smaller_modulus
+
+   !> Break the ties that have reached their strength.
+   pure subroutine break_some(self, parameters)
+      class(contacts_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: stiffness(2, size(self%laws))   !! of joints [force/length^2]
+      integer :: j
+      do j = 1, size(self%laws)
+         call set_stiffness(parameters, parameters%joint_materials(j), 1.0_wp, stiffness(1, j), stiffness(2, j))
+      end do
+      call break_ties(self%laws, stiffness, self%table, self%trial%gap)
+   end subroutine break_some
 
    !> Begin an attempt with the states of the last step.
    subroutine add_to_blocks(self, context, equations)
@@ -414,6 +442,7 @@ contains
       end associate
       if (any(self%laws%dilation > 0)) before = self%table%total_slip(1:self%table%n)
       call self%trial%commit(self%table)
+      if (any(context%parameters%joint_materials%tie)) call break_some(self, context%parameters)
       if (.not. allocated(before)) return
       do c = 1, self%table%n
          if (self%trial%state_used(c) == contact_state%open) cycle

@@ -61,6 +61,7 @@ module rockdda_interaction_joint_law
       integer :: state                 !! contact_state%...
       integer :: slip_sign             !! direction of the slip while sliding, +1/-1
       logical :: bonded                !! has peak cohesion and tensile strength, not those without a bond
+      logical :: tied = .false.        !! intact rock: neither slides nor opens within a step
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -98,8 +99,13 @@ contains
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
       response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
-      limit = strength(law, settings, joint, response%spring, joint%bonded, slip)
       trial = elastic_shear(joint, slip)
+      if (joint%tied) then
+         response = joint_response_type(contact_state%locked, 0, joint%bonded, response%spring, response%normal, trial, &
+                                        0.0_wp)
+         return
+      end if
+      limit = strength(law, settings, joint, response%spring, joint%bonded, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
       if (limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0) then

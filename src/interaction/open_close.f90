@@ -243,6 +243,7 @@ contains
       joint%state = self%state(c)
       joint%slip_sign = self%slip_sign(c)
       joint%bonded = self%bonded(c)
+      joint%tied = table%tied(c)
    end subroutine gather
 
    !> The accepted step: the table then holds the contacts at the step's end.
@@ -363,6 +364,8 @@ contains
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
       real(wp) :: limit
+      stays_closed = .true.
+      if (joint%tied) return
       if (joint%state == contact_state%open) then
          stays_closed = closes(self, table, settings, c, gap, partner_gap)
       else

@@ -78,7 +78,9 @@ contains
       limits%sine = sin(parameters%angle_tolerance)
       limits%cosine = cos(parameters%angle_tolerance)
       limits%by_length = parameters%by_length
-      limits%points = parameters%points
+      allocate (limits%is_tied(size(parameters%joint_materials)), limits%points(size(parameters%joint_materials)))
+      limits%is_tied(:) = parameters%joint_materials%tie
+      limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
       limits%smooth = max(2*deepest, parameters%smooth_step, 1.0e-9_wp*parameters%w0)
    end function search_limits

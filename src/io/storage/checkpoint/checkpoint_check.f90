@@ -460,6 +460,7 @@ contains
          call check%is_finite(t%length(1:n), 'length')
          call check%is_finite(t%offset(1:n), 'offset')
          call check%is_finite(t%k_n(1:n), 'k_n')
+         call check%is_finite(t%k_s(1:n), 'k_s')
          call check%is_finite(t%normal(:, 1:n), 'normal_x')
          call check%is_finite(t%point(:, 1:n), 'point_x')
       end associate

@@ -73,6 +73,8 @@ contains
       call archive%part('station', n, contacts%station)
       call archive%part('offset', n, contacts%offset)
       call archive%part('k_n', n, contacts%k_n)
+      call archive%part('k_s', n, contacts%k_s)
+      call archive%part('tied', n, contacts%tied)
       do axis = 1, 2
          call archive%fixed('normal_'//axes(axis), contacts%normal(axis, 1:n))
          call archive%fixed('point_'//axes(axis), contacts%point(axis, 1:n))
