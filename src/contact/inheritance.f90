@@ -64,6 +64,7 @@ contains
                table%state(k) = contact_state%locked
             if (by_length .and. table%gap(k) < 0) call begin_at_depth(previous, pressed, k, table)
          end if
+         table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
       !$omp end parallel do

@@ -43,7 +43,8 @@ module rockdda_contact_table
       ! stiffness of its springs in this step [force/length]
       real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
       ! geometry at the step's start
-      real(wp), allocatable :: gap(:)                !! (n) less the offset, > 0 open
+      real(wp), allocatable :: distance(:)           !! (n) between the blocks, < 0 where they overlap
+      real(wp), allocatable :: gap(:)                !! (n) the same less the offset: of the normal spring, > 0 open
       real(wp), allocatable :: length(:)             !! (n) of the joint, for which the contact stands
       real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
       real(wp), allocatable :: point(:, :)           !! (2, n) the vertex, or a point between the edges
@@ -67,14 +68,14 @@ contains
          deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
                      self%length, self%normal, self%point, self%total_slip, self%energy, &
-                     self%k_n, self%k_s, self%offset, self%station, self%share, self%tied)
+                     self%k_n, self%k_s, self%offset, self%station, self%share, self%tied, self%distance)
       end if
       m = n + n/4 + 16
       allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
                 self%state(m), self%slip_sign(m), self%station(m), source=0)
       allocate (self%bonded(m), self%tied(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
-      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), &
+      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), self%distance(m), &
                 source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
@@ -119,6 +120,7 @@ contains
       call exchange_reals(self%k_s, other%k_s)
       call exchange_reals(self%offset, other%offset)
       call exchange_reals(self%share, other%share)
+      call exchange_reals(self%distance, other%distance)
       call exchange_integers(self%station, other%station)
       call exchange_reals(self%gap, other%gap)
       call exchange_reals(self%length, other%length)

@@ -2,7 +2,8 @@
 !> Bolts: axial springs between two points, with pretension and yield.
 !>
 !> Source: Shi's bolt (the thesis, 3.1, only names it), written as a spring between two blocks along the bolt's
-!> direction at the start of the step (a link of rockdda_interaction_equations).
+!> direction (a link of rockdda_interaction_equations): the sum of its vectors at start and end of the step, over the sum
+!> of its lengths, by which the change of length is exact for the expected motion.
 !>
 !> The axial force, tension positive, is pretension + stiffness (elongation - plastic), where the elongation is
 !> the length now less the length at the start of the run and `plastic` the part of it that has yielded. At the
@@ -18,8 +19,8 @@ module rockdda_interaction_bolts
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_kinematics, only : point_load
    implicit none
    private
    public :: bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
@@ -36,12 +37,14 @@ module rockdda_interaction_bolts
       procedure :: init
       procedure :: count_links
       procedure :: prepare
-      procedure :: add_to_blocks
+      procedure :: begin
+      procedure :: place
       procedure :: add_to_links
       procedure :: predict
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
+      procedure :: placement_error
       procedure :: judge
       procedure :: add_energies
       procedure :: commit
@@ -49,24 +52,26 @@ module rockdda_interaction_bolts
 
 contains
 
-   !> Length of a bolt and its derivatives: length changes by e.d_1 + g.d_2 to first order.
+   !> Length of a bolt and its derivatives: the length changes by e.d_1 + g.d_2, exactly for the expected motion.
    !> An end in no block has a zero vector, and so has a bolt whose ends coincide (it has no direction).
-   pure subroutine bolt_vectors(ends, blocks, centroid_1, centroid_2, length, e, g)
+   pure subroutine bolt_vectors(ends, blocks, moving, length, e, g)
       real(wp), intent(in) :: ends(4)         !! x1 y1 x2 y2 at the start of the step [length]
       integer, intent(in) :: blocks(2)        !! of the two ends, 0: the fixed outside
-      real(wp), intent(in) :: centroid_1(2)   !! of the block of end 1, not used if there is none [length]
-      real(wp), intent(in) :: centroid_2(2)   !! of the block of end 2, not used if there is none [length]
+      type(moving_block_type), intent(in) :: moving(2)   !! blocks of the ends; of an end in no block it is not used
       real(wp), intent(out) :: length         !! [length]
       real(wp), intent(out) :: e(6), g(6)     !! d(length)/d(d_1), d(length)/d(d_2)
-      real(wp) :: b(2)
+      real(wp) :: b(2), b_end(2)
       b = ends(3:4) - ends(1:2)
       length = norm2(b)
       e = 0
       g = 0
       if (length <= 0) return
-      b = b/length
-      if (blocks(1) > 0) e = point_load(-b, ends(1:2), centroid_1)
-      if (blocks(2) > 0) g = point_load(b, ends(3:4), centroid_2)
+      b_end = b
+      if (blocks(1) > 0) b_end = b_end - mean_displacement(moving(1)%d, ends(1:2), moving(1))
+      if (blocks(2) > 0) b_end = b_end + mean_displacement(moving(2)%d, ends(3:4), moving(2))
+      b = (b + b_end)/(length + norm2(b_end))
+      if (blocks(1) > 0) e = mean_load(-b, ends(1:2), moving(1))
+      if (blocks(2) > 0) g = mean_load(b, ends(3:4), moving(2))
    end subroutine bolt_vectors
 
    !> Axial force at the start of a step.
@@ -135,45 +140,59 @@ contains
       n = self%n
    end function count_links
 
-   !> Directions and forces of all bolts at the start of the step.
+   !> Blocks of all bolts, and forces at the start of the step.
    subroutine prepare(self, context, equations)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: centroid(2, 2), length
-      integer :: c, l, side
+      integer :: c, l
       do l = 1, self%n
          c = self%first_link + l
          equations%pair(:, c) = context%blocks%bolts%blocks(:, l)
-         centroid = 0
-         do side = 1, 2
-            if (equations%pair(side, c) > 0) centroid(:, side) = context%state%centroid(:, equations%pair(side, c))
-         end do
-         call bolt_vectors(context%state%bolt_ends(:, l), context%blocks%bolts%blocks(:, l), centroid(:, 1), &
-                           centroid(:, 2), length, equations%vector_a(:, 1, c), equations%vector_b(:, 1, c))
-         if (equations%pair(1, c) == equations%pair(2, c)) then
-            ! both ends in one block: it holds nothing together, only the block's own strain would change it
-            equations%pair(:, c) = 0
-            equations%vector_a(:, 1, c) = 0
-            equations%vector_b(:, 1, c) = 0
-         end if
-         equations%vector_a(:, 2, c) = 0
-         equations%vector_b(:, 2, c) = 0
+         ! both ends in one block: it holds nothing together, only the block's own strain would change it
+         if (equations%pair(1, c) == equations%pair(2, c)) equations%pair(:, c) = 0
          self%force(l) = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
                                     context%state%bolt_elongation(l), context%state%bolt_plastic(l))
       end do
    end subroutine prepare
 
    !> Begin an attempt: no bolt yields.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine begin(self, context)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(inout) :: equations
-      associate (unused => context%dt, not_used => equations%n_links)
+      associate (unused => context%dt)
       end associate
       self%yields = .false.
       self%stretch = 0
-   end subroutine add_to_blocks
+   end subroutine begin
+
+   !> Directions of all bolts.
+   subroutine place(self, context, equations)
+      class(bolts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: length
+      integer :: c, l
+      do l = 1, self%n
+         c = self%first_link + l
+         call bolt_vectors(context%state%bolt_ends(:, l), equations%pair(:, c), &
+                           blocks_of_ends(context, equations%pair(:, c)), length, equations%vector_a(:, 1, c), &
+                           equations%vector_b(:, 1, c))
+         equations%vector_a(:, 2, c) = 0
+         equations%vector_b(:, 2, c) = 0
+      end do
+   end subroutine place
+
+   !> The moving blocks of the two ends; one that does not move for an end in no block.
+   pure function blocks_of_ends(context, pair) result(moving)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: pair(2)
+      type(moving_block_type) :: moving(2)
+      integer :: side
+      do side = 1, 2
+         if (pair(side) > 0) moving(side) = context%moving(pair(side))
+      end do
+   end function blocks_of_ends
 
    !> A spring with the force at the step's start, or, where the bolt yields, a constant force.
    subroutine add_to_links(self, equations)
@@ -237,6 +256,34 @@ contains
          force(:, self%first_link + l) = [new_force, 0.0_wp]
       end do
    end subroutine lawful_forces
+
+   !> Lengths that the expected motion gives otherwise than the solution.
+   real(wp) function placement_error(self, context, equations) result(worst)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(in) :: equations
+      real(wp) :: ends(4), load, scale, off
+      integer :: b, c, l, side
+      worst = 0
+      do l = 1, self%n
+         c = self%first_link + l
+         ends = context%state%bolt_ends(:, l)
+         off = -norm2(ends(3:4) - ends(1:2)) - self%stretch(l)
+         ! without a direction it does not act
+         if (all(abs(ends(3:4) - ends(1:2)) <= 0)) cycle
+         load = huge(load)
+         do side = 1, 2
+            b = equations%pair(side, c)
+            if (b == 0) cycle
+            ends(2*side - 1:2*side) = ends(2*side - 1:2*side) + &
+               end_displacement(equations%x(:, b), ends(2*side - 1:2*side), context%moving(b)%centroid)
+            load = min(load, norm2(equations%block_load(1:2, b)))
+         end do
+         if (all(equations%pair(:, c) == 0)) cycle
+         scale = max(load, abs(self%force(l) + self%stiffness(l)*self%stretch(l)))
+         if (scale > 0) worst = max(worst, self%stiffness(l)*abs(off + norm2(ends(3:4) - ends(1:2)))/scale)
+      end do
+   end function placement_error
 
    !> Which bolts yield at the predicted motion.
    subroutine judge(self, n_changes, n_unsettled)

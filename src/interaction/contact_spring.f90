@@ -17,18 +17,16 @@ module rockdda_interaction_contact_spring
 
 contains
 
-   !> First derivatives of gap (1) and slip (2) of one contact at p: a vertex of block a on an edge of block b (share 0),
-   !> a vertex of block b on an edge of block a (share 1), or a point between them.
+   !> First derivatives of gap (1) and slip (2) of one contact: vertex p of block a, an edge of block b.
    !>
-   !> Normal: with share 0 the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the
-   !> edge included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14
-   !> divided by the length. In general the normal through p meets block a at p + share gap n.
+   !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
+   !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
+   !> by the length.
    !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p,
    !> so that the couple of the two shear forces is zero. A rigid motion of both blocks together changes
    !> neither, to first order.
-   pure subroutine spring_vectors(p, share, gap, normal, centroid_a, centroid_b, e, g)
-      real(wp), intent(in) :: p(2)           !! where the contact is [length]
-      real(wp), intent(in) :: share          !! of the gap between p and block a, 0 to 1
+   pure subroutine spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
+      real(wp), intent(in) :: p(2)           !! vertex of block a [length]
       real(wp), intent(in) :: gap            !! > 0 open, < 0 overlapping [length]
       real(wp), intent(in) :: normal(2)      !! outward unit normal of the edge
       real(wp), intent(in) :: centroid_a(2)  !! [length]
@@ -37,8 +35,8 @@ contains
       real(wp), intent(out) :: g(6, 2)       !! with respect to d_b
       real(wp) :: tangent(2)
       tangent = [-normal(2), normal(1)]
-      e(:, 1) = derivative(normal, p + share*gap*normal - centroid_a)
-      g(:, 1) = -derivative(normal, p - (1 - share)*gap*normal - centroid_b)
+      e(:, 1) = derivative(normal, p - centroid_a)
+      g(:, 1) = -derivative(normal, p - gap*normal - centroid_b)
       e(:, 2) = derivative(tangent, p - centroid_a)
       g(:, 2) = -derivative(tangent, p - centroid_b)
    end subroutine spring_vectors

@@ -12,9 +12,11 @@ module rockdda_interaction_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
-   use rockdda_interaction_contact_spring, only : spring_vectors, dashpot_coefficient
+   use rockdda_interaction_contact_spring, only : dashpot_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_contact_lengths, only : contact_vectors, contact_lengths
+   use rockdda_interaction_finite_rotation, only : turns
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
@@ -39,7 +41,8 @@ module rockdda_interaction_contacts
    contains
       procedure :: count_links
       procedure :: prepare
-      procedure :: add_to_blocks
+      procedure :: begin
+      procedure :: place
       procedure :: add_to_links
       procedure :: add_friction
       procedure :: predict
@@ -47,6 +50,7 @@ module rockdda_interaction_contacts
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
+      procedure :: placement_error
       procedure :: judge
       procedure :: foresee
       procedure :: add_energies
@@ -64,19 +68,18 @@ contains
       n = self%table%n
    end function count_links
 
-   !> Blocks and directions of all rows.
+   !> Blocks and stiffness of all rows.
    subroutine prepare(self, context, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      integer :: c, a, b, l
-      !$omp parallel do default(none) shared(self, context, equations) private(c, a, b, l) schedule(static) &
+      integer :: a, b, c
+      !$omp parallel do default(none) shared(self, context, equations) private(a, b, c) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         l = self%first_link + c
          a = self%table%block_a(c)
          b = self%table%block_b(c)
-         equations%pair(:, l) = [a, b]
+         equations%pair(:, self%first_link + c) = [a, b]
          if (.not. self%table%tied(c)) then
             call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
                                self%table%length(c), self%table%k_n(c), self%table%k_s(c))
@@ -85,10 +88,6 @@ contains
                                               context%state%area(a), context%state%area(b))
             self%table%k_s(c) = self%table%k_n(c)
          end if
-         call spring_vectors(self%table%point(:, c), self%table%share(c), self%table%gap(c) + self%table%offset(c), &
-                             self%table%normal(:, c), &
-                             context%state%centroid(:, a), context%state%centroid(:, b), &
-                             equations%vector_a(:, :, l), equations%vector_b(:, :, l))
          ! from here on the gap is that of the springs: what dilation has opened carries no stress
          if (self%table%state(c) /= contact_state%open) &
             self%table%gap(c) = self%table%gap(c) - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
@@ -141,17 +140,31 @@ contains
       call break_ties(self%laws, stiffness, self%table, self%trial%gap)
    end subroutine break_some
 
-   !> Begin an attempt with the states of the last step.
-   subroutine add_to_blocks(self, context, equations)
+   !> Directions of all rows.
+   subroutine place(self, context, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      associate (unused => equations%n_links)
-      end associate
+      integer :: c, l
+      !$omp parallel do default(none) shared(self, context, equations) private(c, l) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         l = self%first_link + c
+         associate (a => context%moving(self%table%block_a(c)), b => context%moving(self%table%block_b(c)))
+            call contact_vectors(self%table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+         end associate
+      end do
+      !$omp end parallel do
+   end subroutine place
+
+   !> Begin an attempt with the states of the last step.
+   subroutine begin(self, context)
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       self%settings = attempt_settings(context%parameters, context%dt)
       call self%trial%begin(self%table, self%laws, self%settings)
       call set_dashpots(self, context)
-   end subroutine add_to_blocks
+   end subroutine begin
 
    !> Stiffness and margins of an attempt.
    pure type(joint_settings_type) function attempt_settings(parameters, dt) result(settings)
@@ -295,6 +308,34 @@ contains
       call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
                                      force(:, self%first_link + 1:self%first_link + self%table%n))
    end subroutine lawful_forces
+
+   !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
+   real(wp) function placement_error(self, context, equations) result(worst)
+      class(contacts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(in) :: equations
+      real(wp) :: off(2), force, scale
+      integer :: a, b, c
+      worst = 0
+      !$omp parallel do default(none) shared(self, context, equations) private(a, b, c, off, force, scale) &
+      !$omp reduction(max:worst) schedule(static) if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         if (self%trial%state(c) == contact_state%open) cycle
+         a = self%table%block_a(c)
+         b = self%table%block_b(c)
+         if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
+                    abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
+         off = contact_lengths(self%table, c, context%moving(a)%centroid, context%moving(b)%centroid, &
+                               equations%x(:, a), equations%x(:, b)) &
+               - [self%trial%gap(c) + (self%table%distance(c) - self%table%gap(c)), self%trial%slip(c)]
+         force = self%table%k_n(c)*abs(off(1))
+         if (self%trial%state(c) == contact_state%locked) force = max(force, self%table%k_s(c)*abs(off(2)))
+         scale = max(self%table%k_n(c)*abs(self%trial%gap(c)), &
+                     min(norm2(equations%block_load(1:2, a)), norm2(equations%block_load(1:2, b))))
+         if (scale > 0) worst = max(worst, force/scale)
+      end do
+      !$omp end parallel do
+   end function placement_error
 
    !> Judge all contacts. Whether their forces are settled is decided by `trial%count_unsettled`.
    subroutine judge(self, n_changes, n_unsettled)

@@ -2,9 +2,11 @@
 !> What every interaction reads: the model, its state at the start of the step, and the attempt at hand.
 module rockdda_interaction_context
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block
    implicit none
    private
    public :: step_context_type
@@ -20,6 +22,42 @@ module rockdda_interaction_context
       real(wp) :: dt = 0                        !! step [time]
       real(wp) :: gravity = 1                   !! factor on all weights
       logical, allocatable :: released(:)       !! (nf) fixed points that were let go
+      type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
+   contains
+      procedure :: expect
+      procedure :: follows_rotation
    end type step_context_type
+
+contains
+
+   !> Do the arms of forces follow the rotation of the blocks in the step? Not for the linear rotation of Shi's program,
+   !> nor in the iteration of DDA for Windows, which takes them at the start of the step.
+   pure logical function follows_rotation(self)
+      class(step_context_type), intent(in) :: self
+      follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%peer_contacts
+   end function follows_rotation
+
+   !> Expect a motion of the step, `factor` times d; without d, none.
+   subroutine expect(self, d, factor)
+      class(step_context_type), intent(inout) :: self
+      real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)
+      real(wp), intent(in), optional :: factor                !! default 1
+      real(wp) :: motion(6), share
+      integer :: i
+      logical :: moves
+      share = 1
+      if (present(factor)) share = factor
+      moves = present(d)
+      if (moves) moves = self%follows_rotation()
+      if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks))
+      !$omp parallel do default(none) shared(self, d, moves, share) private(i, motion) schedule(static) &
+      !$omp if (self%blocks%n_blocks > parallel_blocks)
+      do i = 1, self%blocks%n_blocks
+         motion = 0
+         if (moves) motion = share*d(1:6, i)
+         self%moving(i) = new_moving_block(self%state%centroid(:, i), motion)
+      end do
+      !$omp end parallel do
+   end subroutine expect
 
 end module rockdda_interaction_context

@@ -40,12 +40,14 @@ module rockdda_interaction_families
       procedure :: count => count_families
       procedure :: family
       procedure :: prepare
-      procedure :: add_to_blocks
+      procedure :: begin
+      procedure :: place
       procedure :: add_to_links
       procedure :: predict
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
+      procedure :: placement_error
       procedure :: judge
       procedure :: add_energies
       procedure :: add_moved_energies
@@ -113,8 +115,20 @@ contains
       end do
    end subroutine prepare
 
-   !> Begin an attempt: all terms of single blocks.
-   subroutine add_to_blocks(self, context, equations)
+   !> Begin an attempt: first trial states.
+   subroutine begin(self, context)
+      class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(in) :: context
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%begin(context)
+      end do
+   end subroutine begin
+
+   !> Vectors of all links and terms of all blocks for the motion that is expected of the blocks.
+   subroutine place(self, context, equations)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
@@ -123,9 +137,10 @@ contains
       call equations%clear_blocks()
       do i = 1, self%count()
          item => self%family(i)
+         call item%place(context, equations)
          call item%add_to_blocks(context, equations)
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Stiffness and load of all links in their trial states.
    subroutine add_to_links(self, equations)
@@ -186,6 +201,21 @@ contains
          call item%lawful_forces(fraction, force)
       end do
    end subroutine lawful_forces
+
+   !> Largest force from lengths that the expected motion and the solution x give differently, as a share of the forces
+   !> on the blocks.
+   real(wp) function placement_error(self, context, equations) result(worst)
+      class(families_type), intent(in), target :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(in) :: equations
+      class(interaction_type), pointer :: item
+      integer :: i
+      worst = 0
+      do i = 1, self%count()
+         item => self%family(i)
+         worst = max(worst, item%placement_error(context, equations))
+      end do
+   end function placement_error
 
    !> Trial states by the present motion.
    subroutine judge(self, n_changes, n_unsettled)

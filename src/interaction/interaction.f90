@@ -6,12 +6,14 @@
 !>     search                     the contact table of the step
 !>     prepare                    geometry at the start of the step; its links, where it couples blocks
 !>     repeat with shorter steps
-!>        add_to_blocks           terms of single blocks, and the trial state that an attempt begins with
+!>        begin                   trial state that an attempt begins with
+!>        place, add_to_blocks    vectors of its links and terms of single blocks for the expected rotation of the blocks
 !>        repeat until all agree
 !>           add_to_links         stiffness and load of the trial state
 !>           (solve)
 !>           predict              motion of the links for the solution
 !>           keep, lawful_forces, shorten        for the line search
+!>           placement_error      if it is too large: place and add_to_blocks for the rotation just found, predict
 !>           judge                trial state from the motion
 !>     add_energies               read only
 !>     commit                     the one place that changes its state
@@ -35,12 +37,15 @@ module rockdda_interaction_interaction
    contains
       procedure :: count_links
       procedure :: prepare
+      procedure :: begin
+      procedure :: place
       procedure :: add_to_blocks
       procedure :: add_to_links
       procedure :: predict
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
+      procedure :: placement_error
       procedure :: judge
       procedure :: add_energies
       procedure :: commit
@@ -58,7 +63,7 @@ contains
       n = 0
    end function count_links
 
-   !> Pairs and vectors of the links, for the geometry at the start of the step.
+   !> Pairs of the links, and vectors that do not depend on the motion of the step.
    subroutine prepare(self, context, equations)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -67,7 +72,25 @@ contains
       end associate
    end subroutine prepare
 
-   !> Begin an attempt: terms of single blocks, added to block_matrix, block_load and block_magnitude.
+   !> Begin an attempt: first trial state.
+   subroutine begin(self, context)
+      class(interaction_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      associate (unused => self%n_links, not_used => context%dt)
+      end associate
+   end subroutine begin
+
+   !> Vectors of the links for the motion that is expected of the blocks.
+   subroutine place(self, context, equations)
+      class(interaction_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      associate (unused => self%n_links, not_used => context%dt, nor_this => equations%n_links)
+      end associate
+   end subroutine place
+
+   !> Terms of single blocks for the motion that is expected of them, added to block_matrix, block_load and
+   !> block_magnitude.
    subroutine add_to_blocks(self, context, equations)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -115,6 +138,17 @@ contains
       associate (unused => self%n_links, not_used => fraction, nor_this => force)
       end associate
    end subroutine lawful_forces
+
+   !> Largest force that comes from a length which the expected motion and the solution x give differently, as a share of
+   !> the link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger.
+   real(wp) function placement_error(self, context, equations) result(worst)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(in) :: equations
+      associate (unused => self%n_links, not_used => context%dt, nor_this => equations%n_links)
+      end associate
+      worst = 0
+   end function placement_error
 
    !> Trial state by the present motion.
    subroutine judge(self, n_changes, n_unsettled)

@@ -2,9 +2,9 @@
 !> Loads: weight, base motion, point loads and line loads, as generalised forces of blocks.
 !>
 !> Source: thesis 3.2: a force f at (x, y) has the potential -u.f and the load T^T f (Eqs. 3.7,
-!> 3.7.1; `point_load` of rockdda_interaction_kinematics). The work of a load in a step is its load
+!> 3.7.1; `mean_load` of rockdda_interaction_finite_rotation). The work of a load in a step is its load
 !> vector times d, exactly.
-!> Loads act where their points are at the start of the step, with the value of its end.
+!> Loads act on the arms of the middle of the step, with the value of its end.
 module rockdda_interaction_loads
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -18,8 +18,9 @@ module rockdda_interaction_loads
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_kinematics, only : move_point, point_load
+   use rockdda_interaction_kinematics, only : move_point
    implicit none
    private
    public :: loads_type, body_force, line_load, table_value, load_factor, base_acceleration
@@ -53,15 +54,15 @@ contains
    !> potential, Eq. 3.8, is the negative of this load times d), integrated exactly:
    !> T and the force are both linear along the segment, so that the integral of their product over the length
    !> l is l (T_s^T (2 f_s + f_q) + T_q^T (f_s + 2 f_q))/6.
-   pure function line_load(s, q, centroid, force_s, force_q) result(f)
+   pure function line_load(s, q, block, force_s, force_q) result(f)
       real(wp), intent(in) :: s(2), q(2)    !! ends of the segment [length]
-      real(wp), intent(in) :: centroid(2)   !! of the block [length]
+      type(moving_block_type), intent(in) :: block
       real(wp), intent(in) :: force_s(2)    !! (fx, fy) at s [force/length]
       real(wp), intent(in) :: force_q(2)    !! (fx, fy) at q [force/length]
       real(wp) :: f(6)                      !! load
       real(wp) :: l
       l = norm2(q - s)
-      f = point_load(l/6*(2*force_s + force_q), s, centroid) + point_load(l/6*(force_s + 2*force_q), q, centroid)
+      f = mean_load(l/6*(2*force_s + force_q), s, block) + mean_load(l/6*(force_s + 2*force_q), q, block)
    end function line_load
 
    !> Value of a table at a time: linear in between, constant beyond the ends, zero for a table without rows.
@@ -206,14 +207,14 @@ contains
             b = context%blocks%loading%block(p)
             force = table_value(table%rows, t_end)
          end associate
-         self%external(:, b) = self%external(:, b) + point_load(force, context%state%loading_position(:, p), &
-                                                                context%state%centroid(:, b))
+         self%external(:, b) = self%external(:, b) + mean_load(force, context%state%loading_position(:, p), &
+                                                               context%moving(b))
       end do
       do p = 1, size(self%line_blocks)
          b = self%line_blocks(p)
          associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
             factor = load_factor(load%table, t_end)
-            self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), context%state%centroid(:, b), &
+            self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), context%moving(b), &
                                                                   factor*load%force_start, factor*load%force_end)
          end associate
       end do

@@ -3,7 +3,7 @@
 !>
 !> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
 !> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
-!> `target` the prescribed one (zero for a fixed point).
+!> `target` the prescribed one (zero for a fixed point). The point moves by the T of rockdda_interaction_finite_rotation.
 module rockdda_interaction_supports
    use rockdda_base_kinds, only : wp
    use rockdda_model_parameters, only : parameters_type
@@ -11,9 +11,9 @@ module rockdda_interaction_supports
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : table_value
-   use rockdda_interaction_kinematics, only : displacement_rows, displacement_at, point_load
    implicit none
    private
    public :: supports_type, add_point_spring, support_energy
@@ -26,6 +26,7 @@ module rockdda_interaction_supports
    contains
       procedure :: init
       procedure :: add_to_blocks
+      procedure :: placement_error
       procedure :: add_energies
       procedure :: commit
    end type supports_type
@@ -34,21 +35,22 @@ contains
 
    !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;
    !> potential 1/2 p |moved + T d - target|**2.
-   pure subroutine add_point_spring(p, point, centroid, moved, target, k, f)
+   pure subroutine add_point_spring(p, point, block, moved, target, k, f)
       real(wp), intent(in) :: p             !! stiffness [force/length], > 0
       real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
-      real(wp), intent(in) :: centroid(2)   !! of the block [length]
+      type(moving_block_type), intent(in) :: block
       real(wp), intent(in) :: moved(2)      !! its displacement since the start [length]
       real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step [length]
       real(wp), intent(inout) :: k(6, 6)    !! diagonal block
       real(wp), intent(inout) :: f(6)       !! load
       real(wp) :: t(2, 6)
       integer :: j
-      t = displacement_rows(point, centroid)
+      t(1, :) = mean_load([1.0_wp, 0.0_wp], point, block)
+      t(2, :) = mean_load([0.0_wp, 1.0_wp], point, block)
       do j = 1, 6
          k(:, j) = k(:, j) + p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
       end do
-      f = f + point_load(p*(target - moved), point, centroid)
+      f = f + mean_load(p*(target - moved), point, block)
    end subroutine add_point_spring
 
    !> Energy of one step of a point spring; its stretch goes from x0 to x1 and its target moves by dx. With the
@@ -103,7 +105,7 @@ contains
          before = equations%block_load(:, b)
          moved = context%state%fixed_position(:, p) - context%blocks%fixed%position(:, p)
          call add_point_spring(context%parameters%fixed_stiffness, context%state%fixed_position(:, p), &
-                               context%state%centroid(:, b), moved, self%target_end(:, p), &
+                               context%moving(b), moved, self%target_end(:, p), &
                                equations%block_matrix(:, :, b), equations%block_load(:, b))
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
       end do
@@ -120,9 +122,30 @@ contains
       b = context%blocks%fixed%block(point)
       x0 = context%state%fixed_position(:, point) - context%blocks%fixed%position(:, point) - &
            self%target_start(:, point)
-      x1 = x0 + displacement_at(d(:, b), context%state%fixed_position(:, point), context%state%centroid(:, b)) &
+      x1 = x0 + mean_displacement(d(:, b), context%state%fixed_position(:, point), context%moving(b)) &
            - (self%target_end(:, point) - self%target_start(:, point))
    end subroutine support_stretch
+
+   !> Displacements of points that the expected motion gives otherwise than the solution.
+   real(wp) function placement_error(self, context, equations) result(worst)
+      class(supports_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(in) :: equations
+      real(wp) :: off(2), scale
+      integer :: b, p
+      associate (unused => self%n_links)
+      end associate
+      worst = 0
+      do p = 1, context%blocks%fixed%n
+         if (context%released(p)) cycle
+         b = context%blocks%fixed%block(p)
+         associate (d => equations%x(:, b), point => context%state%fixed_position(:, p), block => context%moving(b))
+            off = end_displacement(d, point, block%centroid) - mean_displacement(d, point, block)
+         end associate
+         scale = norm2(equations%block_load(1:2, b))
+         if (scale > 0) worst = max(worst, context%parameters%fixed_stiffness*maxval(abs(off))/scale)
+      end do
+   end function placement_error
 
    !> Springs and work of prescribed movements.
    subroutine add_energies(self, context, d, balance)

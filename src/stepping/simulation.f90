@@ -66,6 +66,7 @@ module rockdda_stepping_simulation
       procedure :: bolt_forces
       procedure, private :: prepare
       procedure, private :: try_step
+      procedure, private :: expect_motion
       procedure, private :: shorten_step
       procedure, private :: accept
       procedure, private :: fill_record
@@ -276,7 +277,9 @@ contains
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
-      call self%families%add_to_blocks(self%step_context_type, self%equations)
+      call self%expect_motion(is_first)
+      call self%families%begin(self%step_context_type)
+      call self%families%place(self%step_context_type, self%equations)
       call self%times%lap(phase%block_terms)
       self%newton%at_floor = at_floor
       self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
@@ -299,6 +302,20 @@ contains
          report%outcome = attempt%search_again
       end if
    end subroutine try_step
+
+   !> Expect a motion of the step, whose rotations the arms of forces follow: that of the present velocities, or, where
+   !> none are carried on, that of the last step.
+   subroutine expect_motion(self, is_first)
+      class(simulation_type), intent(inout) :: self
+      logical, intent(in) :: is_first   !! x is the motion of the last step
+      if (self%control%k01(self%parameters) > 0) then
+         call self%expect(self%state%velocity, self%dt)
+      else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
+         call self%expect(self%equations%x)
+      else
+         call self%expect()
+      end if
+   end subroutine expect_motion
 
    !> Take over a step: energies, states of all interactions, motion of the blocks, record.
    subroutine accept(self, shortened, displacement)

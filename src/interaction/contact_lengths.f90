@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: MIT
+!> Gap and slip of the rows of a contact table: their derivatives, and their values at the end of a step.
+!>
+!> A row stands at a vertex of block a on an edge of block b (share 0), at a vertex of block b on an edge of block a
+!> (share 1), or half-way between two edges or corners (share 1/2). Seen from the other block gap and slip are the same,
+!> with the normal reversed; between edges the mean of both views is taken.
+module rockdda_interaction_contact_lengths
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_interaction_contact_spring, only : spring_vectors
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_vectors, end_lengths
+   implicit none
+   private
+   public :: contact_vectors, contact_lengths
+
+contains
+
+   !> Derivatives of gap (1) and slip (2) of row c over the step, for the expected motion of its blocks.
+   pure subroutine contact_vectors(table, c, a, b, e, g)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                       !! row
+      type(moving_block_type), intent(in) :: a, b    !! its blocks
+      real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
+      real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
+      real(wp) :: other_e(6, 2), other_g(6, 2), half(2)
+      associate (p => table%point(:, c), gap => table%distance(c), n => table%normal(:, c), share => table%share(c))
+         if (share <= 0) then
+            call view_from(a, b, p, gap, n, e, g)
+         else if (share >= 1) then
+            call view_from(b, a, p, gap, -n, g, e)
+         else
+            half = 0.5_wp*gap*n
+            call view_from(a, b, p + half, gap, n, e, g)
+            call view_from(b, a, p - half, gap, -n, other_g, other_e)
+            e = 0.5_wp*(e + other_e)
+            g = 0.5_wp*(g + other_g)
+         end if
+      end associate
+   end subroutine contact_vectors
+
+   !> A vertex p of block a on an edge of block b with normal n.
+   pure subroutine view_from(a, b, p, gap, n, e, g)
+      type(moving_block_type), intent(in) :: a, b
+      real(wp), intent(in) :: p(2), gap, n(2)
+      real(wp), intent(out) :: e(6, 2), g(6, 2)
+      if (abs(a%angle) > 0 .or. abs(b%angle) > 0) then
+         call mean_vectors(p, gap, n, a, b, e, g)
+      else
+         call spring_vectors(p, gap, n, a%centroid, b%centroid, e, g)
+      end if
+   end subroutine view_from
+
+   !> Distance (1) of the blocks at row c, and slip (2), at the end of a step.
+   pure function contact_lengths(table, c, centroid_a, centroid_b, d_a, d_b) result(lengths)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                               !! row
+      real(wp), intent(in) :: centroid_a(2), centroid_b(2)   !! at the start of the step [length]
+      real(wp), intent(in) :: d_a(6), d_b(6)
+      real(wp) :: lengths(2)                                 !! [length]
+      real(wp) :: half(2)
+      associate (p => table%point(:, c), gap => table%distance(c), n => table%normal(:, c), share => table%share(c))
+         if (share <= 0) then
+            lengths = end_lengths(p, gap, n, centroid_a, centroid_b, d_a, d_b)
+         else if (share >= 1) then
+            lengths = end_lengths(p, gap, -n, centroid_b, centroid_a, d_b, d_a)
+         else
+            half = 0.5_wp*gap*n
+            lengths = 0.5_wp*(end_lengths(p + half, gap, n, centroid_a, centroid_b, d_a, d_b) + &
+                              end_lengths(p - half, gap, -n, centroid_b, centroid_a, d_b, d_a))
+         end if
+      end associate
+   end function contact_lengths
+
+end module rockdda_interaction_contact_lengths

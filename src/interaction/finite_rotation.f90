@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: MIT
+!> Rotation of blocks within a step: arms at mid-step, with which lengths are exact at the end of the step.
+!>
+!> A block turns by r, R = R(r), and a point at a from its centroid goes to u + R (1 + E) a. By
+!>
+!>     R(r) - 1 = 2 sin(r/2) J R(r/2),      J = [0 -1; 1 0]
+!>
+!> its displacement is u + r q J R(r/2) a + R E a with q = 2 sin(r/2)/r: linear in the unknowns once the angle in q and R
+!> is given. The angle is that of an expected motion. When the solution turns the block by just this angle, displacements
+!> T d are exact, and a force does the work T^T f . d = f . displacement: it acts on the arm of the middle of the step.
+!> Without a rotation everything here is the T of rockdda_interaction_kinematics.
+!>
+!> Products of two lengths that both change are taken by the rule r1.n1 - r0.n0 = (r1 - r0).(n1 + n0)/2 +
+!> (r1 + r0)/2.(n1 - n0), which is exact.
+module rockdda_interaction_finite_rotation
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_kinematics, only : displacement_gradient, displacement_at, point_load
+   implicit none
+   private
+   public :: moving_block_type, new_moving_block, turns, mean_load, mean_displacement, end_displacement
+   public :: mean_vectors, end_lengths
+
+   !> The square of a smaller angle is lost in rounding beside 1.
+   real(wp), parameter :: least_angle = sqrt(epsilon(1.0_wp))
+
+   !> A block and its expected motion.
+   type :: moving_block_type
+      real(wp) :: centroid(2) = 0   !! at the start of the step [length]
+      real(wp) :: d(6) = 0          !! expected motion
+      real(wp) :: angle = 0         !! expected rotation, 0 if it is negligible [rad]
+      real(wp) :: half(2) = [1.0_wp, 0.0_wp]   !! cosine and sine of angle/2
+      real(wp) :: full(2) = [1.0_wp, 0.0_wp]   !! cosine and sine of the angle
+      real(wp) :: chord = 1         !! 2 sin(angle/2)/angle
+   end type moving_block_type
+
+contains
+
+   !> A block with the motion that is expected of it.
+   pure type(moving_block_type) function new_moving_block(centroid, d) result(block)
+      real(wp), intent(in) :: centroid(2)   !! at the start of the step [length]
+      real(wp), intent(in) :: d(6)
+      block%centroid = centroid
+      block%d = d
+      if (.not. turns(d)) return
+      block%angle = d(3)
+      block%half = [cos(0.5_wp*d(3)), sin(0.5_wp*d(3))]
+      block%full = [cos(d(3)), sin(d(3))]
+      block%chord = 2*block%half(2)/d(3)
+   end function new_moving_block
+
+   !> Does a motion turn the block by an angle that is not negligible?
+   pure logical function turns(d)
+      real(wp), intent(in) :: d(6)
+      turns = abs(d(3)) > least_angle
+   end function turns
+
+   !> A vector turned by an angle, of which cosine and sine are given.
+   pure function turned(v, angle)
+      real(wp), intent(in) :: v(2), angle(2)
+      real(wp) :: turned(2)
+      turned = [angle(1)*v(1) - angle(2)*v(2), angle(2)*v(1) + angle(1)*v(2)]
+   end function turned
+
+   !> h v, without a call.
+   pure function times(h, v)
+      real(wp), intent(in) :: h(2, 2), v(2)
+      real(wp) :: times(2)
+      times = h(:, 1)*v(1) + h(:, 2)*v(2)
+   end function times
+
+   !> Load of a force at a point over the step, `point_load` on the arm of its middle: load . d is the work for the
+   !> expected rotation.
+   pure function mean_load(force, point, block) result(f)
+      real(wp), intent(in) :: force(2)               !! [force]
+      real(wp), intent(in) :: point(2)               !! at the start of the step [length]
+      type(moving_block_type), intent(in) :: block
+      real(wp) :: f(6)                               !! [force, force length]
+      real(wp) :: x(2), arm(2), back(2)
+      if (abs(block%angle) <= 0) then
+         f = point_load(force, point, block%centroid)
+         return
+      end if
+      x = point - block%centroid
+      arm = block%chord*turned(x, block%half)
+      back = turned(force, [block%full(1), -block%full(2)])
+      f = [force(1), force(2), arm(1)*force(2) - arm(2)*force(1), x(1)*back(1), x(2)*back(2), &
+           0.5_wp*(x(2)*back(1) + x(1)*back(2))]
+   end function mean_load
+
+   !> Displacement T d with the T of `mean_load`.
+   pure function mean_displacement(d, point, block) result(u)
+      real(wp), intent(in) :: d(6)
+      real(wp), intent(in) :: point(2)               !! at the start of the step [length]
+      type(moving_block_type), intent(in) :: block
+      real(wp) :: u(2)                               !! [length]
+      real(wp) :: x(2), arm(2)
+      if (abs(block%angle) <= 0) then
+         u = displacement_at(d, point, block%centroid)
+         return
+      end if
+      x = point - block%centroid
+      arm = block%chord*turned(x, block%half)
+      u = d(1:2) + d(3)*[-arm(2), arm(1)] + &
+          turned([d(4)*x(1) + 0.5_wp*d(6)*x(2), d(5)*x(2) + 0.5_wp*d(6)*x(1)], block%full)
+   end function mean_displacement
+
+   !> Displacement of a point with exact rotation.
+   pure function end_displacement(d, point, centroid) result(u)
+      real(wp), intent(in) :: d(6)
+      real(wp), intent(in) :: point(2), centroid(2)  !! at the start of the step [length]
+      real(wp) :: u(2)                               !! [length]
+      real(wp) :: h(2, 2)
+      h = displacement_gradient(d, .true.)
+      u = d(1:2) + times(h, point - centroid)
+   end function end_displacement
+
+   !> Vectors of gap (1) and slip (2) of a contact over the step: with the expected motion, gap + e.d_a + g.d_b is the gap
+   !> at the end of the step, and the slip is measured along the edge as it lies there. See `spring_vectors`
+   !> (rockdda_interaction_contact_spring), which these become without a rotation.
+   pure subroutine mean_vectors(p, gap, normal, a, b, e, g)
+      real(wp), intent(in) :: p(2)                   !! vertex of block a at the start of the step [length]
+      real(wp), intent(in) :: gap                    !! there [length]
+      real(wp), intent(in) :: normal(2)              !! outward unit normal of the edge of block b, there
+      type(moving_block_type), intent(in) :: a, b
+      real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
+      real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
+      real(wp) :: tangent(2), mid_normal(2), mid_tangent(2), foot(2), moved(2), apart(2), slid(2), shear(3)
+      tangent = [-normal(2), normal(1)]
+      foot = p - gap*normal
+      mid_normal = turned(normal, b%half)
+      mid_tangent = [-mid_normal(2), mid_normal(1)]
+      moved = mean_displacement(a%d, p, a)
+      ! from the foot to the vertex, and from the point of b where the vertex was, at the end of the step
+      apart = gap*normal + (moved - mean_displacement(b%d, foot, b))
+      slid = moved - mean_displacement(b%d, p, b)
+      ! the edge turns by shear.(ex ey gxy) in the axes of its block
+      shear = [normal(1)*tangent(1), normal(2)*tangent(2), 0.5_wp*(normal(1)*tangent(2) + normal(2)*tangent(1))]
+      e(:, 1) = mean_load(b%half(1)*mid_normal, p, a)
+      g(:, 1) = -mean_load(b%half(1)*mid_normal, foot, b)
+      g(3, 1) = g(3, 1) + 0.5_wp*b%chord*dot_product(mid_tangent, apart + gap*normal)
+      g(4:6, 1) = g(4:6, 1) - dot_product(turned(tangent, b%full), apart)*shear
+      e(:, 2) = mean_load(b%half(1)*mid_tangent, p, a)
+      g(:, 2) = -mean_load(b%half(1)*mid_tangent, p, b)
+      g(3, 2) = g(3, 2) - 0.5_wp*b%chord*dot_product(mid_normal, slid)
+      g(4:6, 2) = g(4:6, 2) + dot_product(turned(normal, b%full), slid)*shear
+   end subroutine mean_vectors
+
+   !> Gap and slip at the end of a step, exactly.
+   pure function end_lengths(p, gap, normal, centroid_a, centroid_b, d_a, d_b) result(lengths)
+      real(wp), intent(in) :: p(2)                   !! vertex of block a at the start of the step [length]
+      real(wp), intent(in) :: gap                    !! there [length]
+      real(wp), intent(in) :: normal(2)              !! of the edge of block b, there
+      real(wp), intent(in) :: centroid_a(2), centroid_b(2)   !! there [length]
+      real(wp), intent(in) :: d_a(6), d_b(6)
+      real(wp) :: lengths(2)                         !! gap, slip [length]
+      real(wp) :: h(2, 2), moved(2), t(2), x(2)
+      h = displacement_gradient(d_b, .true.)
+      t = [-normal(2), normal(1)]
+      t = t + times(h, t)
+      t = t/sqrt(t(1)**2 + t(2)**2)
+      moved = end_displacement(d_a, p, centroid_a) - d_b(1:2)
+      x = gap*normal + moved - times(h, p - gap*normal - centroid_b)
+      lengths(1) = t(2)*x(1) - t(1)*x(2)
+      x = moved - times(h, p - centroid_b)
+      lengths(2) = t(1)*x(1) + t(2)*x(2)
+   end function end_lengths
+
+end module rockdda_interaction_finite_rotation
