@@ -10,6 +10,7 @@
 module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_room, only : reserve
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type
@@ -17,17 +18,25 @@ module rockdda_contact_inheritance
    use rockdda_contact_corners, only : corner_station
    implicit none
    private
-   public :: hand_on_history
+   public :: hand_on_history, inheritance_work_type
 
    !> An edge that bears more by less than this share has not grown.
    real(wp), parameter :: least_growth = 1.0e-9_wp
+
+   !> Scratch, kept from step to step.
+   type :: inheritance_work_type
+      integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
+      logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
+      integer, allocatable :: pressed(:)           !! (nv) row of the last step that is compressed most, of each edge
+      real(wp), allocatable :: before(:), now(:)   !! (nv) length of each edge that bears [length]
+   end type inheritance_work_type
 
 contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
    subroutine hand_on_history(previous, history, topology, list, order, by_length, first_step, touch, &
-                              is_tied, table)
+                              is_tied, work, table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
@@ -37,18 +46,18 @@ contains
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
       logical, intent(in) :: is_tied(:)     !! (joints) intact rock
+      type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer, allocatable :: pressed(:), source(:)
       integer :: k, row
       logical :: is_own
-      allocate (source(table%n))
-      call find_sources(previous, history, topology, list, order, by_length, table, source)
-      if (by_length) call find_pressed(previous, size(topology%block), pressed)
+      call make_room(work, previous%n, table%n, size(topology%block))
+      call find_sources(previous, history, topology, list, order, by_length, table, work%source, work%is_taken)
+      if (by_length) call find_pressed(previous, work%pressed)
       !$omp parallel do default(none) private(k, row, is_own) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, source, by_length, first_step, touch, is_tied, pressed, table)
+      !$omp shared(previous, by_length, first_step, touch, is_tied, work, table)
       do k = 1, table%n
-         row = abs(source(k))
-         is_own = source(k) > 0
+         row = abs(work%source(k))
+         is_own = work%source(k) > 0
          if (row > 0) then
             call take_over(previous, row, k, table)
             table%energy(k) = previous%energy(row)
@@ -62,13 +71,13 @@ contains
             ! what touches at the start is in contact; the first solve tells what stays so
             if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
                table%state(k) = contact_state%locked
-            if (by_length .and. table%gap(k) < 0) call begin_at_depth(previous, pressed, k, table)
+            if (by_length .and. table%gap(k) < 0) call begin_at_depth(previous, work%pressed, k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
       !$omp end parallel do
-      if (by_length) call free_new_lengths(previous, size(topology%block), table)
+      if (by_length) call free_new_lengths(previous, work%before, work%now, table)
       ! of two partners at most one is closed: the one with the larger gap stays
       do k = 1, table%n
          row = table%partner(k)
@@ -82,9 +91,21 @@ contains
       end do
    end subroutine hand_on_history
 
+   !> Arrays of the size that this step needs.
+   pure subroutine make_room(work, n_before, n, n_vertices)
+      type(inheritance_work_type), intent(inout) :: work
+      integer, intent(in) :: n_before, n, n_vertices   !! rows of the last step and of this one, vertices
+      call reserve(work%source, n)
+      if (allocated(work%is_taken)) then
+         if (size(work%is_taken) <= n_before) deallocate (work%is_taken)
+      end if
+      if (.not. allocated(work%is_taken)) allocate (work%is_taken(0:n_before + n_before/4 + 16))
+      if (.not. allocated(work%pressed)) allocate (work%pressed(n_vertices), work%before(n_vertices), work%now(n_vertices))
+   end subroutine make_room
+
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No row
    !> goes on twice.
-   subroutine find_sources(previous, history, topology, list, order, by_length, table, source)
+   subroutine find_sources(previous, history, topology, list, order, by_length, table, source, is_taken)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
@@ -92,8 +113,8 @@ contains
       integer, intent(in) :: order(:)
       logical, intent(in) :: by_length
       type(contact_table_type), intent(in) :: table
-      integer, intent(out) :: source(:)   !! (rows)
-      logical, allocatable :: is_taken(:)
+      integer, intent(inout) :: source(:)        !! (>= rows)
+      logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work
       integer :: k, row
       !$omp parallel do default(none) private(k, row) schedule(static) if (table%n > parallel_contacts) &
       !$omp shared(previous, history, list, order, table, source)
@@ -109,8 +130,8 @@ contains
       end do
       !$omp end parallel do
       if (.not. by_length) return
-      allocate (is_taken(0:previous%n), source=.false.)
-      is_taken(source) = .true.
+      is_taken = .false.
+      is_taken(source(1:table%n)) = .true.
       is_taken(0) = .false.
       do k = 1, table%n
          if (source(k) > 0) cycle
@@ -141,15 +162,14 @@ contains
    !> Length by which the joints of both edges have come to bear more than in the last step begins free of force: springs
    !> that grow while they are compressed keep their energy. Where a block slides from one to the next its edge bears
    !> as much as before, and nothing changes.
-   pure subroutine free_new_lengths(previous, n_vertices, table)
+   pure subroutine free_new_lengths(previous, before, now, table)
       type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: n_vertices
+      real(wp), intent(inout) :: before(:), now(:)   !! (nv) length of each edge that bears [length]
       type(contact_table_type), intent(inout) :: table
-      real(wp), allocatable :: before(:), now(:)   !! (nv) length of each edge that bears [length]
       real(wp) :: growth, shift
       integer :: k
-      call add_lengths(previous, n_vertices, before)
-      call add_lengths(table, n_vertices, now)
+      call add_lengths(previous, before)
+      call add_lengths(table, now)
       do k = 1, table%n
          if (.not. is_bearing(table, k) .or. table%tied(k)) cycle
          if (table%gap(k) >= 0) cycle
@@ -165,12 +185,11 @@ contains
    end subroutine free_new_lengths
 
    !> Length of each edge that bears.
-   pure subroutine add_lengths(table, n_vertices, length)
+   pure subroutine add_lengths(table, length)
       type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: n_vertices
-      real(wp), allocatable, intent(out) :: length(:)
+      real(wp), intent(inout) :: length(:)   !! (nv)
       integer :: k
-      allocate (length(n_vertices), source=0.0_wp)
+      length = 0
       do k = 1, table%n
          if (.not. is_bearing(table, k)) cycle
          length(table%vertex(k)) = length(table%vertex(k)) + table%length(k)
@@ -300,12 +319,11 @@ contains
    end function predecessor
 
    !> For each edge the row of the last step, of an interval, that is compressed most; 0 none.
-   pure subroutine find_pressed(previous, n_vertices, pressed)
+   pure subroutine find_pressed(previous, pressed)
       type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: n_vertices
-      integer, allocatable, intent(out) :: pressed(:)
+      integer, intent(inout) :: pressed(:)   !! (nv)
       integer :: c
-      allocate (pressed(n_vertices), source=0)
+      pressed = 0
       do c = 1, previous%n
          if (.not. is_bearing(previous, c)) cycle
          call keep_deeper(previous, c, pressed(previous%vertex(c)))

@@ -20,7 +20,7 @@ module rockdda_contact_search
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_interval_search, only : search_intervals, joint_of
    use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
-   use rockdda_contact_inheritance, only : hand_on_history
+   use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
    use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
@@ -37,6 +37,7 @@ module rockdda_contact_search
       type(candidate_list_type) :: list               !! of all parts
       type(contact_history_type) :: history
       type(exposure_type) :: exposure
+      type(inheritance_work_type) :: inheritance
       integer, allocatable :: order(:), start(:)
    contains
       procedure :: run => search_contacts
@@ -74,7 +75,7 @@ contains
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
       call hand_on_history(previous, self%history, topology, self%list, self%order, limits%by_length, first_step, &
-                           touch, limits%is_tied, table)
+                           touch, limits%is_tied, self%inheritance, table)
    end subroutine search_contacts
 
    !> Candidate rows of one part of the pairs.

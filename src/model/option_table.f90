@@ -43,9 +43,7 @@ contains
       type(line_load_type), allocatable, intent(inout) :: line_loads(:)
       type(joint_material_type), allocatable, intent(inout) :: joint_materials(:)
       type(stage_type), allocatable, intent(inout) :: stages(:)
-      type(line_load_type), allocatable :: more_loads(:)
-      type(stage_type), allocatable :: more_stages(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(line_loads)) allocate (line_loads(0))
       if (.not. allocated(stages)) allocate (stages(0))
 
@@ -194,6 +192,8 @@ contains
                             unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
                             in_analysis=.true., see='contact-numbers.md'), o%stiffness, p%normal_stiffness)
+      call table%used('length of joint with this stiffness', p%stiffness_length, 'stiffness_length')
+      call table%used('largest step in a surface that a block slides over', p%smooth_step)
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
       call table%used('contact stiffness, shear', p%shear_stiffness, 'shear_stiffness')
       call table%add(option('fixed_stiffness_factor', 'stiffness of fixed points over that of contacts', &
