@@ -2,8 +2,8 @@
 !> Bolts: axial springs between two points, with pretension and yield.
 !>
 !> Source: Shi's bolt (the thesis, 3.1, only names it), written as a spring between two blocks along the bolt's
-!> direction (a link of rockdda_interaction_equations): the sum of its vectors at start and end of the step, over the sum
-!> of its lengths, by which the change of length is exact for the expected motion.
+!> direction (a link of rockdda_interaction_equations): the sum of its vectors at start and end of the step, over the
+!> sum of its lengths, by which the change of length is exact for the expected motion.
 !>
 !> The axial force, tension positive, is pretension + stiffness (elongation - plastic), where the elongation is
 !> the length now less the length at the start of the run and `plastic` the part of it that has yielded. At the

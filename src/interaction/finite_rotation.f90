@@ -5,10 +5,10 @@
 !>
 !>     R(r) - 1 = 2 sin(r/2) J R(r/2),      J = [0 -1; 1 0]
 !>
-!> its displacement is u + r q J R(r/2) a + R E a with q = 2 sin(r/2)/r: linear in the unknowns once the angle in q and R
-!> is given. The angle is that of an expected motion. When the solution turns the block by just this angle, displacements
-!> T d are exact, and a force does the work T^T f . d = f . displacement: it acts on the arm of the middle of the step.
-!> Without a rotation everything here is the T of rockdda_interaction_kinematics.
+!> its displacement is u + r q J R(r/2) a + R E a with q = 2 sin(r/2)/r: linear in the unknowns once the angle in q and
+!> R is given. The angle is that of an expected motion. When the solution turns the block by just this angle,
+!> displacements T d are exact, and a force does the work T^T f . d = f . displacement: it acts on the arm of the middle
+!> of the step. Without a rotation everything here is the T of rockdda_interaction_kinematics.
 !>
 !> Products of two lengths that both change are taken by the rule r1.n1 - r0.n0 = (r1 - r0).(n1 + n0)/2 +
 !> (r1 + r0)/2.(n1 - n0), which is exact.
@@ -114,9 +114,9 @@ contains
       u = d(1:2) + times(h, point - centroid)
    end function end_displacement
 
-   !> Vectors of gap (1) and slip (2) of a contact over the step: with the expected motion, gap + e.d_a + g.d_b is the gap
-   !> at the end of the step, and the slip is measured along the edge as it lies there. See `spring_vectors`
-   !> (rockdda_interaction_contact_spring), which these become without a rotation.
+   !> Vectors of gap (1) and slip (2) of a contact over the step: with the expected motion, gap + e.d_a + g.d_b is the
+   !> gap at the end of the step, and the slip is measured along the edge as it lies there. See `spring_vectors`
+   !> (rockdda_interaction_contact_spring), which these become without a rotation. `gap` is that of the points.
    pure subroutine mean_vectors(p, gap, normal, a, b, e, g)
       real(wp), intent(in) :: p(2)                   !! vertex of block a at the start of the step [length]
       real(wp), intent(in) :: gap                    !! there [length]

@@ -7,7 +7,7 @@
 !>     prepare                    geometry at the start of the step; its links, where it couples blocks
 !>     repeat with shorter steps
 !>        begin                   trial state that an attempt begins with
-!>        place, add_to_blocks    vectors of its links and terms of single blocks for the expected rotation of the blocks
+!>        place, add_to_blocks    vectors of its links and terms of single blocks for the motion expected of the blocks
 !>        repeat until all agree
 !>           add_to_links         stiffness and load of the trial state
 !>           (solve)
@@ -139,8 +139,8 @@ contains
       end associate
    end subroutine lawful_forces
 
-   !> Largest force that comes from a length which the expected motion and the solution x give differently, as a share of
-   !> the link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger.
+   !> Largest force that comes from a length which the expected motion and the solution x give differently, as a share
+   !> of the link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger.
    real(wp) function placement_error(self, context, equations) result(worst)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context

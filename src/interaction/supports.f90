@@ -3,7 +3,8 @@
 !>
 !> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
 !> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
-!> `target` the prescribed one (zero for a fixed point). The point moves by the T of rockdda_interaction_finite_rotation.
+!> `target` the prescribed one (zero for a fixed point). The point moves by the T of
+!> rockdda_interaction_finite_rotation.
 module rockdda_interaction_supports
    use rockdda_base_kinds, only : wp
    use rockdda_model_parameters, only : parameters_type

@@ -31,9 +31,10 @@ module rockdda_stepping_newton
    !> by the second one when the rounds given have not done better.
    real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
    integer, parameter :: fine_rounds = 10
-   !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share of
-   !> the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a round
-   !> follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall settle.
+   !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
+   !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
+   !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
+   !> settle.
    real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp
    !> The misfit of friction and normal forces is brought down in at most so many solves a round.
    integer, parameter :: friction_solves = 12
@@ -96,8 +97,8 @@ contains
       do round = 1, context%parameters%max_open_close
          report%rounds = round
          if (round > 1 .and. .not. peer) call self%line%keep(families, equations)
-         call solve(merge(change%states, change%loads, n_changes > 0 .or. turned .or. peer), families, equations, solver, times, &
-                    report, solved, error)
+         call solve(merge(change%states, change%loads, n_changes > 0 .or. turned .or. peer), families, equations, &
+                    solver, times, report, solved, error)
          if (solved) call settle_friction(context%blocks%n_blocks > few_blocks, families, equations, solver, times, &
                                           report, solved, error)
          if (.not. solved) return
