@@ -44,7 +44,7 @@ module rockdda_interaction_bolts
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
-      procedure :: placement_error
+      procedure :: measure_placement
       procedure :: judge
       procedure :: add_energies
       procedure :: commit
@@ -258,13 +258,12 @@ contains
    end subroutine lawful_forces
 
    !> Lengths that the expected motion gives otherwise than the solution.
-   real(wp) function placement_error(self, context, equations) result(worst)
+   subroutine measure_placement(self, context, equations)
       class(bolts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(in) :: equations
+      type(equations_type), intent(inout) :: equations
       real(wp) :: ends(4), load, scale, off
       integer :: b, c, l, side
-      worst = 0
       do l = 1, self%n
          c = self%first_link + l
          ends = context%state%bolt_ends(:, l)
@@ -281,9 +280,9 @@ contains
          end do
          if (all(equations%pair(:, c) == 0)) cycle
          scale = max(load, abs(self%force(l) + self%stiffness(l)*self%stretch(l)))
-         if (scale > 0) worst = max(worst, self%stiffness(l)*abs(off + norm2(ends(3:4) - ends(1:2)))/scale)
+         if (scale > 0) equations%link_off(c) = self%stiffness(l)*abs(off + norm2(ends(3:4) - ends(1:2)))/scale
       end do
-   end function placement_error
+   end subroutine measure_placement
 
    !> Which bolts yield at the predicted motion.
    subroutine judge(self, n_changes, n_unsettled)

@@ -50,7 +50,7 @@ module rockdda_interaction_contacts
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
-      procedure :: placement_error
+      procedure :: measure_placement
       procedure :: judge
       procedure :: foresee
       procedure :: add_energies
@@ -149,6 +149,7 @@ contains
       !$omp parallel do default(none) shared(self, context, equations) private(c, l) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
+         if (.not. (context%renewed(self%table%block_a(c)) .or. context%renewed(self%table%block_b(c)))) cycle
          l = self%first_link + c
          associate (a => context%moving(self%table%block_a(c)), b => context%moving(self%table%block_b(c)))
             call contact_vectors(self%table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
@@ -310,15 +311,14 @@ contains
    end subroutine lawful_forces
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   real(wp) function placement_error(self, context, equations) result(worst)
+   subroutine measure_placement(self, context, equations)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(in) :: equations
+      type(equations_type), intent(inout) :: equations
       real(wp) :: off(2), force, scale
       integer :: a, b, c
-      worst = 0
       !$omp parallel do default(none) shared(self, context, equations) private(a, b, c, off, force, scale) &
-      !$omp reduction(max:worst) schedule(static) if (self%table%n > parallel_contacts)
+      !$omp schedule(static) if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
          if (self%trial%state(c) == contact_state%open) cycle
          a = self%table%block_a(c)
@@ -332,10 +332,10 @@ contains
          if (self%trial%state(c) == contact_state%locked) force = max(force, self%table%k_s(c)*abs(off(2)))
          scale = max(self%table%k_n(c)*abs(self%trial%gap(c)), &
                      min(norm2(equations%block_load(1:2, a)), norm2(equations%block_load(1:2, b))))
-         if (scale > 0) worst = max(worst, force/scale)
+         if (scale > 0) equations%link_off(self%first_link + c) = force/scale
       end do
       !$omp end parallel do
-   end function placement_error
+   end subroutine measure_placement
 
    !> Judge all contacts. Whether their forces are settled is decided by `trial%count_unsettled`.
    subroutine judge(self, n_changes, n_unsettled)

@@ -23,7 +23,9 @@ module rockdda_interaction_context
       real(wp) :: gravity = 1                   !! factor on all weights
       logical, allocatable :: released(:)       !! (nf) fixed points that were let go
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
+      logical, allocatable :: renewed(:)        !! (nb) for which that is new
    contains
+      procedure :: renew_all
       procedure :: expect
       procedure :: follows_rotation
    end type step_context_type
@@ -37,7 +39,15 @@ contains
       follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%peer_contacts
    end function follows_rotation
 
-   !> Expect a motion of the step, `factor` times d; without d, none.
+   !> What is expected next is new for all blocks.
+   pure subroutine renew_all(self)
+      class(step_context_type), intent(inout) :: self
+      if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks), &
+                                                  self%renewed(self%blocks%n_blocks))
+      self%renewed = .true.
+   end subroutine renew_all
+
+   !> Expect a motion of the step, `factor` times d; without d, none. Blocks that are not `renewed` keep theirs.
    subroutine expect(self, d, factor)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)
@@ -49,10 +59,10 @@ contains
       if (present(factor)) share = factor
       moves = present(d)
       if (moves) moves = self%follows_rotation()
-      if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks))
       !$omp parallel do default(none) shared(self, d, moves, share) private(i, motion) schedule(static) &
       !$omp if (self%blocks%n_blocks > parallel_blocks)
       do i = 1, self%blocks%n_blocks
+         if (.not. self%renewed(i)) cycle
          motion = 0
          if (moves) motion = share*d(1:6, i)
          self%moving(i) = new_moving_block(self%state%centroid(:, i), motion)

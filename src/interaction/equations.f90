@@ -12,7 +12,8 @@
 !> threads, and no two threads write one number.
 !>
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
-!> their links in the same order: the numbers are those of a full assembly.
+!> their links in the same order: the numbers are those of a full assembly. So it is when the vectors of some blocks
+!> are new.
 module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
@@ -46,9 +47,12 @@ module rockdda_interaction_equations
       real(wp), allocatable :: vector_b(:, :, :)     !! (6, 2, links)
       real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
+      real(wp), allocatable :: link_off(:)           !! (links) set by measure_placement: share of force by wrong lengths
+      real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
       integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
       integer, allocatable, private :: row_change(:) !! (nb) the same of rows, in the last assembly
+      logical, allocatable, private :: row_new(:)    !! (nb) block terms are new
       logical, private :: all_changed = .true.       !! block terms or vectors are new
       ! the graph that slot, start and incident belong to, and the work of making them
       integer, private :: n_pairs = -1
@@ -59,6 +63,8 @@ module rockdda_interaction_equations
       procedure :: set_graph
       procedure :: set_link
       procedure :: clear_blocks
+      procedure :: clear_placement
+      procedure :: misplaced_blocks
       procedure :: renew
       procedure :: assemble
    end type equations_type
@@ -77,17 +83,20 @@ contains
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), &
                    self%block_matrix(6, 6, n_blocks), source=0.0_wp)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
+         allocate (self%row_new(n_blocks), source=.false.)
+         allocate (self%block_off(n_blocks), source=0.0_wp)
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) >= n_links) return
          deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%stiffness, self%force, self%incident, &
-                     self%changed, self%graph, self%inner, self%inner_slot)
+                     self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
       end if
       m = n_links + n_links/4 + 16
       allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
                 self%inner(2, m), self%inner_slot(m), source=0)
       self%n_pairs = -1
-      allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), source=0.0_wp)
+      allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), self%link_off(m), &
+                source=0.0_wp)
    end subroutine set_size
 
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
@@ -177,11 +186,23 @@ contains
       self%force(:, c) = force
    end subroutine set_link
 
-   !> Begin with new terms of single blocks.
-   subroutine clear_blocks(self)
+   !> Begin with new terms of single blocks: all of them, and all vectors, are new, or those of some blocks.
+   subroutine clear_blocks(self, new)
       class(equations_type), intent(inout) :: self
-      integer :: i
-      call self%renew()
+      logical, intent(in), contiguous, optional :: new(:)   !! (nb)
+      integer :: c, i
+      if (present(new)) then
+         self%row_new = self%row_new .or. new
+         !$omp parallel do default(none) shared(self, new) private(c) schedule(static) &
+         !$omp if (self%n_links > parallel_contacts)
+         do c = 1, self%n_links
+            if (all(abs(self%stiffness(:, c)) <= 0) .and. all(abs(self%force(:, c)) <= 0)) cycle
+            if (any(belongs(self%pair(:, c)))) self%changed(c) = change%stiffness
+         end do
+         !$omp end parallel do
+      else
+         call self%renew()
+      end if
       !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > parallel_blocks)
       do i = 1, self%n_blocks
          self%block_matrix(:, :, i) = 0
@@ -189,7 +210,46 @@ contains
          self%block_magnitude(:, i) = 0
       end do
       !$omp end parallel do
+
+   contains
+
+      !> Is it the number of a block whose vectors are new?
+      elemental logical function belongs(i)
+         integer, intent(in) :: i
+         belongs = .false.
+         if (i > 0) belongs = new(i)
+      end function belongs
+
    end subroutine clear_blocks
+
+   !> Before `measure_placement` of the families.
+   subroutine clear_placement(self)
+      class(equations_type), intent(inout) :: self
+      integer :: c
+      self%block_off = 0
+      !$omp parallel do default(none) shared(self) private(c) schedule(static) if (self%n_links > parallel_contacts)
+      do c = 1, self%n_links
+         self%link_off(c) = 0
+      end do
+      !$omp end parallel do
+   end subroutine clear_placement
+
+   !> Blocks with a term or a link that is off by more than a limit.
+   subroutine misplaced_blocks(self, limit, blocks)
+      class(equations_type), intent(in) :: self
+      real(wp), intent(in) :: limit
+      logical, intent(inout), contiguous :: blocks(:)   !! (nb)
+      integer :: i, l
+      !$omp parallel do default(none) shared(self, limit, blocks) private(i, l) schedule(static) &
+      !$omp if (self%n_blocks > parallel_blocks)
+      do i = 1, self%n_blocks
+         blocks(i) = self%block_off(i) > limit
+         do l = self%start(i) + 1, self%start(i + 1)
+            if (self%link_off(abs(self%incident(l))) > limit) blocks(i) = .true.
+         end do
+      end do
+      !$omp end parallel do
+   end subroutine misplaced_blocks
 
    !> Block terms or vectors of links are new: the next assembly is a full one.
    pure subroutine renew(self)
@@ -207,7 +267,8 @@ contains
       !$omp if (self%n_blocks > parallel_blocks)
       do i = 1, self%n_blocks
          what = change%stiffness
-         if (.not. self%all_changed) what = change_of_row(self, i)
+         if (.not. (self%all_changed .or. self%row_new(i))) what = change_of_row(self, i)
+         self%row_new(i) = .false.
          if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), &
                                                          self%matrix%row_start(i + 1) - 1, self)
          if (what /= change%none) call assemble_load(i, self)

@@ -47,7 +47,7 @@ module rockdda_interaction_families
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
-      procedure :: placement_error
+      procedure :: measure_placement
       procedure :: judge
       procedure :: add_energies
       procedure :: add_moved_energies
@@ -127,14 +127,18 @@ contains
       end do
    end subroutine begin
 
-   !> Vectors of all links and terms of all blocks for the motion that is expected of the blocks.
+   !> Vectors of links and terms of blocks for the motion that is expected of the blocks.
    subroutine place(self, context, equations)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       integer :: i
-      call equations%clear_blocks()
+      if (all(context%renewed)) then
+         call equations%clear_blocks()
+      else
+         call equations%clear_blocks(context%renewed)
+      end if
       do i = 1, self%count()
          item => self%family(i)
          call item%place(context, equations)
@@ -202,20 +206,19 @@ contains
       end do
    end subroutine lawful_forces
 
-   !> Largest force from lengths that the expected motion and the solution x give differently, as a share of the forces
-   !> on the blocks.
-   real(wp) function placement_error(self, context, equations) result(worst)
+   !> How far lengths by the expected motion are off at the solution x, for all links and single blocks.
+   subroutine measure_placement(self, context, equations)
       class(families_type), intent(in), target :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(in) :: equations
+      type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       integer :: i
-      worst = 0
+      call equations%clear_placement()
       do i = 1, self%count()
          item => self%family(i)
-         worst = max(worst, item%placement_error(context, equations))
+         call item%measure_placement(context, equations)
       end do
-   end function placement_error
+   end subroutine measure_placement
 
    !> Trial states by the present motion.
    subroutine judge(self, n_changes, n_unsettled)

@@ -13,7 +13,7 @@
 !>           (solve)
 !>           predict              motion of the links for the solution
 !>           keep, lawful_forces, shorten        for the line search
-!>           placement_error      if it is too large: place and add_to_blocks for the rotation just found, predict
+!>           measure_placement    if lengths are off by too much: place, add_to_blocks for the motion found, predict
 !>           judge                trial state from the motion
 !>     add_energies               read only
 !>     commit                     the one place that changes its state
@@ -45,7 +45,7 @@ module rockdda_interaction_interaction
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
-      procedure :: placement_error
+      procedure :: measure_placement
       procedure :: judge
       procedure :: add_energies
       procedure :: commit
@@ -80,7 +80,7 @@ contains
       end associate
    end subroutine begin
 
-   !> Vectors of the links for the motion that is expected of the blocks.
+   !> Vectors of the links for the motion that is expected of the blocks: of links to blocks for which it is new.
    subroutine place(self, context, equations)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -139,16 +139,16 @@ contains
       end associate
    end subroutine lawful_forces
 
-   !> Largest force that comes from a length which the expected motion and the solution x give differently, as a share
-   !> of the link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger.
-   real(wp) function placement_error(self, context, equations) result(worst)
+   !> Forces that come from lengths which the expected motion and the solution x give differently, as a share of the
+   !> link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger: link_off of the
+   !> family's links, and block_off, where nothing is to be lowered.
+   subroutine measure_placement(self, context, equations)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(in) :: equations
+      type(equations_type), intent(inout) :: equations
       associate (unused => self%n_links, not_used => context%dt, nor_this => equations%n_links)
       end associate
-      worst = 0
-   end function placement_error
+   end subroutine measure_placement
 
    !> Trial state by the present motion.
    subroutine judge(self, n_changes, n_unsettled)

@@ -27,7 +27,7 @@ module rockdda_interaction_supports
    contains
       procedure :: init
       procedure :: add_to_blocks
-      procedure :: placement_error
+      procedure :: measure_placement
       procedure :: add_energies
       procedure :: commit
    end type supports_type
@@ -128,15 +128,14 @@ contains
    end subroutine support_stretch
 
    !> Displacements of points that the expected motion gives otherwise than the solution.
-   real(wp) function placement_error(self, context, equations) result(worst)
+   subroutine measure_placement(self, context, equations)
       class(supports_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(equations_type), intent(in) :: equations
+      type(equations_type), intent(inout) :: equations
       real(wp) :: off(2), scale
       integer :: b, p
       associate (unused => self%n_links)
       end associate
-      worst = 0
       do p = 1, context%blocks%fixed%n
          if (context%released(p)) cycle
          b = context%blocks%fixed%block(p)
@@ -144,9 +143,10 @@ contains
             off = end_displacement(d, point, block%centroid) - mean_displacement(d, point, block)
          end associate
          scale = norm2(equations%block_load(1:2, b))
-         if (scale > 0) worst = max(worst, context%parameters%fixed_stiffness*maxval(abs(off))/scale)
+         if (scale > 0) equations%block_off(b) = max(equations%block_off(b), &
+                                                     context%parameters%fixed_stiffness*maxval(abs(off))/scale)
       end do
-   end function placement_error
+   end subroutine measure_placement
 
    !> Springs and work of prescribed movements.
    subroutine add_energies(self, context, d, balance)

@@ -105,7 +105,8 @@ contains
          fraction = 1
          if (round > 1 .and. .not. peer) call self%line%search(families, friction_tolerance, equations, fraction)
          off = 0
-         if (context%follows_rotation() .and. round <= fine_rounds) off = families%placement_error(context, equations)
+         if (context%follows_rotation() .and. round <= fine_rounds) call measure_placement(context, families, equations, &
+                                                                                           off)
          turned = off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
          if (turned) call turn_arms(context, families, equations)
          call families%judge(n_changes, n_unsettled)
@@ -126,7 +127,18 @@ contains
       end do
    end subroutine find_equilibrium
 
-   !> The arms of all forces for the rotations of the present motion.
+   !> Find the blocks with arms and lengths that are off, and by how much at most.
+   subroutine measure_placement(context, families, equations, off)
+      type(step_context_type), intent(inout) :: context
+      type(families_type), intent(in) :: families
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(out) :: off   !! share of force
+      call families%measure_placement(context, equations)
+      off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
+      if (off > fine_placement) call equations%misplaced_blocks(fine_placement, context%renewed)
+   end subroutine measure_placement
+
+   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed.
    subroutine turn_arms(context, families, equations)
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families

@@ -308,6 +308,7 @@ contains
    subroutine expect_motion(self, is_first)
       class(simulation_type), intent(inout) :: self
       logical, intent(in) :: is_first   !! x is the motion of the last step
+      call self%renew_all()
       if (self%control%k01(self%parameters) > 0) then
          call self%expect(self%state%velocity, self%dt)
       else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
