@@ -47,7 +47,7 @@ module rockdda_interaction_equations
       real(wp), allocatable :: vector_b(:, :, :)     !! (6, 2, links)
       real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
-      real(wp), allocatable :: link_off(:)           !! (links) set by measure_placement: share of force by wrong lengths
+      real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
       integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
@@ -95,8 +95,8 @@ contains
       allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
                 self%inner(2, m), self%inner_slot(m), source=0)
       self%n_pairs = -1
-      allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), self%link_off(m), &
-                source=0.0_wp)
+      allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), &
+                self%link_off(m), source=0.0_wp)
    end subroutine set_size
 
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the

@@ -140,8 +140,8 @@ contains
    end subroutine lawful_forces
 
    !> Forces that come from lengths which the expected motion and the solution x give differently, as a share of the
-   !> link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger: link_off of the
-   !> family's links, and block_off, where nothing is to be lowered.
+   !> link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger: link_off of
+   !> the family's links, and block_off, which is only to be raised.
    subroutine measure_placement(self, context, equations)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context

@@ -105,8 +105,8 @@ contains
          fraction = 1
          if (round > 1 .and. .not. peer) call self%line%search(families, friction_tolerance, equations, fraction)
          off = 0
-         if (context%follows_rotation() .and. round <= fine_rounds) call measure_placement(context, families, equations, &
-                                                                                           off)
+         if (context%follows_rotation() .and. round <= fine_rounds) &
+            call measure_placement(context, families, equations, off)
          turned = off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
          if (turned) call turn_arms(context, families, equations)
          call families%judge(n_changes, n_unsettled)
