@@ -45,6 +45,8 @@ module rockdda_model_blocks
       integer, allocatable :: block_material(:) !! (n_blocks) 1-based
       real(wp) :: edge_node_distance = 0        !! e0 used in cutting
       integer, allocatable :: file_line(:)      !! (n_blocks) line of a block file; unallocated after cutting
+      integer, allocatable :: parent(:)         !! (n_blocks) block, 1-based, that a cell was cut from; unallocated
+                                                !! when no block was cut into cells
       type(point_set_type) :: fixed             !! fixed points
       type(point_set_type) :: loading           !! loading points
       type(point_set_type) :: measured          !! measured points
