@@ -16,6 +16,7 @@ module rockdda_contact_corners
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward, is_outside
+   use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
    public :: corner_type, meet_corners, corner_station
@@ -39,21 +40,20 @@ module rockdda_contact_corners
 contains
 
    !> Corner a of one block and corner b of another.
-   pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, radius, corner)
+   pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, cosine, radius, corner)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in) :: sine                         !! of the angle tolerance
+      real(wp), intent(in) :: sine, cosine                 !! of the angle tolerance
       real(wp), intent(in) :: radius                       !! share of the shortest edge
       type(corner_type), intent(out) :: corner
-      real(wp) :: r(2), normal(2, 4), shortest
+      real(wp) :: r(2), normal(2, 4), shortest, share
       integer :: edge(4), vertex(4), side(4), chosen(2), k, n_sides
       logical :: passes
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
       vertex = [a, a, b, b]
       shortest = minval(outlines%length(edge))
-      corner%weight = shortest/6
       r = vertices(:, a) - vertices(:, b)
       n_sides = 0
       do k = 1, 4
@@ -78,9 +78,16 @@ contains
       if (chosen(1) == chosen(2)) then
          corner%gap = dot_product(r, normal(:, chosen(1)))
          corner%normal = normal(:, chosen(1))
+         share = 0
       else
-         call round_wedge(r, normal(:, chosen), shortest, radius, corner%gap, corner%normal)
+         call round_wedge(r, normal(:, chosen), shortest, radius, corner%gap, corner%normal, share)
       end if
+      do k = 1, 2
+         if (corner%edge(k) == 0) cycle
+         corner%weight = corner%weight + merge(1 - share, share, k == 1)* &
+                         vertex_weight(corner%vertex(k), corner%edge(k), vertices(:, corner%vertex(k)), vertices, &
+                                       topology, outlines, cosine)
+      end do
    end subroutine meet_corners
 
    !> The two sides of a wedge whose directions differ most; twice the same when all are parallel.
@@ -103,13 +110,14 @@ contains
    end subroutine take_extremes
 
    !> Distance from a wedge of two sides with a rounded tip at the origin, and the direction in which it grows.
-   pure subroutine round_wedge(r, n, shortest, share, gap, normal)
+   pure subroutine round_wedge(r, n, shortest, share, gap, normal, second)
       real(wp), intent(in) :: r(2)       !! place [length]
       real(wp), intent(in) :: n(2, 2)    !! outward unit normals of the sides
       real(wp), intent(in) :: shortest   !! edge at the tip [length]
       real(wp), intent(in) :: share      !! radius over that edge
       real(wp), intent(out) :: gap       !! [length]
       real(wp), intent(out) :: normal(2)
+      real(wp), intent(out) :: second    !! how far the direction has turned from side 1 to side 2, 0 to 1
       real(wp) :: half_sum(2), radius, cosine, x(2), distance, side(2), turn
       half_sum = n(:, 1) + n(:, 2)
       ! |n1 + n2|/2 is the cosine of half the angle by which the normal turns
@@ -127,6 +135,8 @@ contains
             if (distance > 0) then
                gap = distance - radius
                normal = x/distance
+               second = norm2(normal - n(:, 1))
+               second = second/(second + norm2(normal - n(:, 2)))
                return
             end if
          end if
@@ -134,9 +144,11 @@ contains
       if (side(1) >= side(2)) then
          gap = side(1)
          normal = n(:, 1)
+         second = 0
       else
          gap = side(2)
          normal = n(:, 2)
+         second = 1
       end if
    end subroutine round_wedge
 

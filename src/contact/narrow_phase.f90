@@ -36,6 +36,8 @@ module rockdda_contact_narrow_phase
    !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
    !> that runs the other way when they are face to face.
    integer, parameter :: opposite(4) = [3, 4, 1, 2]
+   !> By length a corner region goes this share of the shortest edge into the edges.
+   real(wp), parameter :: corner_zone = 0.25_wp
    !> Edges face to face that overlap beyond two corners by less than this share of their length have one row there: in
    !> rock cut by two continuous joint sets diagonal blocks overlap by what the joints have slipped.
    real(wp), parameter :: least_overlap = 1.0e-3_wp
@@ -79,6 +81,7 @@ contains
                         list%n_near_b, list%edges_b, list%n_edges_b)
       list%n_corners = 0
       far = max(limits%reach, 2*limits%zone)**2
+      if (limits%by_length) far = huge(far)
       do i = 1, list%n_near_a
          do j = 1, list%n_near_b
             r = vertices(:, list%near_a(i)) - vertices(:, list%near_b(j))
@@ -324,13 +327,13 @@ contains
       if (outlines%concave(a) .or. outlines%concave(b)) return
       r = vertices(:, a) - vertices(:, b)
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
-      ! each vertex in the other's corner region
-      zone = max(limits%zone, 1.5_wp*limits%radius*minval(outlines%length(edge)))
+      ! each vertex in the other's corner region, which holds the arc: it depends on the blocks alone
+      zone = corner_zone*minval(outlines%length(edge))
       do k = 1, 4
-         if (into_edge(k) > min(zone, 0.25_wp*outlines%length(edge(k)))) return
+         if (into_edge(k) > zone) return
       end do
       if (is_lateral(edge(2), edge(3)) .or. is_lateral(edge(4), edge(1))) return
-      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%radius, corner)
+      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
       if (.not. corner%exists) return
       if (corner%gap < -limits%penetration .or. corner%gap > limits%reach) return
       do k = 1, 2

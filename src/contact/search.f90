@@ -222,7 +222,7 @@ contains
          table%share(k) = 0
          table%partner(k) = 0
          if (table%station(k) == corner_station) then
-            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%radius, corner)
+            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
             table%point(:, k) = 0.5_wp*(vertices(:, v) + vertices(:, e))
             table%share(k) = 0.5_wp
             table%normal(:, k) = corner%normal
