@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> How far the contact search of a step has to look.
 module rockdda_stepping_reach
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, pi
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type
@@ -51,20 +53,29 @@ contains
 
    !> Distances and angles of a search for contacts that looks this far, and further where contacts of the last step ask
    !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
-   !> corner, and a bond that is stretched further than blocks will move in this step must not be lost.
+   !> corner, and a bond that is stretched, or a joint that dilation has opened, further than blocks will move in this
+   !> step must not be lost.
    type(search_limits_type) function search_limits(contacts, parameters, reach) result(limits)
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: reach                      !! [length]
       real(wp) :: deepest, widest, pulled
+      logical :: opens                                   !! closed contacts may have a gap without being bonded
       integer :: c
       deepest = 0
       widest = 0
       pulled = 0
-      !$omp parallel do default(none) shared(contacts) private(c) reduction(max:deepest, widest, pulled) &
+      opens = .false.
+      if (allocated(parameters%joint_materials)) opens = any(parameters%joint_materials%dilation > 0 .or. &
+                                                             parameters%joint_materials%tension > 0)
+      !$omp parallel do default(none) shared(contacts, parameters, opens) private(c) reduction(max:deepest, widest, pulled) &
       !$omp schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c))
+         if (opens) then
+            widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
+            pulled = max(pulled, -contacts%normal_force(c)/contacts%k_n(c))
+         end if
          if (.not. contacts%bonded(c)) cycle
          widest = max(widest, abs(contacts%shear(c)))
          pulled = max(pulled, -contacts%normal_force(c)/contacts%k_n(c))
@@ -83,6 +94,18 @@ contains
       limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
       limits%smooth = max(2*deepest, parameters%smooth_step, 1.0e-9_wp*parameters%w0)
+
+   contains
+
+      !> Gap that dilation has opened.
+      pure real(wp) function opened(material, c)
+         type(joint_material_type), intent(in) :: material
+         integer, intent(in) :: c     !! row
+         opened = contacts%total_slip(c)
+         if (is_set(material%dilation_slip)) opened = min(opened, material%dilation_slip)
+         opened = opened*tan(material%dilation*pi/180)
+      end function opened
+
    end function search_limits
 
    !> The next power of two times w0, at least 1e-7 w0.
