@@ -62,7 +62,11 @@ contains
             call take_over(previous, row, k, table)
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
-            if (by_length) call keep_energy(previous, row, is_own, k, table)
+            if (by_length) then
+               call keep_energy(previous, row, is_own, k, table)
+            else if (table%offset(k) < 0) then
+               table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
+            end if
          else
             call table%open_row(k)
             table%offset(k) = 0

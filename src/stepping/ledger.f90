@@ -72,15 +72,20 @@ contains
    end subroutine add_step
 
    !> Energies of the moved blocks and the share that k01 takes; close the balance, and judge the columns `discarded`
-   !> and `geometry`.
-   subroutine close_step(self, context, families, k01)
+   !> and `geometry`. With an impact the velocities are not those of the step's equations: what the balance lacks is what
+   !> the impact has taken.
+   subroutine close_step(self, context, families, k01, impact)
       class(ledger_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context   !! blocks have moved; time and step are those of the start
       type(families_type), intent(in) :: families
       real(wp), intent(in) :: k01                      !! share of the velocity that is carried on
+      logical, intent(in) :: impact                    !! some contacts have closed by the law of impact
+      real(wp) :: residual
       integer :: column
       call families%add_moved_energies(context, self)
-      call self%add(energy%geometry, (self%moved(1) - self%predicted(1)) + (self%moved(2) - self%predicted(2)))
+      if (.not. impact) call self%add(energy%geometry, (self%moved(1) - self%predicted(1)) + &
+                                      (self%moved(2) - self%predicted(2)))
+      residual = self%total(energy%residual)
       call self%add(energy%discarded, (1 - k01**2)*self%moved(1))
       self%total(energy%kinetic) = k01**2*self%moved(1)
       self%total(energy%strain) = self%moved(2)
@@ -88,6 +93,10 @@ contains
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)
+      if (impact) then
+         call self%add(energy%dissipated, residual - self%total(energy%residual))
+         self%total(energy%residual) = residual
+      end if
       do column = 1, 2
          associate (most => self%most_given(:, column))
             call self%given%add_contact(column, most(1), context%state%step + 1, nint(most(2)), nint(most(3)), &

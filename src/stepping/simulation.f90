@@ -28,6 +28,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
       cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
+   use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_newton, only : newton_type, newton_report_type
    use rockdda_stepping_parameter_check, only : check_parameters
@@ -323,12 +324,21 @@ contains
       class(simulation_type), intent(inout) :: self
       logical, intent(in) :: shortened      !! dt was shortened to land on an end
       real(wp), intent(in) :: displacement  !! largest of any vertex [length]
+      type(impact_type) :: impact
       real(wp) :: k01
       k01 = self%control%k01(self%parameters)
+      associate (contacts => self%families%contacts)
+         if (k01 > 0) call impact%find(self%step_context_type, contacts%table, contacts%trial, contacts%laws, &
+                                       self%equations%x)
+      end associate
+      if (impact%happened) call self%families%predict(self%equations)
       if (self%parameters%energy) call self%ledger%add_step(self%step_context_type, self%families, self%equations%x)
       call self%families%commit(self%step_context_type, self%equations%x)
       call move_blocks(self%blocks, self%parameters, self%families%elasticity, self%dt, self%equations%x, self%state)
-      if (self%parameters%energy) call self%ledger%close_step(self%step_context_type, self%families, k01)
+      if (impact%happened) call impact%finish(self%step_context_type, self%families%contacts%table, &
+                                              self%families%contacts%trial)
+      if (self%parameters%energy) call self%ledger%close_step(self%step_context_type, self%families, k01, &
+                                                              impact%happened)
       self%state%velocity = k01*self%state%velocity
       self%state%step = self%state%step + 1
       self%state%time = self%state%time + self%dt
