@@ -92,7 +92,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     (
         "g0 of a step, for contacts (k_s, fixed points, the search radius and the energy balance use the run's own "
         "number)",
-        [("*", "self%table%k_n(c) = context%parameters%normal_stiffness")],
+        [("*", "k_n = parameters%normal_stiffness")],
     ),
     ("g0 as the files have it, or E", [("*", "parameters%normal_stiffness = automatic_over_e*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),

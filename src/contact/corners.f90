@@ -48,7 +48,7 @@ contains
       real(wp), intent(in) :: sine, cosine                 !! of the angle tolerance
       real(wp), intent(in) :: radius                       !! share of the shortest edge
       type(corner_type), intent(out) :: corner
-      real(wp) :: r(2), normal(2, 4), shortest, share
+      real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share
       integer :: edge(4), vertex(4), side(4), chosen(2), k, n_sides
       logical :: passes
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
@@ -80,7 +80,9 @@ contains
          corner%normal = normal(:, chosen(1))
          share = 0
       else
-         call round_wedge(r, normal(:, chosen), shortest, radius, corner%gap, corner%normal, share)
+         sides(:, 1) = normal(:, chosen(1))
+         sides(:, 2) = normal(:, chosen(2))
+         call round_wedge(r, sides, shortest, radius, corner%gap, corner%normal, share)
       end if
       do k = 1, 2
          if (corner%edge(k) == 0) cycle

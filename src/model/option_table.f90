@@ -181,7 +181,7 @@ contains
                                    default_text='none'), o%preset, p%peer_contacts, 1)
       call table%add_choice(option('formulation', 'a contact is a stretch of two edges that face each other, or a '// &
                                    'vertex on an edge', quantity='contact formulation', choices='length|vertex', &
-                                   default_word='length', preset_word='vertex'), o%formulation, p%by_length, 1)
+                                   default_word='vertex', preset_word='vertex'), o%formulation, p%by_length, 1)
       call table%add(option('points', 'contact points of a stretch', quantity='contact points of a stretch', &
                             applies='formulation length', least=3.0_wp, most=5.0_wp, default=3.0_wp), &
                      o%points, p%points)
