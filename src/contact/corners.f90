@@ -35,6 +35,8 @@ module rockdda_contact_corners
       real(wp) :: gap = 0                     !! of a [length]
       real(wp) :: normal(2) = 0               !! from b to a
       real(wp) :: weight = 0                  !! [length]
+      real(wp) :: point(2) = 0                !! the corner that lies on a side; on the arc it passes from one to the other
+      real(wp) :: share = 0                   !! of the gap between the point and a
    end type corner_type
 
 contains
@@ -48,7 +50,7 @@ contains
       real(wp), intent(in) :: sine, cosine                 !! of the angle tolerance
       real(wp), intent(in) :: radius                       !! share of the shortest edge
       type(corner_type), intent(out) :: corner
-      real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share
+      real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share, part
       integer :: edge(4), vertex(4), side(4), chosen(2), k, n_sides
       logical :: passes
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
@@ -86,9 +88,12 @@ contains
       end if
       do k = 1, 2
          if (corner%edge(k) == 0) cycle
-         corner%weight = corner%weight + merge(1 - share, share, k == 1)* &
-                         vertex_weight(corner%vertex(k), corner%edge(k), vertices(:, corner%vertex(k)), vertices, &
-                                       topology, outlines, cosine)
+         part = merge(1 - share, share, k == 1)
+         corner%weight = corner%weight + part*vertex_weight(corner%vertex(k), corner%edge(k), &
+                                                            vertices(:, corner%vertex(k)), vertices, topology, outlines, &
+                                                            cosine)
+         corner%point = corner%point + part*vertices(:, corner%vertex(k))
+         if (corner%vertex(k) == b) corner%share = corner%share + part
       end do
    end subroutine meet_corners
 

@@ -226,6 +226,7 @@ contains
          table%length(k) = previous%length(row)
       if (.not. is_own .and. is_closed) then
          depth = max(0.0_wp, depth_of(previous, row))
+         if (table%length(k) > previous%length(row)) depth = depth*sqrt(previous%length(row)/table%length(k))
          table%offset(k) = min(0.0_wp, table%gap(k) + depth)
       else if (.not. is_closed) then
          table%offset(k) = min(0.0_wp, table%gap(k))

@@ -223,8 +223,8 @@ contains
          table%partner(k) = 0
          if (table%station(k) == corner_station) then
             call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
-            table%point(:, k) = 0.5_wp*(vertices(:, v) + vertices(:, e))
-            table%share(k) = 0.5_wp
+            table%point(:, k) = corner%point
+            table%share(k) = corner%share
             table%normal(:, k) = corner%normal
             table%gap(k) = corner%gap
             table%length(k) = corner%weight

@@ -13,7 +13,7 @@ module rockdda_stepping_reach
    use rockdda_stepping_control, only : step_control_type
    implicit none
    private
-   public :: predicted_reach, search_limits, quantised
+   public :: predicted_reach, set_search_limits, quantised
 
 contains
 
@@ -55,10 +55,11 @@ contains
    !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
    !> corner, and a bond that is stretched, or a joint that dilation has opened, further than blocks will move in this
    !> step must not be lost.
-   type(search_limits_type) function search_limits(contacts, parameters, reach) result(limits)
+   subroutine set_search_limits(contacts, parameters, reach, limits)
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: reach                      !! [length]
+      type(search_limits_type), intent(inout) :: limits
       real(wp) :: deepest, widest, pulled
       logical :: opens                                   !! closed contacts may have a gap without being bonded
       integer :: c
@@ -89,7 +90,8 @@ contains
       limits%sine = sin(parameters%angle_tolerance)
       limits%cosine = cos(parameters%angle_tolerance)
       limits%by_length = parameters%by_length
-      allocate (limits%is_tied(size(parameters%joint_materials)), limits%points(size(parameters%joint_materials)))
+      if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
+                                                     limits%points(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
       limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
@@ -106,7 +108,7 @@ contains
          opened = opened*tan(material%dilation*pi/180)
       end function opened
 
-   end function search_limits
+   end subroutine set_search_limits
 
    !> The next power of two times w0, at least 1e-7 w0.
    pure real(wp) function quantised(length, w0)

@@ -32,7 +32,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_newton, only : newton_type, newton_report_type
    use rockdda_stepping_parameter_check, only : check_parameters
-   use rockdda_stepping_reach, only : predicted_reach, search_limits, quantised
+   use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
    use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement
    implicit none
    private
@@ -52,6 +52,7 @@ module rockdda_stepping_simulation
       class(linear_solver_type), allocatable :: solver
       type(contact_search_type) :: search       !! search%pairs%keep = .false.: never with pairs of an earlier step
       type(contact_topology_type), private :: topology
+      type(search_limits_type), private :: limits
       type(families_type), private :: families
       type(newton_type), private :: newton
       real(wp), allocatable, private :: last_motion(:, :)   !! (6, nb) to go back to when the step is interrupted
@@ -246,11 +247,10 @@ contains
    subroutine prepare(self, reach)
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach   !! [length]
-      type(search_limits_type) :: limits
       integer :: pattern_id
-      limits = search_limits(self%contacts, self%parameters, reach)
+      call set_search_limits(self%contacts, self%parameters, reach, self%limits)
       call self%times%lap(phase%other)
-      call self%search%run(self%blocks, self%topology, self%state%vertices, limits, self%contacts, &
+      call self%search%run(self%blocks, self%topology, self%state%vertices, self%limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%families%contacts%table)
       self%times%searches = self%times%searches + 1
       if (self%search%pairs%was_kept) self%times%reused = self%times%reused + 1
