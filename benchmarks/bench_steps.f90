@@ -44,7 +44,7 @@ program bench_steps
    type(line_type) :: line
    type(results_type) :: results
    character(len=:), allocatable :: model, output_file, matrix_file
-   real(wp), allocatable :: force(:, :)
+   real(wp), allocatable :: force(:, :), stress(:, :)
    integer(i8) :: bytes_before
    integer :: n_wanted, n_steps, n_threads, n_passes, i
    real(wp) :: ratio, softness
@@ -183,7 +183,8 @@ contains
       call stop_on(error)
       if (with_frame) then
          call sim%contact_forces(force)
-         call results%append_frame(sim%state, sim%contacts, force, [real(wp) ::], error)
+         call sim%contact_stresses(stress)
+         call results%append_frame(sim%state, sim%contacts, force, stress, [real(wp) ::], error)
          call stop_on(error)
          call results%flush(error)
          call stop_on(error)

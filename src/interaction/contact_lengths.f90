@@ -1,17 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> Gap and slip of the rows of a contact table: their derivatives, and their values at the end of a step.
+!> Gap and slip of the rows of a contact table: their derivatives, and their values and places at the end of a step.
 !>
 !> A row stands at a vertex of block a on an edge of block b (share 0), at a vertex of block b on an edge of block a
 !> (share 1), or half-way between two edges or corners (share 1/2). Seen from the other block gap and slip are the same,
 !> with the normal reversed; between edges the mean of both views is taken.
 module rockdda_interaction_contact_lengths
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type
    use rockdda_interaction_contact_spring, only : spring_vectors
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_vectors, end_lengths
+   use rockdda_interaction_kinematics, only : move_point
    implicit none
    private
-   public :: contact_vectors, contact_lengths
+   public :: contact_vectors, contact_lengths, move_contacts
 
 contains
 
@@ -70,5 +72,39 @@ contains
          end if
       end associate
    end function contact_lengths
+
+   !> Distances and points of all rows at the end of a step. The point between two edges stays half-way between the points
+   !> of both blocks that it stood between.
+   subroutine move_contacts(gap, centroid, d, exact, table)
+      real(wp), intent(in) :: gap(:)          !! (>= n) of the springs at the end of the step [length]
+      real(wp), intent(in), contiguous :: centroid(:, :)   !! (2, nb) at the start of the step [length]
+      real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb)
+      logical, intent(in) :: exact            !! exact rotation, else linear
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: half(2), on_a(2), on_b(2)
+      integer :: c
+      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, half, on_a, on_b) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         half = 0.5_wp*table%distance(c)*table%normal(:, c)
+         table%distance(c) = gap(c) + (table%distance(c) - table%gap(c))
+         ! a vertex has its place in the blocks
+         if (table%station(c) == 0) cycle
+         associate (a => table%block_a(c), b => table%block_b(c), share => table%share(c), p => table%point(:, c))
+            if (share <= 0) then
+               call move_point(d(:, a), centroid(:, a), exact, p)
+            else if (share >= 1) then
+               call move_point(d(:, b), centroid(:, b), exact, p)
+            else
+               on_a = p + half
+               on_b = p - half
+               call move_point(d(:, a), centroid(:, a), exact, on_a)
+               call move_point(d(:, b), centroid(:, b), exact, on_b)
+               p = 0.5_wp*(on_a + on_b)
+            end if
+         end associate
+      end do
+      !$omp end parallel do
+   end subroutine move_contacts
 
 end module rockdda_interaction_contact_lengths

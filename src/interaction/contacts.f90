@@ -15,7 +15,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_contact_spring, only : dashpot_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_contact_lengths, only : contact_vectors, contact_lengths
+   use rockdda_interaction_contact_lengths, only : contact_vectors, contact_lengths, move_contacts
    use rockdda_interaction_finite_rotation, only : turns
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_initial_traction, only : start_with_stress
@@ -479,10 +479,9 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)
       real(wp), allocatable :: before(:)
       integer :: c
-      associate (unused => context%dt, not_used => d)
-      end associate
       if (any(self%laws%dilation > 0)) before = self%table%total_slip(1:self%table%n)
       call self%trial%commit(self%table)
+      call move_contacts(self%trial%gap, context%state%centroid, d, context%parameters%exact_rotation, self%table)
       if (any(context%parameters%joint_materials%tie)) call break_some(self, context%parameters)
       if (.not. allocated(before)) return
       do c = 1, self%table%n

@@ -72,7 +72,7 @@ module rockdda_run_model_run
       real(wp), private :: planned_end = 0
       integer, private :: last_frame = -1, last_logged = -1 !! steps
       character(len=:), allocatable, private :: last_choice !! of the automatic solver, as logged
-      real(wp), allocatable, private :: force(:, :)         !! scratch: contact forces
+      real(wp), allocatable, private :: force(:, :), stress(:, :)   !! scratch: forces and stresses of contacts
    contains
       procedure :: prepare
       procedure :: open => open_run
@@ -411,7 +411,8 @@ contains
       self%last_frame = self%sim%state%step
       if (.not. self%facts%header%frames) return
       call self%sim%contact_forces(self%force)
-      call self%results%append_frame(self%sim%state, self%sim%contacts, self%force, &
+      call self%sim%contact_stresses(self%stress)
+      call self%results%append_frame(self%sim%state, self%sim%contacts, self%force, self%stress, &
                                      self%sim%bolt_forces(), error)
       self%n_frames = self%n_frames + 1
    end subroutine save_frame

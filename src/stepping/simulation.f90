@@ -23,6 +23,7 @@ module rockdda_stepping_simulation
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
    use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_joint_stress, only : joint_stresses
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
@@ -65,6 +66,7 @@ module rockdda_stepping_simulation
       procedure :: set_interruption
       procedure :: planned_time
       procedure :: contact_forces
+      procedure :: contact_stresses
       procedure :: bolt_forces
       procedure, private :: prepare
       procedure, private :: try_step
@@ -380,6 +382,15 @@ contains
          end associate
       end do
    end subroutine contact_forces
+
+   !> Normal (1, tension positive) and shear (2) stress of every contact of the last accepted step, zero for open ones.
+   subroutine contact_stresses(self, stress)
+      class(simulation_type), intent(in) :: self
+      real(wp), allocatable, intent(inout) :: stress(:, :)   !! (2, contacts%n) [force/length^2]
+      if (allocated(stress)) deallocate (stress)
+      allocate (stress(2, self%contacts%n))
+      call joint_stresses(self%contacts, stress)
+   end subroutine contact_stresses
 
    !> Axial forces of the bolts in the present state, tension positive.
    pure function bolt_forces(self) result(force)

@@ -23,7 +23,7 @@ module rockdda_io_checkpoint
    private
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
 
-   integer, parameter :: checkpoint_format_version = 4
+   integer, parameter :: checkpoint_format_version = 5
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '
@@ -201,7 +201,7 @@ contains
          if (.not. allocated(error)) call file%get_attribute('/', 'format_version', number, error)
          if (.not. allocated(error)) then
             if (number /= checkpoint_format_version) call refuse('this program reads checkpoints of format version '// &
-               to_string(checkpoint_format_version)//', not '//to_string(number))
+               to_string(checkpoint_format_version)//', not '//to_string(number)//'; start the run again')
          end if
          if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, &
                                                              error)

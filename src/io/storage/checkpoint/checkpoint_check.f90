@@ -7,6 +7,7 @@
 module rockdda_io_checkpoint_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_contact_corners, only : corner_station
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
@@ -442,7 +443,7 @@ contains
          call check%in_range(t%joint(1:n), 1, size(p%joint_materials), 'joint')
          call check%in_range(t%state(1:n), 0, 2, 'state')
          call check%in_range(t%slip_sign(1:n), -1, 1, 'slip_sign')
-         call check%in_range(t%station(1:n), 0, 5, 'station')
+         call check%in_range(t%station(1:n), 0, corner_station, 'station')
          if (.not. check%passed()) return
          do c = 1, n
             call check%holds(owns(t%block_a(c), t%vertex(c)), 'vertex')
@@ -457,6 +458,7 @@ contains
          call check%is_finite(t%total_slip(1:n), 'total_slip')
          call check%is_finite(t%energy(1:n), 'energy')
          call check%is_finite(t%gap(1:n), 'gap')
+         call check%is_finite(t%distance(1:n), 'distance')
          call check%is_finite(t%length(1:n), 'length')
          call check%is_finite(t%offset(1:n), 'offset')
          call check%is_finite(t%k_n(1:n), 'k_n')

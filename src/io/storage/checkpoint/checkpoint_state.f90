@@ -69,6 +69,7 @@ contains
       call archive%part('energy', n, contacts%energy)
       call archive%part('slip_sign', n, contacts%slip_sign)
       call archive%part('gap', n, contacts%gap)
+      call archive%part('distance', n, contacts%distance)
       call archive%part('length', n, contacts%length)
       call archive%part('station', n, contacts%station)
       call archive%part('offset', n, contacts%offset)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Writer of the results file, format version 1 (docs/file-formats.md, "results").
+!> Writer of the results file, format version 2 (docs/file-formats.md, "results").
 !>
 !> Rows of history and frames wait in memory; each flush writes all of them or none. After a kill at any moment the file
 !> contains all rows up to the last flush, and `reopen` returns it to a checkpoint. Block numbers start at 0, material
@@ -33,7 +33,9 @@ module rockdda_io_results
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
                          s_frame_step = 14, s_frame_time = 15, s_vertices = 16, s_centroid = 17, s_rotation = 18, &
                          s_stress = 19, s_velocity = 20, s_bolt_ends = 21, s_bolt_force = 22, s_offset = 23, &
-                         s_point = 24, s_force = 25, s_state = 26, s_blocks = 27, n_series = n_tables
+                         s_point = 24, s_force = 25, s_state = 26, s_blocks = 27, &
+                         s_opening = 28, s_slip = 29, s_length = 30, s_normal_stress = 31, s_shear_stress = 32, &
+                         n_series = n_tables
 
    type :: results_type
       type(hdf5_file_type), private :: file
@@ -226,6 +228,11 @@ contains
       call self%series(s_force)%init('frames/contact_force', reals, [2])
       call self%series(s_state)%init('frames/contact_state', integers, single)
       call self%series(s_blocks)%init('frames/contact_blocks', integers, [2])
+      call self%series(s_opening)%init('frames/contact_opening', reals, single)
+      call self%series(s_slip)%init('frames/contact_slip', reals, single)
+      call self%series(s_length)%init('frames/contact_length', reals, single)
+      call self%series(s_normal_stress)%init('frames/contact_normal_stress', reals, single)
+      call self%series(s_shear_stress)%init('frames/contact_shear_stress', reals, single)
    end subroutine add_tables
 
    !> Append the row of an accepted step to the history.
@@ -255,13 +262,14 @@ contains
       call self%write_if_large(error)
    end subroutine append_history
 
-   !> Append a frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
-   !> is its vertex in the moved configuration.
-   subroutine append_frame(self, state, contacts, force, bolt_force, error)
+   !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
+   !> is its vertex, or the point of its station, in the moved configuration.
+   subroutine append_frame(self, state, contacts, force, stress, bolt_force, error)
       class(results_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: contacts
       real(wp), intent(in) :: force(:, :)               !! (2, contacts%n) on block_a, zero when open
+      real(wp), intent(in) :: stress(:, :)              !! (2, contacts%n) normal, tension positive, and shear
       real(wp), intent(in) :: bolt_force(:)             !! (bolts) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
       integer :: nb, nv, n_bolts, c, n
@@ -305,6 +313,11 @@ contains
             call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
             call s(s_state)%add(contacts%state(1:n), n)
             call s(s_blocks)%add(reshape(pair, [2*n]), n)
+            call s(s_opening)%add(contacts%distance(1:n), n)
+            call s(s_slip)%add(contacts%total_slip(1:n), n)
+            call s(s_length)%add(contacts%length(1:n), n)
+            call s(s_normal_stress)%add(stress(1, 1:n), n)
+            call s(s_shear_stress)%add(stress(2, 1:n), n)
          end if
       end associate
       call self%write_if_large(error)

@@ -7,7 +7,7 @@ module rockdda_io_results_info
    use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
-   use rockdda_io_results_header, only : results_format_version
+   use rockdda_io_results_header, only : results_format_version, oldest_format_version
    use rockdda_io_results_shape, only : check_results_shape
    implicit none
    private
@@ -84,10 +84,10 @@ contains
       end if
       call file%get_attribute('/', 'format_version', info%format_version, error)
       if (allocated(error)) return
-      if (info%format_version /= results_format_version) then
+      if (info%format_version < oldest_format_version .or. info%format_version > results_format_version) then
          call make_error(error, error_code%input, file%path//': error: format version '// &
                          to_string(info%format_version)//' is not known to this program, only '// &
-                         to_string(results_format_version))
+                         to_string(oldest_format_version)//' to '//to_string(results_format_version))
          return
       end if
       call file%get_attribute('/', 'title', info%title, error)

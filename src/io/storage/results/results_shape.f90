@@ -149,9 +149,14 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
       integer, intent(in) :: nb, nv, n_bolts
+      character(len=*), parameter :: of_joints(5) = [character(len=21) :: 'contact_opening', 'contact_slip', &
+                                                     'contact_length', 'contact_normal_stress', 'contact_shear_stress']
       integer, allocatable :: offsets(:)
       type(error_type), allocatable :: error
-      integer :: n, m
+      integer :: i, n, m, version
+      logical :: is_there
+      call file%get_attribute('/', 'format_version', version, error)
+      if (allocated(error)) version = 1
       check%group = 'frames'
       n = rows_of(file, check, 'step', integers, [integer ::])
       n = rows_of(file, check, 'time', reals, [integer ::])
@@ -168,6 +173,11 @@ contains
       n = rows_of(file, check, 'contact_force', reals, [2])
       n = rows_of(file, check, 'contact_state', integers, [integer ::])
       n = rows_of(file, check, 'contact_blocks', integers, [2])
+      do i = 1, size(of_joints)
+         ! version 1 does not have them
+         is_there = file%exists('frames/'//trim(of_joints(i)))
+         if (version > 1 .or. is_there) n = rows_of(file, check, trim(of_joints(i)), reals, [integer ::])
+      end do
       m = rows_of(file, check, 'contact_offset', integers, [integer ::])
       call check%has_shape(m >= 1, 'contact_offset')
       if (.not. check%passed()) return
