@@ -89,14 +89,14 @@ class Field:
 class Contacts:
     """The n contacts of one frame."""
 
-    point: FloatArray  # (n, 2) where the contact is: the vertex, after the step [length]
+    point: FloatArray  # (n, 2) where the contact is: the vertex or the point of the joint, after the step [length]
     force: FloatArray  # (n, 2) on the first block, zero when open [force]
     state: IntArray  # (n,) 0 open, 1 sliding, 2 locked or tied
     blocks: IntArray  # (n, 2) numbers of the two blocks, from 0
     # (n,) each, None in files of older versions
     opening: FloatArray | None = None  # distance of the edges, negative where they overlap [length]
-    slip: FloatArray | None = None  # along the joint [length]
-    length: FloatArray | None = None  # share of the joint's length [length]
+    slip: FloatArray | None = None  # since the contact closed, without its direction [length]
+    length: FloatArray | None = None  # of joint, for which the point stands [length]
     normal_stress: FloatArray | None = None  # tension positive [force/length²]
     shear_stress: FloatArray | None = None  # [force/length²]
 

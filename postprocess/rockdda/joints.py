@@ -8,7 +8,7 @@ A joint is where two blocks face each other. The solver gives its points with th
     second block     <---------- edge -----------
 
 Stresses are positive in tension, as all stresses of results; openings are negative where the edges overlap. Shear
-stress and slip keep their signs when the blocks are exchanged, forces do not.
+stress keeps its sign when the blocks are exchanged, forces do not; slip is summed up without its direction.
 """
 
 from __future__ import annotations

@@ -46,12 +46,17 @@ class JointStrength:
 
     friction: float = 0.0  # degrees
     cohesion: float = 0.0  # [stress]
+    tension: float = 0.0  # [stress]
     jrc: float | None = None  # of Barton and Bandis; then jcs, too
     jcs: float = 0.0  # [stress]
     residual_friction: float = 0.0  # degrees
+    tie: bool = False  # both sides deform as one body until the strength is reached
 
     def at(self, normal_stress: FloatArray) -> FloatArray:
-        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension."""
+        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension. NaN for a tie that does not
+        break: one without cohesion and tension."""
+        if self.tie and not (self.cohesion > 0 or self.tension > 0):
+            return np.full(np.shape(normal_stress), np.nan)
         pressure = np.maximum(-normal_stress, 0.0)
         if self.jrc is None:
             return self.cohesion + pressure * np.tan(np.radians(self.friction))
@@ -65,7 +70,7 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
 
     `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed.
     """
-    found = {i: JointStrength(row[0], row[1]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
+    found = {i: JointStrength(*row) for i, row in enumerate(material_rows(analysis)[1], start=1)}
     try:
         groups = parse_groups(config)
     except (KeyError, ValueError):  # no text that the program has accepted
@@ -87,8 +92,10 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
 
 def _changed(strength: JointStrength, group: Mapping[str, Any]) -> JointStrength:
     """A strength with the values that a group names."""
-    names = ("friction", "cohesion", "jcs", "residual_friction")
+    names = ("friction", "cohesion", "tension", "jcs", "residual_friction")
     values = {name: float(group[name]) for name in names if isinstance(group.get(name), int | float)}
+    if isinstance(tie := group.get("tie"), bool):
+        strength = replace(strength, tie=tie)
     law, jrc = group.get("law"), group.get("jrc")
     if isinstance(law, str) and law.strip().lower() == "barton_bandis" and isinstance(jrc, int | float):
         return replace(strength, **values, jrc=float(jrc))

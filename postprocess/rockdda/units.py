@@ -128,7 +128,12 @@ class ConvertedResults(Results):
         length, _, force = self._factors
         stress = force / length**2
         return {
-            number: replace(strength, cohesion=stress * strength.cohesion, jcs=stress * strength.jcs)
+            number: replace(
+                strength,
+                cohesion=stress * strength.cohesion,
+                tension=stress * strength.tension,
+                jcs=stress * strength.jcs,
+            )
             for number, strength in super().joint_strengths().items()
         }
 

@@ -75,6 +75,11 @@ class Layout(ResultsTest):
             "frames/contact_force": ((total, 2), REAL),
             "frames/contact_state": ((total,), INTEGER),
             "frames/contact_blocks": ((total, 2), INTEGER),
+            "frames/contact_opening": ((total,), REAL),
+            "frames/contact_slip": ((total,), REAL),
+            "frames/contact_length": ((total,), REAL),
+            "frames/contact_normal_stress": ((total,), REAL),
+            "frames/contact_shear_stress": ((total,), REAL),
         }
         texts = ["input/analysis", "input/config", "input/geometry"]
         self.assertEqual(sorted(data), sorted([*expected, *texts]))
@@ -101,7 +106,7 @@ class Layout(ResultsTest):
         names = ["complete", "created", "exit_reason", "format", "format_version", "planned_time", "program_version"]
         names.append("title")
         self.assertEqual(sorted(root), names)
-        self.assertEqual((root["format"], root["format_version"]), ("rockdda", 1))
+        self.assertEqual((root["format"], root["format_version"]), ("rockdda", 2))
         self.assertEqual((root["complete"], root["exit_reason"]), (1, "finished"))
         self.assertRegex(root["created"], r"^20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ$")
         self.assertIn("rockdda " + root["program_version"] + "\n", self.run_program("--version").out)
@@ -153,6 +158,16 @@ class Layout(ResultsTest):
         self.assertFalse(force[state == 0].any(), "no force when open")
         self.assertTrue(((blocks >= 0) & (blocks < len(data["model/block_area"]))).all())
         self.assertTrue((blocks[:, 0] != blocks[:, 1]).all())
+        slip, length, normal, shear = (
+            data["frames/contact_" + k] for k in ("slip", "length", "normal_stress", "shear_stress")
+        )
+        self.assertTrue((length >= 0).all() and (slip >= 0).all())
+        self.assertFalse(np.concatenate([normal[state == 0], shear[state == 0]]).any(), "no stress when open")
+        expected = np.where(length > 0, np.hypot(*force.T), 0)
+        # a few operations per number
+        self.assertLessEqual(
+            np.abs(np.hypot(normal, shear) * length - expected).max(initial=0), 1e-14 * expected.max(initial=0)
+        )
         first = data["model/vertex_offset"]
         for k, step in enumerate(data["frames/step"]):
             rows = slice(offset[k], offset[k + 1])

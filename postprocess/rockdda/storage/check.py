@@ -111,7 +111,7 @@ def _check(file: h5py.File) -> None:
     _table(file, "frames/contact_state", "i4")
     _table(file, "frames/contact_blocks", "i4", 2)
     for name in ("opening", "slip", "length", "normal_stress", "shear_stress"):
-        if f"frames/contact_{name}" in file:  # not in files of version 1
+        if file.attrs.get("format_version") != 1 or f"frames/contact_{name}" in file:
             _table(file, f"frames/contact_{name}", "f8")
     offsets = _table(file, "frames/contact_offset", "i4")
     _need(len(offsets) >= 1, "frames/contact_offset", "has an unexpected shape")
