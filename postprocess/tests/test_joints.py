@@ -18,6 +18,7 @@ import pandas
 import pytest
 import rockdda
 from matplotlib.collections import LineCollection
+from places import INPUTS, assert_same_results
 from rockdda import cli
 from rockdda import plot as pictures
 from rockdda.deck import AnalysisDeck, BlockMaterial, JointMaterial
@@ -25,7 +26,6 @@ from rockdda.export import to_csv, to_vtk
 from rockdda.joints import JOINT_FIELDS, joint_summary
 from rockdda.materials import JointStrength, joint_strengths
 from rockdda.plot.style import STATES
-from places import INPUTS
 from synthetic import write_wall
 
 WEIGHTS = (1 / 6, 2 / 3, 1 / 6)
@@ -340,10 +340,11 @@ def test_joints_of_a_run(program, tmp_path, model, formulation):
     start, end = now.vertices[table["edge"]], now.vertices[following(results, table["edge"].to_numpy())]
     along = (end - start) / np.hypot(*(end - start).T)[:, None]
     away = table[["x", "y"]].to_numpy() - start
-    distance = (along[:, 1] * away[:, 0] - along[:, 0] * away[:, 1]) / np.where(table["opening"] == 0, 1, table["opening"])
+    opening = table["opening"].to_numpy()
+    distance = (along[:, 1] * away[:, 0] - along[:, 0] * away[:, 1]) / np.where(opening == 0, 1, opening)
     stations = np.array([0.0, 1.0] if formulation == "vertex" else [0.0, 0.5, 1.0])
-    miss = np.abs(distance[:, None] - stations).min(axis=1) * np.abs(table["opening"])
-    # the edges of a joint are parallel within the search's tolerance, so that the distances are less exact than the points
+    miss = np.abs(distance[:, None] - stations).min(axis=1) * np.abs(opening)
+    # the edges of a joint are not quite parallel: seen from the other edge, distances differ
     assert miss.max() < 1e-6
     for field in JOINT_FIELDS:
         pictures.joints(results, field)
@@ -372,6 +373,18 @@ def test_ties_have_a_linear_stress(program, tmp_path):
         resultant = joint.length * np.hypot(joint.normal_stress, joint.shear_stress)
         assert resultant == pytest.approx(np.hypot(joint.force_x, joint.force_y), rel=1e-9)
     assert table["mobilised"].isna().all()  # without cohesion and tension a tie does not break
+
+
+@pytest.mark.parametrize("tie", [".false.", ".true."])
+def test_a_continued_run_has_the_same_joints(program, tmp_path, tie):
+    options = f"&contact formulation = 'length' /\n&joint_material number = 1, tie = {tie} /\n"
+    for name, steps in (("whole", "20"), ("half", "10")):
+        (tmp_path / name).mkdir()
+        run_model(program, "flat_arch", tmp_path / name, options, "--steps", steps, "--save-every", "5")
+    command = [program, "resume", tmp_path / "half/out.ckpt.h5", "--steps", "10", "--quiet"]
+    subprocess.run(command, check=True, capture_output=True)
+    files = [tmp_path / name / "out.h5" for name in ("whole", "half")]
+    assert_same_results(*files, except_for=("created", "planned_time"))
 
 
 def test_version_2_has_all_tables(tmp_path):
