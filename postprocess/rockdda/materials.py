@@ -53,8 +53,8 @@ class JointStrength:
     tie: bool = False  # both sides deform as one body until the strength is reached
 
     def at(self, normal_stress: FloatArray) -> FloatArray:
-        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension. NaN for a tie that does not
-        break: one without cohesion and tension."""
+        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension. NaN for a tie that
+        does not break: one without cohesion and tension."""
         if self.tie and not (self.cohesion > 0 or self.tension > 0):
             return np.full(np.shape(normal_stress), np.nan)
         pressure = np.maximum(-normal_stress, 0.0)
@@ -70,7 +70,7 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
 
     `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed.
     """
-    found = {i: JointStrength(*row) for i, row in enumerate(material_rows(analysis)[1], start=1)}
+    found = {i: JointStrength(row[0], row[1], row[2]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
     try:
         groups = parse_groups(config)
     except (KeyError, ValueError):  # no text that the program has accepted
@@ -93,7 +93,7 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
 def _changed(strength: JointStrength, group: Mapping[str, Any]) -> JointStrength:
     """A strength with the values that a group names."""
     names = ("friction", "cohesion", "tension", "jcs", "residual_friction")
-    values = {name: float(group[name]) for name in names if isinstance(group.get(name), int | float)}
+    values: dict[str, Any] = {name: float(group[name]) for name in names if isinstance(group.get(name), int | float)}
     if isinstance(tie := group.get("tie"), bool):
         strength = replace(strength, tie=tie)
     law, jrc = group.get("law"), group.get("jrc")

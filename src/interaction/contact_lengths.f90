@@ -73,8 +73,8 @@ contains
       end associate
    end function contact_lengths
 
-   !> Distances and points of all rows at the end of a step. The point between two edges stays half-way between the points
-   !> of both blocks that it stood between.
+   !> Distances and points of all rows at the end of a step. A point between two edges stays half-way between the two
+   !> points of the blocks that it stood between.
    subroutine move_contacts(gap, centroid, d, exact, table)
       real(wp), intent(in) :: gap(:)          !! (>= n) of the springs at the end of the step [length]
       real(wp), intent(in), contiguous :: centroid(:, :)   !! (2, nb) at the start of the step [length]
@@ -83,8 +83,8 @@ contains
       type(contact_table_type), intent(inout) :: table
       real(wp) :: half(2), on_a(2), on_b(2)
       integer :: c
-      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, half, on_a, on_b) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, half, on_a, on_b) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
          half = 0.5_wp*table%distance(c)*table%normal(:, c)
          table%distance(c) = gap(c) + (table%distance(c) - table%gap(c))

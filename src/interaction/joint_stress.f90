@@ -2,8 +2,8 @@
 !> Stresses of joints: the traction at each row of a contact table, from the forces of its springs.
 !>
 !>     normal stress   - normal force / length       tension positive
-!>     shear stress      shear force / length        of the force on block a along the normal, from b to a, turned by +90
-!>                                                    degrees; the same when the blocks are exchanged
+!>     shear stress      shear force / length        of the force on block a along the normal, from b to a, turned
+!>                                                   by +90 degrees; the same when the blocks are exchanged
 !>
 !> The middle of a tie carries the mean of the interval and its ends the linear part (rockdda_interaction_ties). The
 !> stresses of a tie are the linear traction with the same resultant and moment: mean -/+ 3 (force 3 - force 1)/L at the
