@@ -54,6 +54,13 @@ class StartArrays(ABC):
         return self._constant("model/block_material")
 
     @property
+    def parent(self) -> IntArray:
+        """(nb,) block, from 0, that a cell was cut from (`&subdivide`); 0 ... nb-1 where no block was cut."""
+        if "model/parent" in self:
+            return self._constant("model/parent")
+        return np.arange(len(self._constant("model/block_material")), dtype=np.int32)
+
+    @property
     def block_area(self) -> FloatArray:
         """(nb,) at the start [length²]."""
         return self._constant("model/block_area")

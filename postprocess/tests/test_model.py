@@ -221,6 +221,21 @@ def test_a_model_that_is_read_runs_as_its_files_do(program, tmp_path, name):
     assert again.options == model.options
 
 
+def test_blocks_of_a_region_become_cells(tmp_path):
+    whole = brick().run(output=tmp_path / "whole.h5", steps=1)
+    np.testing.assert_array_equal(whole.parent, np.arange(whole.n_blocks))
+    model = brick()
+    model.options["region"] = [{"name": "all", "material": "1"}]
+    model.options["subdivide"] = {"region": "all", "size": 0.3, "kind": "triangles", "joint_material": 1}
+    cells = model.run(output=tmp_path / "cells.h5", steps=1)
+    assert cells.n_blocks > 2 * whole.n_blocks
+    area = np.bincount(cells.parent, weights=cells.block_area)
+    np.testing.assert_allclose(area, whole.block_area, rtol=1e-12)  # sums of rounded areas
+    with pytest.raises(rockdda.InputError, match=r"size.*greater than 0"):
+        model.options["subdivide"]["size"] = 0
+        model.run(steps=1)
+
+
 def assert_same_numbers(one, other):
     """All datasets but the texts of the input, bit for bit."""
     with rockdda.open(one) as a, rockdda.open(other) as b:

@@ -7,10 +7,13 @@ module rockdda_app_command_cut
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_model_options, only : run_options_type
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_block_writer, only : write_block_file
    use rockdda_io_geometry_file, only : read_geometry_file
+   use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_recognise, only : file_kind
+   use rockdda_run_cells, only : check_regions, make_cells
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_json, only : json_type
@@ -32,6 +35,7 @@ contains
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       character(len=:), allocatable :: output
+      integer :: n_parents
       logical :: ok
 
       call prepare_conversion(line, file_kind%geometry, '.blk', output, messages, error)
@@ -39,6 +43,9 @@ contains
          call read_geometry_file(line%files(1)%text, geometry, messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) &
          call cut_blocks(geometry, blocks, report, messages, error)
+      n_parents = blocks%n_blocks
+      if (len(line%config) > 0 .and. .not. allocated(error) .and. .not. messages%has_errors()) &
+         call make_cells_of_options(line%config, blocks, messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call write_block_file(output, blocks, error)
       if (allocated(error) .or. messages%has_errors()) then
          call report_failure(line, messages, error, exit_code)
@@ -47,13 +54,25 @@ contains
       exit_code = 0
       messages = messages%summarised()
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call summarise(line, blocks, report, output, messages, ok)
+      call summarise(line, n_parents, blocks, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_cut
 
+   !> Cut blocks into cells as options say. Materials are not known here.
+   subroutine make_cells_of_options(config, blocks, messages)
+      character(len=*), intent(in) :: config
+      type(block_system_type), intent(inout) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      type(run_options_type) :: options
+      call read_options_file(config, options, messages)
+      if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
+      if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), blocks, messages)
+   end subroutine make_cells_of_options
+
    !> Print the summary.
-   subroutine summarise(line, blocks, report, output, messages, ok)
+   subroutine summarise(line, n_parents, blocks, report, output, messages, ok)
       type(command_line_type), intent(in) :: line
+      integer, intent(in) :: n_parents        !! blocks before some were cut into cells
       type(block_system_type), intent(in) :: blocks
       type(cut_report_type), intent(in) :: report
       character(len=*), intent(in) :: output
@@ -62,6 +81,7 @@ contains
       type(json_type) :: json
       type(error_type), allocatable :: none
       character(len=1), parameter :: nl = new_line('a')
+      character(len=:), allocatable :: cells
       real(wp) :: difference
       difference = report%area_sum + report%hole_area - report%enclosed_area
       if (line%json) then
@@ -69,6 +89,7 @@ contains
          call json%put('input', line%files(1)%text)
          call json%put('output', output)
          call json%put('blocks', blocks%n_blocks)
+         if (allocated(blocks%parent)) call json%put('blocks_before_subdivision', n_parents)
          call json%put('vertices', blocks%n_vertices())
          call json%put('lines', report%n_lines)
          call json%put('dropped_lines', report%n_dropped_lines)
@@ -86,7 +107,9 @@ contains
          call end_json(json, messages, none, ok)
          return
       end if
-      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks, '// &
+      cells = ''
+      if (allocated(blocks%parent)) cells = ' (cut from '//to_string(n_parents)//' blocks)'
+      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks'//cells//', '// &
                to_string(blocks%n_vertices())//' vertices'//nl// &
                'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
                ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &

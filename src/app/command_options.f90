@@ -27,7 +27,7 @@ module rockdda_app_command_options
    type(option_type), parameter :: options(19) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
-                                   option_type('--config', option_kind%text, run_only), &
+                                   option_type('--config', option_kind%text, ' cut run '), &
                                    option_type('--threads', option_kind%whole, runs), &
                                    option_type('--solver', option_kind%text, run_only), &
                                    option_type('--steps', option_kind%whole, runs), &

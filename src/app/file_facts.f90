@@ -177,6 +177,8 @@ contains
          call facts%add('complete', info%complete)
          call facts%add('exit_reason', info%exit_reason)
          call facts%add('blocks', int(info%n_blocks))
+         if (info%n_cells > 0) call facts%add('cells', info%n_cells)
+         if (info%n_cells > 0) call facts%add('blocks_before_subdivision', info%n_parents)
          call facts%add('vertices', int(info%n_vertices))
          call facts%add('fixed_points', int(info%n_fixed))
          call facts%add('loading_points', int(info%n_loading))

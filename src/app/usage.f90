@@ -78,11 +78,13 @@ contains
       text = 'usage: rockdda cut MODEL.dc [-o MODEL.blk] [OPTION…]'//nl// &
              nl// &
              'Cuts the plane into blocks along the lines of a geometry file and writes a block file. Prints the'//nl// &
-             'number of blocks, a check of the areas, and the lines that were dropped.'//nl// &
+             'number of blocks, a check of the areas, and the lines that were dropped. With options, blocks of'//nl// &
+             'their regions (&subdivide) are cut into cells.'//nl// &
              nl// &
              'options:'//nl// &
              '  -o, --output FILE the block file; default: the stem of the geometry file + .blk in the current'//nl// &
              '                    folder'//nl// &
+             '  --config FILE     namelist file with run options; of these &region and &subdivide count'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &

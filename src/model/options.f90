@@ -10,7 +10,7 @@ module rockdda_model_options
    use rockdda_model_analysis_input, only : joint_material_type, unset_real
    implicit none
    private
-   public :: run_options_type, stage_type, line_load_type, base_motion_type
+   public :: run_options_type, stage_type, line_load_type, base_motion_type, region_type, subdivision_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -52,6 +52,26 @@ module rockdda_model_options
       !> (5, m) amplitudes ax ay, frequency f [1/time], phase [rad], start t0: a = A sin(2 pi f (t - t0) + phase)
       real(wp), allocatable :: harmonics(:, :)
    end type base_motion_type
+
+   !> Blocks whose centroid at the start lies in boxes, circles or a polygon, or that are of a material. One of these in
+   !> each group; groups of one name add up.
+   type :: region_type
+      character(len=:), allocatable :: name
+      real(wp), allocatable :: boxes(:, :)       !! (4, m) xmin ymin xmax ymax
+      real(wp), allocatable :: circles(:, :)     !! (3, m) x y r
+      real(wp), allocatable :: polygon(:, :)     !! (2, m) x y
+      character(len=:), allocatable :: material  !! block materials, commas between them
+      type(origin_type) :: origin                !! where it was read
+   end type region_type
+
+   !> Blocks that are cut into cells.
+   type :: subdivision_type
+      character(len=:), allocatable :: region    !! names, commas between them; not given: all blocks
+      real(wp) :: size = unset_real              !! of the cells [length]
+      character(len=:), allocatable :: kind      !! 'rectangles' | 'triangles'
+      integer :: joint_material = 0              !! between the cells of a block, 1-based
+      type(origin_type) :: origin                !! where it was read
+   end type subdivision_type
 
    type :: run_options_type
       ! &run
@@ -96,6 +116,8 @@ module rockdda_model_options
       type(joint_material_type), allocatable :: joint_laws(:)      !! the same for materials of the analysis file
       real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
       type(stage_type), allocatable :: stages(:)
+      type(region_type), allocatable :: regions(:)
+      type(subdivision_type), allocatable :: subdivisions(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

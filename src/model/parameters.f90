@@ -4,7 +4,7 @@
 module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
-   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type
+   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type, region_type, subdivision_type
    implicit none
    private
    public :: parameters_type
@@ -48,6 +48,9 @@ module rockdda_model_parameters
       type(line_load_type), allocatable :: line_loads(:)
       type(time_table_type), allocatable :: fixed_tables(:), loading_tables(:)
       type(stage_type), allocatable :: stages(:)
+      ! blocks: the model holds the cells already
+      type(region_type), allocatable :: regions(:)
+      type(subdivision_type), allocatable :: subdivisions(:)
       ! solver
       character(len=:), allocatable :: solver_method !! empty: default of the build
       character(len=:), allocatable :: preconditioner

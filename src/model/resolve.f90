@@ -46,6 +46,8 @@ contains
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
       call take_joint_options(settings%joint_materials, settings%joint_laws, parameters%joint_materials, messages)
+      parameters%regions = settings%regions
+      parameters%subdivisions = settings%subdivisions
 
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &

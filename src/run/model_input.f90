@@ -24,6 +24,7 @@ module rockdda_run_model_input
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
+   use rockdda_run_cells, only : check_regions, make_cells
    use rockdda_stepping_options_check, only : check_options
    implicit none
    private
@@ -125,8 +126,8 @@ contains
       call recognise(input%model_file, input%model_kind, error)
    end subroutine find_in_folder
 
-   !> Read all files, cut a geometry into blocks, and resolve the parameters of the run. Every problem is added to
-   !> `messages`; `error` is a failure of the cutting.
+   !> Read all files, cut a geometry into blocks and blocks into cells, and resolve the parameters of the run.
+   !> Every problem is added to `messages`; `error` is a failure of the cutting.
    subroutine read_model(request, input, messages, error)
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(inout) :: input
@@ -148,6 +149,12 @@ contains
          call check_block_materials(input%blocks, input%analysis, n_joint, input%model_file, messages)
       end if
       if (messages%has_errors() .or. .not. input%has_blocks) return
+      if (.not. allocated(input%options%regions)) allocate (input%options%regions(0))
+      if (.not. allocated(input%options%subdivisions)) allocate (input%options%subdivisions(0))
+      call check_regions(input%blocks, input%options%regions, size(input%analysis%block_materials), messages)
+      if (messages%has_errors()) return
+      call make_cells(input%options%regions, input%options%subdivisions, n_joint, input%blocks, messages)
+      if (messages%has_errors()) return
       call choose_solver(input%options, messages)
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
       call check_options(input%blocks, input%parameters, messages)

@@ -145,6 +145,10 @@ def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
         ("block_centroid", "f8", nb, (2,)),
     ):
         _need(len(_table(file, f"model/{name}", kind, *row)) == n, f"model/{name}", "has an unexpected shape")
+    if "parent" in file["model"]:  # only where blocks were cut into cells
+        _need(len(_table(file, "model/parent", "i4")) == nb, "model/parent", "has an unexpected shape")
+        parent = file["model/parent"][()]
+        _need(bool(((parent >= 0) & (parent < nb)).all()), "model/parent", "holds an impossible number")
     points = {kind: len(_table(file, f"model/{kind}_points", "f8", 2)) for kind in POINTS}
     _check_offsets(file["model/vertex_offset"][()], nv, 3, "model/vertex_offset")
     _need(bool((file["model/edge_joint"][()] >= 0).all()), "model/edge_joint", "holds an impossible number")

@@ -8,7 +8,7 @@ module rockdda_io_parameter_text
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_option, only : option_visitor_type, option_type, choice
    use rockdda_model_option_defaults, only : defaults_type
-   use rockdda_model_option_table, only : describe_settings, describe_lists
+   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
@@ -69,6 +69,7 @@ contains
          end associate
       end do
       call describe_lists(table, p%line_loads, p%joint_materials, p%stages)
+      call describe_regions(table, p%regions, p%subdivisions)
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text

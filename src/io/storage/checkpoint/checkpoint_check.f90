@@ -177,6 +177,10 @@ contains
          call check%in_range(blocks%edge_joint, 0, size(p%joint_materials), 'edge_joint')
          call check%in_range(blocks%block_material, 1, size(p%block_materials), 'block_material')
          if (allocated(blocks%file_line)) call check%has_shape(size(blocks%file_line) == nb, 'file_line')
+         if (allocated(blocks%parent)) then
+            call check%has_shape(size(blocks%parent) == nb, 'parent')
+            call check%in_range(blocks%parent, 1, nb, 'parent')
+         end if
       end if
       if (check%passed()) call check%holds(bridges_pair(blocks), 'edge_joint')
       call check_points(check, 'fixed', blocks%fixed, blocks%n_blocks)

@@ -9,7 +9,7 @@ module rockdda_io_checkpoint_model
    use rockdda_base_error, only : error_code, make_error
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
-   use rockdda_model_option_table, only : describe_settings, describe_lists
+   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
@@ -33,6 +33,7 @@ contains
       call archive%item('block_material', blocks%block_material)
       call archive%item('edge_node_distance', blocks%edge_node_distance)
       call archive%item('file_line', blocks%file_line)
+      call archive%item('parent', blocks%parent)
       call exchange_points(archive, 'fixed', blocks%fixed)
       call exchange_points(archive, 'loading', blocks%loading)
       call exchange_points(archive, 'measured', blocks%measured)
@@ -73,6 +74,7 @@ contains
       call describe_settings(table, no_options, parameters)
       call exchange_materials(archive, parameters)
       call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
+      call describe_regions(table, parameters%regions, parameters%subdivisions)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters

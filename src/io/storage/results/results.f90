@@ -139,6 +139,8 @@ contains
                                                        reshape(blocks%vertices(:, 1:nv), [2*nv]), error)
       if (.not. allocated(error)) call self%file%write('model/edge_joint', [nv], blocks%edge_joint, error)
       if (.not. allocated(error)) call self%file%write('model/block_material', [nb], blocks%block_material, error)
+      if (.not. allocated(error) .and. allocated(blocks%parent)) &
+         call self%file%write('model/parent', [nb], blocks%parent - 1, error)
       if (.not. allocated(error)) call self%file%write('model/block_area', [nb], state%area, error)
       if (.not. allocated(error)) call self%file%write('model/block_centroid', [2, nb], &
                                                        reshape(state%centroid, [2*nb]), error)

@@ -282,6 +282,11 @@ contains
          end if
       end do
       if (allocated(error)) return
+      if (file%exists('model/parent')) then     ! only where blocks were cut into cells
+         call file%read('model/parent', integers, error)
+         if (allocated(error)) return
+         total = fold(total, integers)
+      end if
       ! older files do not have numbers
       if (.not. file%has_attribute('model/measured_points', 'number')) return
       call file%get_attribute('model/measured_points', 'number', integers, error)

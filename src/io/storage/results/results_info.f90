@@ -20,6 +20,7 @@ module rockdda_io_results_info
       integer(i8) :: n_blocks = 0, n_vertices = 0, n_steps = 0, n_frames = 0, n_contact_rows = 0
       integer(i8) :: n_fixed = 0, n_loading = 0, n_measured = 0
       integer, allocatable :: measured_number(:)   !! of the input; unallocated: 1 ... n
+      integer :: n_cells = 0, n_parents = 0  !! cells, and the blocks before some were cut into cells
       integer :: last_step = 0               !! of the history
       real(wp) :: last_time = 0
       real(wp) :: first_frame = 0, last_frame = 0   !! times
@@ -107,6 +108,9 @@ contains
          if (file%has_attribute('model/measured_points', 'number')) &
             call file%get_attribute('model/measured_points', 'number', info%measured_number, error)
       end if
+      if (.not. allocated(error)) then
+         if (file%exists('model/parent')) call read_parents()
+      end if
       call rows_of('history/step', info%n_steps)
       call rows_of('frames/step', info%n_frames)
       call rows_of('frames/contact_state', info%n_contact_rows)
@@ -124,6 +128,20 @@ contains
          call file%get_shape(name, shape, error)
          if (.not. allocated(error)) n = shape(size(shape))
       end subroutine rows_of
+
+      !> Count the cells, and the blocks before they were cut.
+      subroutine read_parents()
+         integer, allocatable :: parent(:), n(:)
+         integer :: i
+         call file%read('model/parent', parent, error)
+         if (allocated(error)) return
+         allocate (n(0:maxval(parent)), source=0)
+         do i = 1, size(parent)
+            n(parent(i)) = n(parent(i)) + 1
+         end do
+         info%n_parents = count(n > 0)
+         info%n_cells = sum(n, mask=n > 1)
+      end subroutine read_parents
 
       !> Read first and last times.
       subroutine read_ends()

@@ -59,6 +59,11 @@ contains
       if (check%passed()) call check%in_range(numbers, 0, huge(1), 'edge_joint')
       call take_integers('block_material')
       if (check%passed()) call check%in_range(numbers, 1, huge(1), 'block_material')
+      if (file%exists('model/parent')) then     ! only where blocks were cut into cells
+         call check%has_shape(rows_of(file, check, 'parent', integers, [integer ::]) == nb, 'parent')
+         call take_integers('parent')
+         if (check%passed()) call check%in_range(numbers, 0, nb - 1, 'parent')
+      end if
       call take_reals('vertices')
       call take_reals('block_area')
       call take_reals('block_centroid')

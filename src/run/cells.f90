@@ -1,0 +1,177 @@
+! SPDX-License-Identifier: MIT
+!> Regions of the options, and the blocks that they have cut into cells: `&region`, `&subdivide`.
+module rockdda_run_cells
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : region_type, subdivision_type
+   use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
+   use rockdda_cutting_cell_lattice, only : cell_kind
+   use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
+   use rockdda_io_suggest, only : did_you_mean
+   implicit none
+   private
+   public :: check_regions, make_cells
+
+   !> More cells than this are refused: a size that was meant for another unit.
+   real(wp), parameter :: most_cells = 5.0e6_wp
+
+contains
+
+   !> Errors for regions that say nothing or the impossible, warnings for those without a block.
+   subroutine check_regions(blocks, regions, n_materials, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(region_type), intent(in) :: regions(:)
+      integer, intent(in) :: n_materials         !! block materials
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: name
+      logical, allocatable :: inside(:)
+      integer :: i, k, before
+      before = messages%n_errors
+      do i = 1, size(regions)
+         call check_region(regions(i), n_materials, messages)
+      end do
+      if (messages%n_errors > before) return
+      do i = 1, size(regions)
+         if (any([(has_region(regions(k:k), regions(i)%name), k=1, i - 1)])) cycle
+         inside = blocks_of_region(blocks, regions, regions(i)%name)
+         name = "region '"//trim(adjustl(regions(i)%name))//"'"
+         if (any(inside)) then
+            call messages%add(severity%note, name//': '//counted(count(inside), 'block'), regions(i)%origin)
+         else
+            call messages%add(severity%warning, name//' has no block', regions(i)%origin)
+         end if
+      end do
+   end subroutine check_regions
+
+   !> One group.
+   subroutine check_region(region, n_materials, messages)
+      type(region_type), intent(in) :: region
+      integer, intent(in) :: n_materials
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: word
+      integer :: k, n
+      if (.not. allocated(region%name)) return   ! reported by the reader
+      if (len_trim(region%name) == 0 .or. index(region%name, ',') > 0) &
+         call fail("name must have a letter and no comma, found '"//region%name//"'")
+      n = count([allocated(region%boxes), allocated(region%circles), allocated(region%polygon), &
+                 allocated(region%material)])
+      if (n /= 1) call fail('give one of box, circle, polygon, material; groups of one name add up')
+      if (allocated(region%boxes)) then
+         if (any(region%boxes(1:2, :) >= region%boxes(3:4, :))) call fail('box: xmin < xmax and ymin < ymax must hold')
+      end if
+      if (allocated(region%circles)) then
+         if (any(region%circles(3, :) <= 0)) call fail('circle: the radius must be greater than 0')
+      end if
+      if (allocated(region%polygon)) then
+         if (size(region%polygon, 2) < 3) call fail('polygon: at least three corners are needed')
+      end if
+      if (.not. allocated(region%material)) return
+      do k = 1, count_words(region%material)
+         word = word_of(region%material, k)
+         if (material_number(word) < 1 .or. material_number(word) > n_materials) call fail("material '"//word// &
+            "' is unknown; there "//trim(merge('is ', 'are', n_materials == 1))//' '// &
+            counted(n_materials, 'block material')//', by their numbers')
+      end do
+
+   contains
+
+      !> An error about the group.
+      subroutine fail(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&region: '//text, region%origin)
+      end subroutine fail
+
+   end subroutine check_region
+
+   !> Cut the blocks of the regions into cells.
+   subroutine make_cells(regions, subdivisions, n_joints, blocks, messages)
+      type(region_type), intent(in) :: regions(:)
+      type(subdivision_type), intent(in) :: subdivisions(:)
+      integer, intent(in) :: n_joints            !! joint materials
+      type(block_system_type), intent(inout) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      type(cell_choice_type), allocatable :: choices(:)
+      logical, allocatable :: uncut(:), inside(:)
+      integer, allocatable :: choice(:)
+      character(len=:), allocatable :: names
+      integer :: i, before, n_blocks
+      real(wp) :: n_cells
+      if (size(subdivisions) == 0) return
+      before = messages%n_errors
+      n_blocks = blocks%n_blocks
+      allocate (choices(size(subdivisions)), choice(n_blocks))
+      choice = 0
+      do i = 1, size(subdivisions)
+         associate (s => subdivisions(i))
+            names = ''
+            if (allocated(s%region)) names = s%region
+            call check_names(regions, names, s%origin, messages)
+            call check_joint(s%joint_material, n_joints, s%origin, messages)
+            choices(i) = cell_choice_type(s%size, cell_kind%rectangles, s%joint_material)
+            if (allocated(s%kind)) choices(i)%kind = merge(cell_kind%triangles, cell_kind%rectangles, &
+                                                           s%kind == 'triangles')
+            if (messages%n_errors > before) cycle
+            inside = blocks_of_region(blocks, regions, names)
+            n_cells = count_cells(blocks, choices(i), inside)
+            if (n_cells > most_cells) call messages%add(severity%error, '&subdivide: cells of size '// &
+               to_string(s%size)//' would be about '//to_string(n_cells, 2)//', more than '//to_string(most_cells), &
+               s%origin)
+            where (inside) choice = i
+         end associate
+      end do
+      if (messages%n_errors > before) return
+      call subdivide_blocks(blocks, choices, choice, uncut)
+      if (any(uncut)) call messages%add(severity%warning, counted(count(uncut), 'block')//' could not be cut into '// &
+         'cells and '//trim(merge('stays', 'stay ', count(uncut) == 1))//' whole, the first is block '// &
+         to_string(findloc_true(uncut))//': narrower than the cells; choose another size')
+      call messages%add(severity%note, 'cells: '//counted(count(choice > 0 .and. .not. uncut), 'block')// &
+                        ' of '//to_string(n_blocks)//' cut into '// &
+                        to_string(blocks%n_blocks - count(choice == 0 .or. uncut))//', '// &
+                        to_string(blocks%n_blocks)//' blocks in all')
+   end subroutine make_cells
+
+   !> Each name of a list is that of a region.
+   subroutine check_names(regions, names, origin, messages)
+      type(region_type), intent(in) :: regions(:)
+      character(len=*), intent(in) :: names
+      type(origin_type), intent(in) :: origin
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=80), allocatable :: known(:)
+      character(len=:), allocatable :: word
+      integer :: i, k
+      if (len_trim(names) == 0) return
+      allocate (known(size(regions)))
+      known = ''
+      do i = 1, size(regions)
+         if (allocated(regions(i)%name)) known(i) = adjustl(regions(i)%name)
+      end do
+      do k = 1, count_words(names)
+         word = word_of(names, k)
+         if (has_region(regions, word)) cycle
+         call messages%add(severity%error, "&subdivide: there is no region '"//word//"'"//did_you_mean(word, known), &
+                           origin)
+      end do
+   end subroutine check_names
+
+   !> The joint material between cells exists. Names of joint materials are to be turned into numbers before this.
+   subroutine check_joint(joint, n_joints, origin, messages)
+      integer, intent(in) :: joint, n_joints
+      type(origin_type), intent(in) :: origin
+      type(diagnostics_type), intent(inout) :: messages
+      if (joint > n_joints) call messages%add(severity%error, '&subdivide: joint material '//to_string(joint)// &
+         ' is unknown, there '//trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), &
+         origin)
+   end subroutine check_joint
+
+   !> Place of the first true.
+   pure integer function findloc_true(flags)
+      logical, intent(in) :: flags(:)
+      do findloc_true = 1, size(flags)
+         if (flags(findloc_true)) return
+      end do
+      findloc_true = 0
+   end function findloc_true
+
+end module rockdda_run_cells

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""Blocks of regions become cells: what the commands say of them, and what results and checkpoints hold."""
+
+import unittest
+
+from faults import differences
+from results_case import ResultsTest
+from support import h5py
+
+if h5py is not None:
+    import numpy as np
+
+# The block on the base (2 x 1, centroid (2, 1.5)) becomes 4 x 2 cells, the base (4 x 1) stays.
+OPTIONS = """\
+&region name = 'Top', circle = 2,1.5, 0.1 /
+&subdivide region = ' top ', size = 0.5, joint_material = 1 /
+"""
+FILES = ("block.dc", "block.df")
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class Cells(ResultsTest):
+    def setUp(self):
+        super().setUp()
+        self.write("cells.nml", OPTIONS)
+
+    def messages(self, options, *, code):
+        """Lines of `rockdda check` with this options file that name a problem, without those that quote the file."""
+        self.write("cells.nml", options)
+        outcome = self.run_program("check", *FILES, "cells.nml", "--quiet" if code else "--json")
+        self.assertEqual(outcome.code, code, outcome.err)
+        if code == 0:
+            return [item["message"] for item in outcome.json["messages"]]
+        return [line for line in outcome.err.splitlines() if ": error: " in line]
+
+    def test_results_hold_the_cells_and_their_parents(self):
+        whole, _ = self.run_model(*FILES, "--steps", "1")
+        data, attributes = self.run_model(*FILES, "--config", "cells.nml", "--steps", "3")
+        self.assertNotIn("model/parent", whole)
+        parent = data["model/parent"]
+        top = int(np.argmin(whole["model/block_area"]))
+        expected = np.repeat([0, 1], [8, 1] if top == 0 else [1, 8])
+        self.assertTrue(np.array_equal(parent, expected))
+        self.assertEqual(parent.dtype.str, "<i4")
+        area = np.bincount(parent, weights=data["model/block_area"])
+        # areas of binary fractions are exact
+        self.assertEqual(area.tolist(), whole["model/block_area"].tolist())
+        # the fixed points stay in the base; the loading point (2, 1.5) lies where four cells meet
+        base = int(np.flatnonzero(parent == 1 - top)[0])
+        self.assertEqual(attributes["model/fixed_points"]["block"].tolist(), [base, base])
+        first = int(np.flatnonzero(parent == top)[0])
+        self.assertEqual(attributes["model/loading_points"]["block"].tolist(), [first + 1])
+        self.assertEqual(data["frames/centroid"].shape[1], 9)
+
+    def test_a_resumed_run_has_the_same_bits(self):
+        for arguments in (
+            ("run", *FILES, "--config", "cells.nml", "--steps", "6", "-o", "all.h5"),
+            ("run", *FILES, "--config", "cells.nml", "--steps", "3", "-o", "parts.h5"),
+            ("resume", "parts.ckpt.h5", "--steps", "3"),
+        ):
+            outcome = self.run_program(*arguments)
+            self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertEqual(differences(self.path("all.h5"), self.path("parts.h5")), [])
+        # the same by several threads
+        threads = ("--threads", "2")
+        outcome = self.run_program("run", *FILES, "--config", "cells.nml", "--steps", "6", "-o", "2.h5", *threads)
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertEqual(differences(self.path("all.h5"), self.path("2.h5")), [])
+
+    def test_the_commands_say_how_many_cells_there_are(self):
+        self.run_model(*FILES, "--config", "cells.nml", "--steps", "1")
+        said = self.messages(OPTIONS, code=0)
+        self.assertIn("cells: 1 block of 2 cut into 8, 9 blocks in all", said)
+        self.assertIn("region 'Top': 1 block", said)
+        log = self.path("out.log").read_text()
+        self.assertIn("cells: 1 block of 2 cut into 8, 9 blocks in all", log)
+        self.assertRegex(log, r"region 1 += name Top, circle 1 row of x, y, r: \(2 1.5 0.1\)\n")
+        self.assertRegex(log, r"subdivide 1 += region  top, size 0.5, kind rectangles, joint_material 1\n")
+        facts = self.run_program("info", "out.h5", "--json").json["files"][0]
+        self.assertEqual((facts["blocks"], facts["cells"], facts["blocks_before_subdivision"]), (9, 8, 2))
+        outcome = self.run_program("cut", "block.dc", "--config", "cells.nml", "--json")
+        self.assertEqual((outcome.json["blocks"], outcome.json["blocks_before_subdivision"]), (9, 2))
+        # the block file is a model of its own
+        self.assertEqual(len(self.run_model("block.blk", "block.df", "--steps", "1")[0]["model/block_area"]), 9)
+
+    def test_groups_of_one_name_add_up_and_the_last_subdivision_counts(self):
+        data, _ = self.run_model(
+            *FILES,
+            "--config",
+            self.write(
+                "several.nml",
+                "&region name = 'all', box = 1,1, 3,2 /\n&region name = 'ALL', polygon = 0,0, 4,0, 4,1, 0,1 /\n"
+                "&region name = 'one', material = '1' /\n"
+                "&subdivide size = 0.1, joint_material = 1 /\n"
+                "&subdivide region = 'one', size = 0.25, joint_material = 1 /\n"
+                "&subdivide region = 'all', size = 1, kind = 'triangles', joint_material = 1 /\n",
+            ),
+            "--steps",
+            "1",
+        )
+        # the base 4 x 1 in 8 triangles, the block 2 x 1 in 4
+        self.assertEqual(sorted(np.bincount(data["model/parent"]).tolist()), [4, 8])
+        self.assertEqual(np.diff(data["model/vertex_offset"]).tolist(), 12 * [3])
+
+    def test_a_region_without_a_block_is_a_warning(self):
+        said = self.messages("&region name = 'far', box = 50,50, 60,60 /", code=0)
+        self.assertIn("region 'far' has no block", said)
+
+    def test_errors_name_what_is_wrong(self):
+        region = "&region name = 'top', "
+        one_of = "&region: give one of box, circle, polygon, material; groups of one name add up"
+        unknown_joint = OPTIONS.replace("joint_material = 1", "joint_material = 2")
+        for options, expected in {
+            OPTIONS.replace(" top ", "tip"): "&subdivide: there is no region 'tip'; did you mean 'Top'?",
+            unknown_joint: "&subdivide: joint material 2 is unknown, there is 1 joint material",
+            OPTIONS.replace("0.5,", "1e-5,"): "&subdivide: cells of size 1e-05 would be about 2e+10, more than 5e+06",
+            region + "/": one_of,
+            region + "box = 0,0,1,1, circle = 0,0,1 /": one_of,
+            region + "box = 1,0,0,1 /": "&region: box: xmin < xmax and ymin < ymax must hold",
+            region + "circle = 1,0,0 /": "&region: circle: the radius must be greater than 0",
+            region + "polygon = 1,0,0,1 /": "&region: polygon: at least three corners are needed",
+            region
+            + "material = '1, 2' /": "&region: material '2' is unknown; there is 1 block material, by their numbers",
+            "&region box = 0,0,1,1 /": "&region: 'name' is missing",
+            "&region name = ' ', box = 0,0,1,1 /": "&region: name must have a letter and no comma, found ' '",
+            "&subdivide size = 1 /": "&subdivide: 'joint_material' is missing",
+            "&subdivide joint_material = 1 /": "&subdivide: 'size' is missing",
+        }.items():
+            with self.subTest(options=options):
+                said = self.messages(options, code=2)
+                self.assertEqual([line.split(": error: ")[1] for line in said], [expected])
+
+
+if __name__ == "__main__":
+    unittest.main()
