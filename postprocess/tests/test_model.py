@@ -231,9 +231,17 @@ def test_blocks_of_a_region_become_cells(tmp_path):
     assert cells.n_blocks > 2 * whole.n_blocks
     area = np.bincount(cells.parent, weights=cells.block_area)
     np.testing.assert_allclose(area, whole.block_area, rtol=1e-12)  # sums of rounded areas
-    with pytest.raises(rockdda.InputError, match=r"size.*greater than 0"):
-        model.options["subdivide"]["size"] = 0
-        model.run(steps=1)
+    model.options["joint_material"] = {"number": 2, "name": "inner", "friction": 30.0}
+    model.options["subdivide"]["joint_material"] = "inner"
+    named = model.run(output=tmp_path / "named.h5", steps=1)
+    assert set(named.edge_joint.tolist()) == {1, 2}
+    for name, value, fault in (
+        ("size", 0, r"size.*greater than 0"),
+        ("joint_material", 0, r"joint_material.*at least 1"),
+    ):
+        model.options["subdivide"] = {"size": 0.3, "joint_material": 1, name: value}
+        with pytest.raises(rockdda.InputError, match=fault):
+            model.run(steps=1)
 
 
 def assert_same_numbers(one, other):

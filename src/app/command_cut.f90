@@ -66,7 +66,8 @@ contains
       type(run_options_type) :: options
       call read_options_file(config, options, messages)
       if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
-      if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), blocks, messages)
+      if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
+                                                       [options%joint_materials, options%joint_laws], blocks, messages)
    end subroutine make_cells_of_options
 
    !> Print the summary.

@@ -6,9 +6,10 @@ module rockdda_model_joint_options
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_options, only : is_set
+   use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
-   public :: take_joint_options, count_joint_materials
+   public :: take_joint_options, count_joint_materials, joint_number
 
 contains
 
@@ -82,6 +83,19 @@ contains
       end do
    end function count_joint_materials
 
+   !> Number of the joint material that a word stands for: a number, or a name that a group gives; 0 if there is none.
+   pure integer function joint_number(word, groups)
+      character(len=*), intent(in) :: word
+      type(joint_material_type), intent(in) :: groups(:)     !! of the options
+      integer :: i
+      joint_number = material_number(trim(adjustl(word)))
+      if (joint_number > 0 .or. len_trim(word) == 0) return
+      do i = 1, size(groups)
+         if (.not. allocated(groups(i)%name)) cycle
+         if (same_name(groups(i)%name, word)) joint_number = groups(i)%number
+      end do
+   end function joint_number
+
    !> One material more, with the values of a joint without strength.
    subroutine append_material(materials)
       type(joint_material_type), allocatable, intent(inout) :: materials(:)
@@ -148,7 +162,7 @@ contains
       if (.not. allocated(materials(m)%name)) return
       do i = 1, size(materials)
          if (i == m .or. .not. allocated(materials(i)%name)) cycle
-         if (materials(i)%name == materials(m)%name) call messages%add(severity%error, 'joint materials '// &
+         if (same_name(materials(i)%name, materials(m)%name)) call messages%add(severity%error, 'joint materials '// &
             to_string(min(i, m))//' and '//to_string(max(i, m))//" have one name, '"//materials(m)%name//"'", &
             materials(m)%origin)
       end do

@@ -64,6 +64,7 @@ module rockdda_model_option
       logical :: required = .false.
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
+      logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand
       integer :: rule = 0                            !! one of list_rule%...
    end type option_type
 
@@ -84,13 +85,13 @@ contains
    !> A row of the table.
    pure function option(name, meaning, unit, applies, see, quantity, choices, old_choice, columns, default, &
                         preset_default, default_word, preset_word, default_text, remark, least, above, most, below, &
-                        in_analysis, required, adds_up, not_blank, rule) result(row)
+                        in_analysis, required, adds_up, not_blank, or_number, rule) result(row)
       character(len=*), intent(in) :: name, meaning
       character(len=*), intent(in), optional :: unit, applies, see, quantity, choices, old_choice, columns
       real(wp), intent(in), optional :: default, preset_default
       character(len=*), intent(in), optional :: default_word, preset_word, default_text, remark
       real(wp), intent(in), optional :: least, above, most, below    !! bounds; above and below exclude the bound
-      logical, intent(in), optional :: in_analysis, required, adds_up, not_blank
+      logical, intent(in), optional :: in_analysis, required, adds_up, not_blank, or_number
       integer, intent(in), optional :: rule
       type(option_type) :: row
       row%name = name
@@ -119,6 +120,7 @@ contains
       if (present(required)) row%required = required
       if (present(adds_up)) row%adds_up = adds_up
       if (present(not_blank)) row%not_blank = not_blank
+      if (present(or_number)) row%or_number = or_number
       if (present(rule)) row%rule = rule
 
    contains

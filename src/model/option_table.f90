@@ -427,9 +427,8 @@ contains
                      subdivision%size)
       call table%add(option('kind', 'shape of the cells', choices='rectangles|triangles', default_word='rectangles'), &
                      subdivision%kind)
-      ! a number; names of joint materials are to be accepted here once materials have names
-      call table%add(option('joint_material', 'number of the joint material between the cells of a block', &
-                            least=1.0_wp, required=.true.), subdivision%joint_material)
+      call table%add(option('joint_material', 'number or name of the joint material between the cells of a block', &
+                            required=.true., or_number=.true.), subdivision%joint_material)
    end subroutine describe_subdivision
 
 end module rockdda_model_option_table

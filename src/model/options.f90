@@ -69,7 +69,7 @@ module rockdda_model_options
       character(len=:), allocatable :: region    !! names, commas between them; not given: all blocks
       real(wp) :: size = unset_real              !! of the cells [length]
       character(len=:), allocatable :: kind      !! 'rectangles' | 'triangles'
-      integer :: joint_material = 0              !! between the cells of a block, 1-based
+      character(len=:), allocatable :: joint_material   !! between the cells of a block: number or name
       type(origin_type) :: origin                !! where it was read
    end type subdivision_type
 

@@ -4,7 +4,9 @@ module rockdda_run_cells
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_joint_options, only : joint_number
    use rockdda_model_options, only : region_type, subdivision_type
    use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
    use rockdda_cutting_cell_lattice, only : cell_kind
@@ -86,10 +88,11 @@ contains
    end subroutine check_region
 
    !> Cut the blocks of the regions into cells.
-   subroutine make_cells(regions, subdivisions, n_joints, blocks, messages)
+   subroutine make_cells(regions, subdivisions, n_joints, named_joints, blocks, messages)
       type(region_type), intent(in) :: regions(:)
       type(subdivision_type), intent(in) :: subdivisions(:)
       integer, intent(in) :: n_joints            !! joint materials
+      type(joint_material_type), intent(in) :: named_joints(:)   !! groups of the options that may name joint materials
       type(block_system_type), intent(inout) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(cell_choice_type), allocatable :: choices(:)
@@ -108,8 +111,8 @@ contains
             names = ''
             if (allocated(s%region)) names = s%region
             call check_names(regions, names, s%origin, messages)
-            call check_joint(s%joint_material, n_joints, s%origin, messages)
-            choices(i) = cell_choice_type(s%size, cell_kind%rectangles, s%joint_material)
+            choices(i) = cell_choice_type(s%size, cell_kind%rectangles, joint_number(s%joint_material, named_joints))
+            call check_joint(choices(i)%joint, s%joint_material, n_joints, named_joints, s%origin, messages)
             if (allocated(s%kind)) choices(i)%kind = merge(cell_kind%triangles, cell_kind%rectangles, &
                                                            s%kind == 'triangles')
             if (messages%n_errors > before) cycle
@@ -155,11 +158,22 @@ contains
       end do
    end subroutine check_names
 
-   !> The joint material between cells exists. Names of joint materials are to be turned into numbers before this.
-   subroutine check_joint(joint, n_joints, origin, messages)
-      integer, intent(in) :: joint, n_joints
+   !> Check that the joint material between cells exists.
+   subroutine check_joint(joint, word, n_joints, named_joints, origin, messages)
+      integer, intent(in) :: joint                              !! 0: no material has this name
+      character(len=*), intent(in) :: word                      !! of the options
+      integer, intent(in) :: n_joints
+      type(joint_material_type), intent(in) :: named_joints(:)
       type(origin_type), intent(in) :: origin
       type(diagnostics_type), intent(inout) :: messages
+      character(len=80) :: known(size(named_joints))
+      integer :: i
+      known = ''
+      do i = 1, size(named_joints)
+         if (allocated(named_joints(i)%name)) known(i) = adjustl(named_joints(i)%name)
+      end do
+      if (joint < 1) call messages%add(severity%error, "&subdivide: there is no joint material '"// &
+         trim(adjustl(word))//"'"//did_you_mean(trim(adjustl(word)), known), origin)
       if (joint > n_joints) call messages%add(severity%error, '&subdivide: joint material '//to_string(joint)// &
          ' is unknown, there '//trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), &
          origin)

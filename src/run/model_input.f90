@@ -149,11 +149,14 @@ contains
          call check_block_materials(input%blocks, input%analysis, n_joint, input%model_file, messages)
       end if
       if (messages%has_errors() .or. .not. input%has_blocks) return
+      if (.not. allocated(input%options%joint_materials)) allocate (input%options%joint_materials(0))
+      if (.not. allocated(input%options%joint_laws)) allocate (input%options%joint_laws(0))
       if (.not. allocated(input%options%regions)) allocate (input%options%regions(0))
       if (.not. allocated(input%options%subdivisions)) allocate (input%options%subdivisions(0))
       call check_regions(input%blocks, input%options%regions, size(input%analysis%block_materials), messages)
       if (messages%has_errors()) return
-      call make_cells(input%options%regions, input%options%subdivisions, n_joint, input%blocks, messages)
+      call make_cells(input%options%regions, input%options%subdivisions, n_joint, &
+                      [input%options%joint_materials, input%options%joint_laws], input%blocks, messages)
       if (messages%has_errors()) return
       call choose_solver(input%options, messages)
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)

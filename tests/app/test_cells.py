@@ -15,6 +15,11 @@ OPTIONS = """\
 &region name = 'Top', circle = 2,1.5, 0.1 /
 &subdivide region = ' top ', size = 0.5, joint_material = 1 /
 """
+# joint material 2 is one that the options add
+NAMED = (
+    "&joint_material number = 2, name = 'Tie', friction = 30, tie = .true. /\n"
+    "&region name = 'Top', circle = 2,1.5, 0.1 /\n&subdivide region = 'top', size = 0.5, joint_material = ' TIE' /\n"
+)
 FILES = ("block.dc", "block.df")
 
 
@@ -102,6 +107,16 @@ class Cells(ResultsTest):
         self.assertEqual(sorted(np.bincount(data["model/parent"]).tolist()), [4, 8])
         self.assertEqual(np.diff(data["model/vertex_offset"]).tolist(), 12 * [3])
 
+    def test_a_joint_material_of_the_options_by_name(self):
+        data, _ = self.run_model(*FILES, "--config", self.write("named.nml", NAMED), "--steps", "1")
+        # 4 x 2 cells have 2*3 + 4 inner sides, each the edge of two cells
+        self.assertEqual(np.bincount(data["model/edge_joint"]).tolist()[2], 20)
+        numbered = NAMED.replace("' TIE'", "2")
+        same, _ = self.run_model(*FILES, "--config", self.write("numbered.nml", numbered), "--steps", "1")
+        self.assertTrue(np.array_equal(data["model/edge_joint"], same["model/edge_joint"]))
+        outcome = self.run_program("cut", "block.dc", "--config", "named.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+
     def test_a_region_without_a_block_is_a_warning(self):
         said = self.messages("&region name = 'far', box = 50,50, 60,60 /", code=0)
         self.assertIn("region 'far' has no block", said)
@@ -113,6 +128,7 @@ class Cells(ResultsTest):
         for options, expected in {
             OPTIONS.replace(" top ", "tip"): "&subdivide: there is no region 'tip'; did you mean 'Top'?",
             unknown_joint: "&subdivide: joint material 2 is unknown, there is 1 joint material",
+            NAMED.replace("= ' TIE'", "= 'tei'"): "&subdivide: there is no joint material 'tei'; did you mean 'Tie'?",
             OPTIONS.replace("0.5,", "1e-5,"): "&subdivide: cells of size 1e-05 would be about 2e+10, more than 5e+06",
             region + "/": one_of,
             region + "box = 0,0,1,1, circle = 0,0,1 /": one_of,

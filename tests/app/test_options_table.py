@@ -60,7 +60,7 @@ class OptionsTable(ProgramTest):
             return "'motion.csv'"
         if "enum" in row:
             return repr(row["enum"][-1])
-        if row["type"] == "string":
+        if "string" in row["type"]:
             return "'x'"
         if row["type"] == "boolean":
             return ".true."

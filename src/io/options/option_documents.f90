@@ -47,7 +47,9 @@ contains
          case (option_kind%number); text = bounds_text(row)
          case (option_kind%whole); text = trim('whole '//bounds_text(row))
          case (option_kind%logical); text = 'logical'
-         case (option_kind%text); text = 'text'
+         case (option_kind%text)
+            text = 'text'
+            if (row%or_number) text = 'whole ≥ 1 or text'
          case (option_kind%choice)
             text = ''
             do i = 1, n_choices(row)
@@ -181,7 +183,11 @@ contains
          case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
          case (option_kind%logical); text = text//'"type": "boolean"'
          case (option_kind%text)
-            text = text//'"type": "string"'
+            if (row%or_number) then
+               text = text//'"type": ["integer", "string"], "minimum": 1'
+            else
+               text = text//'"type": "string"'
+            end if
             if (row%not_blank) text = text//', "minLength": 1'
          case (option_kind%choice)
             text = text//'"type": "string", "enum": ['

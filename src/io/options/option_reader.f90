@@ -250,7 +250,7 @@ contains
       end do
       do while (self%next(row, cursor, entry))
          if (size(words) == 0) then
-            call get_text(self%namelist, entry, given, self%messages)
+            call get_text(self%namelist, entry, given, self%messages, row%or_number)
             if (row%not_blank .and. allocated(given)) &
                call demand(self%namelist, entry, len_trim(given) > 0, 'must not be empty', self%messages)
          else

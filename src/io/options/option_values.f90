@@ -67,14 +67,20 @@ contains
    end subroutine get_logical
 
    !> Get a text in quotes.
-   subroutine get_text(namelist, entry, value, messages)
+   subroutine get_text(namelist, entry, value, messages, or_number)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=:), allocatable, intent(inout) :: value
       type(diagnostics_type), intent(inout) :: messages
+      logical, intent(in), optional :: or_number     !! a whole number of at least 1 without quotes is taken, too
+      logical :: takes_number
+      takes_number = .false.
+      if (present(or_number)) takes_number = or_number
       if (.not. is_single(namelist, entry, 'one text', messages)) return
       if (entry%values(1)%kind == value_kind%text) then
          value = entry%values(1)%text
+      else if (takes_number) then
+         if (is_whole_number(namelist, entry, 1, 1, messages)) value = to_string(nint(entry%values(1)%number))
       else
          call messages%add(severity%error, entry%name//": expected text in quotes, found '"// &
                            entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
