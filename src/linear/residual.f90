@@ -12,7 +12,8 @@
 !> In working precision f - K x cannot be made smaller than the rounding of the products in K x. Where
 !> contact springs are many orders of magnitude stiffer than inertia that may be above the tolerance; x is
 !> then accepted as long as its residual is no larger than that rounding, and the rounding itself below
-!> `rounding_limit`. Beyond the limit the matrix is too ill-conditioned, and the report says so.
+!> `rounding_limit`. Beyond the limit the matrix is too ill-conditioned for this measure, and the report says so; a
+!> direct solver then measures the error of the unknowns (rockdda_linear_direct).
 !>
 !> For threads the rows are cut into chunks, the number of which depends on the size of the model alone. The two
 !> halves of K x are added where no other chunk writes, and sums are taken chunk by chunk, in order.
@@ -29,7 +30,7 @@ module rockdda_linear_residual
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
    private
-   public :: residual_type, not_positive_definite, not_finite
+   public :: residual_type, not_positive_definite, not_finite, rounding_limit
 
    !> Largest relative rounding error of K x at which a solution still counts.
    real(wp), parameter :: rounding_limit = 1.0e-6_wp
