@@ -500,6 +500,33 @@ def island() -> Model:
     return model
 
 
+def cantilever() -> Model:
+    """A beam of tied cells that bends under its own weight, held by a wall."""
+    model = Model(
+        "cantilever",
+        "cantilever of tied cells under its own weight, static (m, kg, s, N)",
+        edge_node_distance=0.001,
+        k01=0,
+        steps=3,
+        dt=1,
+        displacement_ratio=0.01,
+        rocks=[Rock(youngs_modulus=1e10)],
+        joints=[(35, 0, 0)],
+        options=(
+            "&contact\n   formulation = 'length'\n/\n"
+            "&joint_material\n   number = 2\n   name = 'intact rock'\n   friction = 35\n   tie = .true.\n/\n"
+            "&region\n   name = 'beam'\n   box = 0, 0, 5, 1\n/\n"
+            "&subdivide\n   region = 'beam'\n   size = 0.25\n   joint_material = 'intact rock'\n/\n"
+        ),
+    )
+    model.add_boundary([(0, 1), (-1, 1), (-1, 0), (0, 0)], closed=False)
+    model.add_boundary([(0, 0), (5, 0), (5, 1), (0, 1)], closed=False)
+    model.add_lines([(0, 0), (0, 1)], joint=2)
+    model.fixed = [(-1, 0), (-1, 1), (0, 0), (0, 1)]
+    model.measured = [(5, 0.5)]
+    return model
+
+
 MODELS = [
     incline,
     stack,
@@ -517,6 +544,7 @@ MODELS = [
     tunnel,
     crossed_joints,
     island,
+    cantilever,
 ]
 
 

@@ -136,6 +136,30 @@ def test_gravity_dam_reaction(run_model, near):
     assert expected < 2 * 5 / 3  # in the middle third
 
 
+def test_cantilever_of_tied_cells_bends_as_a_beam(program, run_model, near, tmp_path):
+    run = run_model("cantilever")
+    modulus, span, weight = 1e10, 5.0, GAMMA
+    bending = weight * span**4 / (8 * modulus / 12)
+    shear = weight * span**2 / (2 * 5 / 6 * modulus / (2 * 1.25))
+    tip = -run.displacement(0)[-1, 1]
+    # cells of a quarter of the height are too stiff by 4.2 %
+    near("cantilever, deflection of the tip [m]", tip, bending + shear, 0.045)
+    force, place = run.support_forces(), run["model/fixed_points"]
+    near("cantilever, support force [N]", force[:, 1].sum(), run.weight(), 1e-9)
+    # of the beam and of the wall, about the foot of the joint between them; the beam's centre moves by 1e-6 m
+    moment = (place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]).sum()
+    near("cantilever, moment of the supports [N m]", moment, weight * (span**2 / 2 - 1 / 2), 1e-6)
+    assert run["history/attempts"].max() == 1
+    # half the size: a third of the error is left
+    options = (INPUTS / "cantilever" / "cantilever.nml").read_text(encoding="utf-8")
+    (tmp_path / "fine.nml").write_text(options.replace("size = 0.25", "size = 0.125"), encoding="utf-8")
+    files = [str(INPUTS / "cantilever" / f"cantilever.{ending}") for ending in ("dc", "df")]
+    outcome = run_program(program, ["run", *files, "--config", "fine.nml", "-o", "fine.h5", "--quiet"], tmp_path)
+    assert outcome.returncode == 0, outcome.stderr
+    tip = -Run(tmp_path / "fine.h5").displacement(0)[-1, 1]
+    near("cantilever, deflection with cells of half the size [m]", tip, bending + shear, 0.015)
+
+
 def test_tunnel_stands(run_model, near):
     run = run_model("tunnel")
     horseshoe = 5 * 2 + sum(0.5 * 2.5**2 * math.sin(math.radians(20)) for _ in range(9))
