@@ -44,14 +44,15 @@ contains
    end subroutine clear
 
    !> Edges f and e face each other on an interval.
-   pure subroutine cover(self, f, e, interval)
+   pure subroutine cover(self, f, e, interval, is_tied)
       class(exposure_type), intent(inout) :: self
       integer, intent(in) :: f, e
       type(interval_type), intent(in) :: interval
-      if (min(interval%gap_low, interval%gap_high) > self%tolerance) return
+      logical, intent(in) :: is_tied       !! covers however far it is stretched
+      if (min(interval%gap_low, interval%gap_high) > self%tolerance .and. .not. is_tied) return
       self%is_borne(f) = .true.
       self%is_borne(e) = .true.
-      if (max(interval%gap_low, interval%gap_high) > self%tolerance) return
+      if (max(interval%gap_low, interval%gap_high) > self%tolerance .and. .not. is_tied) return
       call widen(self%low(e), self%high(e), interval%low, interval%high, self%tolerance)
       ! along f, which runs the other way
       call widen(self%low(f), self%high(f), interval%start - interval%high, interval%start - interval%low, &

@@ -65,6 +65,7 @@ contains
             if (by_length) then
                call keep_energy(previous, row, is_own, k, table)
             else if (table%offset(k) < 0) then
+               if (table%state(k) == contact_state%open) table%offset(k) = table%gap(k)
                table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
             end if
          else
@@ -229,7 +230,7 @@ contains
          if (table%length(k) > previous%length(row)) depth = depth*sqrt(previous%length(row)/table%length(k))
          table%offset(k) = min(0.0_wp, table%gap(k) + depth)
       else if (.not. is_closed) then
-         table%offset(k) = min(0.0_wp, table%gap(k))
+         table%offset(k) = min(max(0.0_wp, table%offset(k)), table%gap(k))
       else if (table%offset(k) < 0) then
          table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
       end if

@@ -63,7 +63,7 @@ contains
       call new_contact_history(size(vertices, 2), previous, self%history)
       n_parts = merge(many_parts, 1, self%pairs%n > parallel_contacts)
       self%found%n = 0
-      if (limits%by_length) call search_faces(self, n_parts, blocks, topology, vertices, limits)
+      if (limits%by_length) call search_faces(self, n_parts, blocks, topology, vertices, limits, previous)
       !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) &
       !$omp private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -112,15 +112,17 @@ contains
    end function first_of
 
    !> Intervals of all joints, and what they cover.
-   subroutine search_faces(self, n_parts, blocks, topology, vertices, limits)
+   subroutine search_faces(self, n_parts, blocks, topology, vertices, limits, previous)
       class(contact_search_type), intent(inout) :: self
       integer, intent(in) :: n_parts
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous   !! last step's table, of which the history is the index
       type(interval_type) :: interval
-      integer :: part, k, a, b
+      integer :: part, k, a, b, before
+      logical :: is_tied
       !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, n_parts) &
       !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -141,7 +143,10 @@ contains
             associate (row => self%found(part)%rows(k))
                if (row%station /= 1) cycle
                call measure_interval(row%vertex, row%edge, vertices, topology, self%outlines, interval)
-               call self%exposure%cover(row%vertex, row%edge, interval)
+               before = self%history%find(previous, row%vertex, row%edge, 1)
+               is_tied = .false.
+               if (before > 0) is_tied = previous%tied(before)
+               call self%exposure%cover(row%vertex, row%edge, interval, is_tied)
             end associate
          end do
       end do

@@ -20,8 +20,8 @@ module rockdda_interaction_finite_rotation
    public :: moving_block_type, new_moving_block, turns, mean_load, mean_displacement, end_displacement
    public :: mean_vectors, end_lengths
 
-   !> The square of a smaller angle is lost in rounding beside 1.
-   real(wp), parameter :: least_angle = sqrt(epsilon(1.0_wp))
+   !> Smaller angles are rounding. Much larger ones matter where stiff ties join many blocks.
+   real(wp), parameter :: least_angle = 1.0e-12_wp
 
    !> A block and its expected motion.
    type :: moving_block_type

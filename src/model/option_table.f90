@@ -237,7 +237,6 @@ contains
       call table%used('largest step in a surface that a block slides over', p%smooth_step, 'smooth_step')
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
       call table%used('contact stiffness, shear', p%shear_stiffness, 'shear_stiffness')
-      call table%used('length of joint with this stiffness', p%stiffness_length, 'stiffness_length')
       call table%add(option('fixed_stiffness_factor', 'stiffness of fixed points over that of contacts', &
                             above=0.0_wp, default=100.0_wp), o%fixed_stiffness_factor)
       call table%used('stiffness of fixed points', p%fixed_stiffness, 'fixed_stiffness')
