@@ -32,7 +32,8 @@ class Bits(ResumeTest):
     def test_every_shipped_model(self):
         for k, model in enumerate(shipped_models()):
             with self.subTest(model=model.name):
-                self.check(model, SOLVERS[k % 2], 5)
+                # PCG does not converge where ties are a thousand times stiffer than the cells that they join
+                self.check(model, "auto" if model.name == "cantilever" else SOLVERS[k % 2], 5)
 
     def test_every_solver(self):
         models = {path.name: path for path in shipped_models()}
