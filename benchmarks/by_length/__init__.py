@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Cases of contact by length with their truths; benchmarks/contact_by_length.py runs them."""

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""A block slides over the joints of its base (T20, T21), over chamfers and steps of no more than e0."""
+
+from __future__ import annotations
+
+import itertools
+import random
+
+import numpy as np
+
+from .model import Failed, G, Model, Row, material, rectangle, turn
+
+WIDTH = 20.0
+
+
+def slide(
+    n: int,
+    g0: float,
+    dt: float,
+    slope: float,
+    chamfer: float = 0.0,
+    step: float = 0.0,
+    seed: int = 0,
+    width: float = 2.0,
+) -> tuple[float, float]:
+    """Distance and last speed along a base of n blocks; on the level with 1 m/s and no friction."""
+    draw = random.Random(seed)
+    level = slope == 0
+    model = Model(dt=dt, g0=g0, g2=0.02, steps=round((3.0 if level else 1.5) / dt))
+    model.materials = [material(modulus=1e9, velocity=(1, 0, 0) if level else (0, 0, 0)), material(modulus=1e9)]
+    model.joints = [[0.0 if level else 20.0, 0.0, 0.0]]
+    for i in range(n):
+        left, right = -WIDTH / 2 + WIDTH * i / n, -WIDTH / 2 + WIDTH * (i + 1) / n
+        h = -draw.uniform(0, step)
+        a, b = draw.uniform(0, chamfer), draw.uniform(0, chamfer)
+        points = [(left, -1.0), (right, -1.0)]
+        points += [(right, h - b), (right - b, h)] if chamfer else [(right, h)]
+        points += [(left + a, h), (left, h - a)] if chamfer else [(left, h)]
+        model.add(turn(points, slope), 2, held=True)
+    x = -6.03 if level else 3.03
+    block = model.add(turn(rectangle(x, 0.0, width, 1.0), slope))
+    model.measure(*turn([(x + width / 2, 0.5)], slope)[0], block)
+    results = model.run()
+    moved = results.measured[:, 0]
+    along = moved @ np.array([np.cos(np.radians(slope)), np.sin(np.radians(slope))]) * (1 if level else -1)
+    return float(along[-1]), float((along[-1] - along[-11]) / (results.time[-1] - results.time[-11]))
+
+
+def travel(slope: float = 30.0, friction: float = 20.0, time: float = 1.5) -> float:
+    """Closed form of the distance."""
+    a, phi = np.radians(slope), np.radians(friction)
+    return float(0.5 * G * (np.sin(a) - np.cos(a) * np.tan(phi)) * time**2)
+
+
+def rows(quick: bool = False) -> list[Row]:
+    """Every number of base blocks, stiffness and step."""
+    found = []
+    numbers = (1, 3, 10) if quick else (1, 2, 3, 4, 7, 10, 20, 40)
+    stiffnesses = (1e8, 1e11) if quick else (1e8, 1e9, 1e10, 1e11)
+    steps = (0.002,) if quick else (0.001, 0.002, 0.005)
+    bases = [("flat", 0.0, 0.0), ("chamfers", 1e-3, 0.0), ("steps", 0.0, 1e-3), ("chamfers and steps", 1e-3, 1e-3)]
+    for (name, chamfer, step), (slope, truth, limit), g0 in itertools.product(
+        bases, ((30.0, travel(), 0.005), (0.0, 1.0, 0.01)), stiffnesses
+    ):
+        worst, where, n_bad, failures, total = 0.0, "", 0, 0, 0
+        for n, dt in itertools.product(numbers, steps):
+            if name != "flat" and (n == 1 or dt == 0.001):
+                continue
+            total += 1
+            try:
+                distance, speed = slide(n, g0, dt, slope, chamfer, step, seed=n)
+            except Failed:
+                failures += 1
+                continue
+            error = (distance if slope else speed) / truth - 1
+            n_bad += abs(error) > limit
+            if abs(error) >= abs(worst):
+                worst, where = error, f"n {n}, {1000 * dt:g} ms"
+        case = f"{name}, g0 {g0:.0e}, n 1 … 40, 1 … 5 ms" + ("" if slope else ", level, no friction")
+        outside = f"; {n_bad + failures} of {total} outside" if n_bad + failures else ""
+        result = f"worst {100 * worst:+.2f} % ({where}){outside}"
+        want = f"{truth:.4f} m ± 0.5 %" if slope else "1 m/s ± 1 %"
+        found.append(Row("T20" if slope else "T21", case, want, result, n_bad + failures == 0))
+    return found
