@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: MIT
+!> Blocks, their neighbourhood and their outlines for tests of contact.
+module scenes
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_search, only : contact_search_type, search_limits_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
+   implicit none
+   private
+   public :: scene_type, new_scene, box, pair, turned, find_row
+
+   !> Angle tolerance of all scenes [rad].
+   real(wp), parameter, public :: angle_tolerance = 0.05_wp
+   !> Steps of a surface up to this count as plane.
+   real(wp), parameter, public :: smooth = 1.0e-3_wp
+
+   type :: scene_type
+      type(block_system_type) :: blocks
+      type(contact_topology_type) :: topology
+      type(outlines_type) :: outlines
+      real(wp), allocatable :: vertices(:, :)   !! (2, nv) now
+   contains
+      procedure :: place
+      procedure :: search
+   end type scene_type
+
+contains
+
+   !> A scene from polygons, one after the other, and the number of vertices of each.
+   subroutine new_scene(sizes, vertices, scene)
+      integer, intent(in) :: sizes(:)
+      real(wp), intent(in) :: vertices(:, :)
+      type(scene_type), intent(out) :: scene
+      integer :: i
+      associate (blocks => scene%blocks)
+         blocks%n_blocks = size(sizes)
+         blocks%vertex_offset = [0, (sum(sizes(1:i)), i=1, size(sizes))]
+         blocks%vertices = vertices
+         allocate (blocks%edge_joint(size(vertices, 2)), blocks%block_material(size(sizes)), source=1)
+         call new_contact_topology(blocks, scene%topology)
+      end associate
+      call scene%place(vertices)
+   end subroutine new_scene
+
+   !> Put the vertices elsewhere.
+   subroutine place(self, vertices)
+      class(scene_type), intent(inout) :: self
+      real(wp), intent(in) :: vertices(:, :)
+      self%vertices = vertices
+      call self%outlines%update(self%topology, self%vertices, sin(angle_tolerance))
+   end subroutine place
+
+   !> Contacts by length where the blocks are now, after those of the last step.
+   subroutine search(self, previous, table)
+      class(scene_type), intent(inout) :: self
+      type(contact_table_type), intent(in), optional :: previous
+      type(contact_table_type), intent(out) :: table
+      type(contact_table_type) :: none
+      type(contact_search_type) :: tool
+      type(search_limits_type) :: limits
+      limits%reach = 0.05_wp
+      limits%zone = 0.025_wp
+      limits%penetration = 0.05_wp
+      limits%sine = sin(angle_tolerance)
+      limits%cosine = cos(angle_tolerance)
+      limits%by_length = .true.
+      limits%points = [3]
+      limits%is_tied = [.false.]
+      limits%smooth = smooth
+      if (present(previous)) then
+         call tool%run(self%blocks, self%topology, self%vertices, limits, previous, .false., 1.0e-9_wp, table)
+      else
+         call none%resize(0)
+         call tool%run(self%blocks, self%topology, self%vertices, limits, none, .false., 1.0e-9_wp, table)
+      end if
+   end subroutine search
+
+   !> Rectangle, counter-clockwise from its lower left corner.
+   pure function box(x0, y0, x1, y1) result(v)
+      real(wp), intent(in) :: x0, y0, x1, y1
+      real(wp) :: v(2, 4)
+      v = reshape([x0, y0, x1, y0, x1, y1, x0, y1], [2, 4])
+   end function box
+
+   !> Vertices of two polygons, one after the other.
+   pure function pair(first, second) result(v)
+      real(wp), intent(in) :: first(:, :), second(:, :)
+      real(wp) :: v(2, size(first, 2) + size(second, 2))
+      v(:, 1:size(first, 2)) = first
+      v(:, size(first, 2) + 1:) = second
+   end function pair
+
+   !> Points turned about a centre.
+   pure function turned(points, angle, centre) result(v)
+      real(wp), intent(in) :: points(:, :), angle, centre(2)
+      real(wp) :: v(2, size(points, 2))
+      v(1, :) = centre(1) + cos(angle)*(points(1, :) - centre(1)) - sin(angle)*(points(2, :) - centre(2))
+      v(2, :) = centre(2) + sin(angle)*(points(1, :) - centre(1)) + cos(angle)*(points(2, :) - centre(2))
+   end function turned
+
+   !> Row of a table by its identity, 0 none.
+   pure integer function find_row(table, vertex, edge, station) result(row)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: vertex, edge, station
+      do row = 1, table%n
+         if (table%vertex(row) == vertex .and. table%edge(row) == edge .and. table%station(row) == station) return
+      end do
+      row = 0
+   end function find_row
+
+end module scenes
