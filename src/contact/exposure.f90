@@ -83,11 +83,19 @@ contains
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
-      is_hidden = s >= self%low(e) - self%tolerance .and. s <= self%high(e) + self%tolerance
+      is_hidden = s >= self%low(e) - margin(self%low(e)) .and. &
+                  s <= self%high(e) + margin(outlines%length(e) - self%high(e))
       if (.not. is_hidden) is_hidden = is_below(topology%edge_in(v))
       if (.not. is_hidden) is_hidden = is_below(topology%edge_out(v))
 
    contains
+
+      !> How far what is covered hides beyond its end: where more of the edge is left, that is a step, and its foot is not
+      !> hidden.
+      pure real(wp) function margin(rest)
+         real(wp), intent(in) :: rest   !! of the edge beyond the end [length]
+         margin = merge(self%tolerance, -self%tolerance, rest <= self%tolerance)
+      end function margin
 
       !> Does edge e lie on the outer side of an edge that is borne?
       pure logical function is_below(f)
