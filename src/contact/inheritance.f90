@@ -227,6 +227,7 @@ contains
          table%length(k) = previous%length(row)
       if (.not. is_own .and. is_closed) then
          depth = max(0.0_wp, depth_of(previous, row))
+         ! the end of an interval may stand for more than the corner did, which kept its length
          if (table%length(k) > previous%length(row)) depth = depth*sqrt(previous%length(row)/table%length(k))
          table%offset(k) = min(0.0_wp, table%gap(k) + depth)
       else if (.not. is_closed) then
