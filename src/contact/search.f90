@@ -150,7 +150,49 @@ contains
             end associate
          end do
       end do
+      do part = 1, n_parts
+         call drop_hidden_intervals(self%exposure, self%outlines, topology, vertices, limits%smooth, self%found(part))
+      end do
    end subroutine search_faces
+
+   !> A block that rides on another, and stands deeper in it than the surface ahead, faces the side of the next block by
+   !> that depth: too short an interval to count, when its corner cannot strike that side.
+   pure subroutine drop_hidden_intervals(exposure, outlines, topology, vertices, smooth, list)
+      type(exposure_type), intent(in) :: exposure
+      type(outlines_type), intent(in) :: outlines
+      type(contact_topology_type), intent(in) :: topology
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      real(wp), intent(in) :: smooth                       !! steps of a surface up to this count as plane [length]
+      type(candidate_list_type), intent(inout) :: list
+      type(interval_type) :: interval
+      integer :: k, n
+      logical :: is_dropped
+      n = 0
+      is_dropped = .false.
+      do k = 1, list%n
+         if (list%rows(k)%station == 1) then
+            call measure_interval(list%rows(k)%vertex, list%rows(k)%edge, vertices, topology, outlines, interval)
+            is_dropped = .false.
+            if (interval%high - interval%low <= smooth) is_dropped = &
+               is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
+               is_end_hidden(interval%vertex_high, interval%edge_high)
+         end if
+         if (is_dropped) cycle
+         n = n + 1
+         list%rows(n) = list%rows(k)
+      end do
+      list%n = n
+
+   contains
+
+      !> Is the corner at an end of the interval one that cannot strike the edge?
+      pure logical function is_end_hidden(v, e)
+         integer, intent(in) :: v, e
+         is_end_hidden = exposure%is_hidden(v, e, dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e)), &
+                                            vertices, topology, outlines)
+      end function is_end_hidden
+
+   end subroutine drop_hidden_intervals
 
    !> Order of the candidates by (vertex, edge): counting sort by vertex, insertion sort within.
    pure subroutine sort_candidates(list, nv, start, order)
