@@ -35,7 +35,7 @@ module rockdda_contact_corners
       real(wp) :: gap = 0                     !! of a [length]
       real(wp) :: normal(2) = 0               !! from b to a
       real(wp) :: weight = 0                  !! [length]
-      real(wp) :: point(2) = 0                !! the corner that lies on a side; on the arc it passes from one to the other
+      real(wp) :: point(2) = 0                !! the corner on a side; on the arc it passes from one to the other
       real(wp) :: share = 0                   !! of the gap between the point and a
    end type corner_type
 
@@ -89,9 +89,9 @@ contains
       do k = 1, 2
          if (corner%edge(k) == 0) cycle
          part = merge(1 - share, share, k == 1)
-         corner%weight = corner%weight + part*vertex_weight(corner%vertex(k), corner%edge(k), &
-                                                            vertices(:, corner%vertex(k)), vertices, topology, outlines, &
-                                                            cosine)
+         corner%weight = corner%weight + &
+                         part*vertex_weight(corner%vertex(k), corner%edge(k), vertices(:, corner%vertex(k)), &
+                                            vertices, topology, outlines, cosine)
          corner%point = corner%point + part*vertices(:, corner%vertex(k))
          if (corner%vertex(k) == b) corner%share = corner%share + part
       end do

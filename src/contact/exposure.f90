@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: MIT
 !> What a vertex cannot strike, with contact by length.
 !>
-!>          |      A       |            A rides on C and comes to D. Its corner v lies a little below the corner of D, by
+!>          |      A       |            A rides on C and comes to D. Its corner v lies a little below the corner of D,
+!>          by
 !>          |______________v____        the compression of the springs or as rough as the drawing is. The side of D is
 !>                 C    | |    D        covered by C, and lies below the edge of A that C bears: v passes over it.
 !>
 !> Two rules follow from the intervals of the joints, both with a tolerance:
 !>     a stretch of an edge that another block's edge covers cannot be struck by a third block's vertex;
-!>     a vertex at the end of an edge that another block bears does not strike what lies wholly below the line of that edge.
+!>     a vertex at the end of an edge that another block bears does not strike what lies wholly below the line of that
+!>     edge.
 module rockdda_contact_exposure
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
@@ -90,8 +92,8 @@ contains
 
    contains
 
-      !> How far what is covered hides beyond its end: where more of the edge is left, that is a step, and its foot is not
-      !> hidden.
+      !> How far what is covered hides beyond its end: where more of the edge is left, that is a step, and its foot is
+      !> not hidden.
       pure real(wp) function margin(rest)
          real(wp), intent(in) :: rest   !! of the edge beyond the end [length]
          margin = merge(self%tolerance, -self%tolerance, rest <= self%tolerance)

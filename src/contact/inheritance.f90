@@ -2,8 +2,8 @@
 !> What the contacts of a step take over from those of the last one.
 !>
 !> A contact goes on with the row of the same identity. With contact by length a row without one may stand where another
-!> stood: an edge that comes down on its corner turns a vertex into the end of an interval, and back; an edge that slides
-!> from one block to the next begins a new interval with the pressure of the one it leaves.
+!> stood: an edge that comes down on its corner turns a vertex into the end of an interval, and back; an edge that
+!> slides from one block to the next begins a new interval with the pressure of the one it leaves.
 !>
 !> A row that is found at depth begins with a gap that is free of force, its offset, so that it gives no energy; the
 !> offset goes back to zero as the blocks leave each other.
@@ -105,11 +105,12 @@ contains
          if (size(work%is_taken) <= n_before) deallocate (work%is_taken)
       end if
       if (.not. allocated(work%is_taken)) allocate (work%is_taken(0:n_before + n_before/4 + 16))
-      if (.not. allocated(work%pressed)) allocate (work%pressed(n_vertices), work%before(n_vertices), work%now(n_vertices))
+      if (allocated(work%pressed)) return
+      allocate (work%pressed(n_vertices), work%before(n_vertices), work%now(n_vertices))
    end subroutine make_room
 
-   !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No row
-   !> goes on twice.
+   !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
+   !> row goes on twice.
    subroutine find_sources(previous, history, topology, list, order, by_length, table, source, is_taken)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
@@ -164,7 +165,8 @@ contains
       table%total_slip(k) = previous%total_slip(row)
    end subroutine take_over
 
-   !> Length by which the joints of both edges have come to bear more than in the last step begins free of force: springs
+   !> Length by which the joints of both edges have come to bear more than in the last step begins free of force:
+   !> springs
    !> that grow while they are compressed keep their energy. Where a block slides from one to the next its edge bears
    !> as much as before, and nothing changes.
    pure subroutine free_new_lengths(previous, before, now, table)
@@ -356,8 +358,8 @@ contains
       depth_of = table%normal_force(row)/table%k_n(row)
    end function depth_of
 
-   !> A row that is found behind the edge: as deep as the springs beside it on the same edges it is compressed like them,
-   !> the rest of its depth is free of force.
+   !> A row that is found behind the edge: as deep as the springs beside it on the same edges it is compressed like
+   !> them, the rest of its depth is free of force.
    pure subroutine begin_at_depth(previous, pressed, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)

@@ -8,9 +8,9 @@
 !>          |<------- L --------->|
 !>          1          2          3                    stations; gap and slip are linear between them
 !>
-!> The springs of a joint stand at stations of Lobatto's rule, whose weights add up to L: with three, L/6, 2L/3, L/6. The
-!> ends are those of one of the two edges, so that they are contacts of a vertex with an edge, and blocks rock about their
-!> corners; the weighted sum of the squares is L^3/12, so that a closed joint has its bending stiffness.
+!> The springs of a joint stand at stations of Lobatto's rule, whose weights add up to L: with three, L/6, 2L/3, L/6.
+!> The ends are those of one of the two edges, so that they are contacts of a vertex with an edge, and blocks rock about
+!> their corners; the weighted sum of the squares is L^3/12, so that a closed joint has its bending stiffness.
 !>
 !> Edges face each other when they run in opposite directions within the angle tolerance, overlap by more than they
 !> are deep in each other, and neither lies deeper than a circle fits into the other's block.

@@ -87,7 +87,8 @@ contains
             r = vertices(:, list%near_a(i)) - vertices(:, list%near_b(j))
             if (r(1)**2 + r(2)**2 > far) cycle
             if (limits%by_length) then
-               call try_rounded_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, exposure, limits, list)
+               call try_rounded_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, exposure, limits, &
+                                       list)
                cycle
             end if
             call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, limits, &
@@ -311,8 +312,8 @@ contains
       end if
    end subroutine try_corner
 
-   !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other, or
-   !> lie in one plane so that one corner passes over the other, or a side is hidden.
+   !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other,
+   !> or lie in one plane so that one corner passes over the other, or a side is hidden.
    pure subroutine try_rounded_corner(a, b, vertices, topology, outlines, exposure, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)

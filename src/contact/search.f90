@@ -188,8 +188,9 @@ contains
       !> Is the corner at an end of the interval one that cannot strike the edge?
       pure logical function is_end_hidden(v, e)
          integer, intent(in) :: v, e
-         is_end_hidden = exposure%is_hidden(v, e, dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e)), &
-                                            vertices, topology, outlines)
+         real(wp) :: foot
+         foot = dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e))
+         is_end_hidden = exposure%is_hidden(v, e, foot, vertices, topology, outlines)
       end function is_end_hidden
 
    end subroutine drop_hidden_intervals

@@ -75,8 +75,8 @@ contains
                 self%state(m), self%slip_sign(m), self%station(m), source=0)
       allocate (self%bonded(m), self%tied(m), source=.false.)
       allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
-      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), self%distance(m), &
-                source=0.0_wp)
+      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), &
+                self%distance(m), source=0.0_wp)
       allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
    end subroutine resize
 

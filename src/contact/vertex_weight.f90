@@ -17,7 +17,8 @@ contains
 
    !> Weight of vertex v on edge e.
    !>
-   !>           \         / in        The edges at v make the angles beta and alpha with e. When alpha becomes 0 the edge that
+   !>           \         / in        The edges at v make the angles beta and alpha with e. When alpha becomes 0 the
+   !>           edge that
    !>        out \       /            reaches v lies on e, over a length of l_in: v is then the end of an interval, of
    !>        beta \     / alpha       weight l_in/6. The weight goes to that value without a jump:
    !>     <--------\ v /----------

@@ -84,21 +84,23 @@ contains
             call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
                                self%table%length(c), self%table%k_n(c), self%table%k_s(c))
          else if (context%state%step == 0) then
-            self%table%k_n(c) = tie_stiffness(self%table%station(c), self%table%length(c), smaller_modulus(context, a, b), &
-                                              context%state%area(a), context%state%area(b))
+            self%table%k_n(c) = tie_stiffness(self%table%station(c), self%table%length(c), &
+                                              smaller_modulus(context, a, b), context%state%area(a), &
+                                              context%state%area(b))
             self%table%k_s(c) = self%table%k_n(c)
          end if
          ! from here on the gap is that of the springs: what dilation has opened carries no stress
          if (self%table%state(c) /= contact_state%open) &
-            self%table%gap(c) = self%table%gap(c) - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
+            self%table%gap(c) = self%table%gap(c) &
+                                - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
       end do
       !$omp end parallel do
       if (context%state%step == 0 .and. context%parameters%by_length) call start_with_stress(context, self%laws, &
                                                                                               self%table)
    end subroutine prepare
 
-   !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it stands, or
-   !> the run's, which belongs to a joint of mean length.
+   !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it
+   !> stands, or the run's, which belongs to a joint of mean length.
    pure subroutine set_stiffness(parameters, material, length, k_n, k_s)
       type(parameters_type), intent(in) :: parameters
       type(joint_material_type), intent(in) :: material

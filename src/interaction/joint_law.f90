@@ -25,7 +25,8 @@
 !> that also holds when the strength falls faster than the spring relaxes, where the sign of the slip alone would lock
 !> and release the contact for ever.
 !>
-!> Dilation: a joint that slips opens by tan(psi) times the slip. It changes the gap at which the joint carries no stress
+!> Dilation: a joint that slips opens by tan(psi) times the slip. It changes the gap at which the joint carries no
+!> stress
 !> from one step to the next (rockdda_interaction_contact_law, dilated_gap), so that the stiffness stays symmetric.
 !>
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
@@ -101,8 +102,8 @@ contains
       response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
       trial = elastic_shear(joint, slip)
       if (joint%tied) then
-         response = joint_response_type(contact_state%locked, 0, joint%bonded, response%spring, response%normal, trial, &
-                                        0.0_wp)
+         response = joint_response_type(contact_state%locked, 0, joint%bonded, response%spring, response%normal, &
+                                        trial, 0.0_wp)
          return
       end if
       limit = strength(law, settings, joint, response%spring, joint%bonded, slip)

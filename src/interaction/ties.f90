@@ -3,14 +3,14 @@
 !>
 !> Three stations that are all stiff would take from cells of uniform strain the freedom to deform. A tie has a stiff
 !> mean and a soft linear part: its middle carries 1000 E/h per length, its ends E/h times L/6, E the smaller modulus of
-!> both blocks and h the mean of the square roots of their areas. That is a discontinuous method of linear elements with a
-!> weak penalty on the linear part of the jump (Brenner, Owens and Sung 2008); it converges to the continuum.
+!> both blocks and h the mean of the square roots of their areas. That is a discontinuous method of linear elements
+!> with a weak penalty on the linear part of the jump (Brenner, Owens and Sung 2008); it converges to the continuum.
 !>
 !>     traction on the interval     mean        sum of the forces / L
 !>                                  at the ends mean + or - 6 M/L^2,  M = (force 3 - force 1) L/2
 !>
-!> At the end of a step in which the largest tension exceeds the tensile strength, or the mean shear c + tan(phi) times the
-!> mean compression, the whole interval becomes a joint of its material, with the compression and shear that a
+!> At the end of a step in which the largest tension exceeds the tensile strength, or the mean shear c + tan(phi)
+!> times the mean compression, the whole interval becomes a joint of its material, with the compression and shear that a
 !> joint can carry. Without cohesion and tension a tie does not break.
 module rockdda_interaction_ties
    use rockdda_base_kinds, only : wp

@@ -13,7 +13,8 @@ module rockdda_model_joint_options
 
 contains
 
-   !> Change and add materials. Values are not judged here, but numbers and names are; errors are where the group was read.
+   !> Change and add materials. Values are not judged here, but numbers and names are; errors are where the group was
+   !> read.
    subroutine take_joint_options(added, laws, materials, messages)
       type(joint_material_type), intent(in) :: added(:)      !! groups that change a material or add the next one
       type(joint_material_type), intent(in) :: laws(:)       !! groups that change a material, each at most one
@@ -66,7 +67,8 @@ contains
          if (.not. allocated(materials(i)%law)) materials(i)%law = 'coulomb'
          if (bond_named(i) .and. materials(i)%tension > 0 .and. .not. materials(i)%cohesion > 0) &
             call messages%add(severity%error, 'joint material '//to_string(i)//' has tensile strength but no '// &
-            'cohesion: a joint in tension then resists no shear, and the least shear breaks it; give it cohesion of '// &
+            'cohesion: a joint in tension then resists no shear, and the least shear breaks it; give it cohesion '// &
+            'of '// &
             'at least the tensile strength times the tangent of its angle of friction', materials(i)%origin)
       end do
    end subroutine take_joint_options

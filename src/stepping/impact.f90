@@ -1,17 +1,20 @@
 ! SPDX-License-Identifier: MIT
 !> The law of impact: the motion of a step in which contacts with a coefficient of restitution close.
 !>
-!> A contact that lasts less than a step rebounds with whatever the place of the impact within the step makes of it. Where
-!> contacts of joints with `restitution` e close in a step, their blocks therefore get a motion of their own (Newton's law,
+!> A contact that lasts less than a step rebounds with whatever the place of the impact within the step makes of it.
+!> Where
+!> contacts of joints with `restitution` e close in a step, their blocks therefore get a motion of their own (Newton's
+!> law,
 !> blocks rigid in the impact): the impulses of the springs of these contacts are taken back, the blocks go on freely
 !> until the gap closes, and there such impulses act that they leave each other at each contact with e times the normal
 !> speed at which they meet,
 !>
 !>     v+ = -e v-,    P >= 0,    |Q| <= mu P,
 !>
-!> P the normal and Q the shear impulse, which stops the slip or is limited by friction. Contacts that close together are
-!> solved for together (Gauss-Seidel). After the impact the blocks move on for the rest of the step; the contacts are open
-!> at its end. Blocks with two fixed points take part as immovable, blocks with one as turning about it. No set of
+!> P the normal and Q the shear impulse, which stops the slip or is limited by friction. Contacts that close together
+!> are
+!> solved for together (Gauss-Seidel). After the impact the blocks move on for the rest of the step; the contacts are
+!> open at its end. Blocks with two fixed points take part as immovable, blocks with one as turning about it. No set of
 !> impulses may give energy: they are scaled down to what the blocks had.
 !>
 !> Springs decide where loads change the velocity in a step by half the speed of approach, so that the contact comes to
@@ -195,7 +198,8 @@ contains
       end do
    end subroutine move
 
-   !> After the blocks have moved: their velocities. What open contacts overlap at the end is a gap that is free of force.
+   !> After the blocks have moved: their velocities. What open contacts overlap at the end is a gap that is free of
+   !> force.
    subroutine finish(self, context, table, trial)
       class(impact_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
@@ -294,8 +298,8 @@ contains
       end do
    end subroutine push
 
-   !> Normal velocity that a contact must have at the end of the step. The impact is where the gap closes; what loads add
-   !> up to there belongs to the approach, the rest comes after it.
+   !> Normal velocity that a contact must have at the end of the step. The impact is where the gap closes; what loads
+   !> add up to there belongs to the approach, the rest comes after it.
    pure subroutine set_demand(line, gap, before, free, dt, restitution, demand)
       type(line_type), intent(in) :: line
       real(wp), intent(in) :: gap                      !! at the start of the step [length]

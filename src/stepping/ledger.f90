@@ -72,8 +72,8 @@ contains
    end subroutine add_step
 
    !> Energies of the moved blocks and the share that k01 takes; close the balance, and judge the columns `discarded`
-   !> and `geometry`. With an impact the velocities are not those of the step's equations: what the balance lacks is what
-   !> the impact has taken.
+   !> and `geometry`. With an impact the velocities are not those of the step's equations: what the balance lacks is
+   !> what the impact has taken.
    subroutine close_step(self, context, families, k01, impact)
       class(ledger_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context   !! blocks have moved; time and step are those of the start

@@ -69,8 +69,8 @@ contains
       opens = .false.
       if (allocated(parameters%joint_materials)) opens = any(parameters%joint_materials%dilation > 0 .or. &
                                                              parameters%joint_materials%tension > 0)
-      !$omp parallel do default(none) shared(contacts, parameters, opens) private(c) reduction(max:deepest, widest, pulled) &
-      !$omp schedule(static) if (contacts%n > parallel_contacts)
+      !$omp parallel do default(none) shared(contacts, parameters, opens) private(c) &
+      !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c))
          if (opens) then

@@ -334,14 +334,18 @@ class BadInput(ProgramTest):
             "contact points of a stretch        = 5\n",
             "corner radius over the shorter edge = 0.02\n",
             "joint_material 1                   = number 1, name bedding, friction 30, cohesion 5, tension 2, "
-            "normal_stiffness 5000000000, shear_stiffness 2000000000, law residual, residual_friction 20, slip_length 0.01, "
+            "normal_stiffness 5000000000, shear_stiffness 2000000000, law residual, residual_friction 20, "
+            "slip_length 0.01, "
             "dilation 0, damping_ratio 0, brittle .false., tie .false.\n",
             "joint_material 2                   = number 2, friction 40, cohesion 0, tension 0, law coulomb, "
             "dilation 0, damping_ratio 0, brittle .true., tie .true.\n",
         ):
             self.assertIn("\n  " + text, log)
         faults = {
-            "&joint_material number = 1, friction = 95 /": (40, "friction: must be at least 0 and less than 90 degrees"),
+            "&joint_material number = 1, friction = 95 /": (
+                40,
+                "friction: must be at least 0 and less than 90 degrees",
+            ),
             "&joint_material number = 1, frction = 30 /": (
                 29,
                 "unknown name 'frction' in &joint_material; did you mean 'friction'?",

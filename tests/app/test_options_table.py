@@ -103,8 +103,8 @@ class OptionsTable(ProgramTest):
         for text in (
             "base acceleration                  = 2 rows of t, ax, ay: (0 0 0) (1 2 0.5)\n",
             "harmonic base acceleration         = 1 row of ax, ay, f, phase, t0: (1 0 2 0.25 0.75)\n",
-            "joint_material 1                   = number 1, friction 30, cohesion 0, tension 0, law coulomb, dilation 0, "
-            "damping_ratio 0.1, brittle .true., tie .false.\n",
+            "joint_material 1                   = number 1, friction 30, cohesion 0, tension 0, law coulomb, "
+            "dilation 0, damping_ratio 0.1, brittle .true., tie .false.\n",
             "line_load 1                        = ends (0 0 1 0), force_start (0 3), force_end (0 3), "
             "table 2 rows of t, factor: (0 0) (1 4)\n",
             "stage 1                            = until_step 1, gravity 1, release (1)\n",
