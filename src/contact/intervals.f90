@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Intervals of a joint: where an edge f of one block and an edge e of another face each other.
 !>
-!>         last -------------------------- f           edge f of block a, from right to left
-!>          next(f)       block a above
-!>      e ------------------------ next(e)             edge e of block b, from left to right
+!>              block a above
+!>           f --------------------------- next(f)      edge f of block a, from left to right
+!>      next(e) ------------------------ e              edge e of block b, from right to left
 !>              block b below
-!>          |<------- L --------->|
-!>          1          2          3                    stations; gap and slip are linear between them
+!>           |<-------- L ------------->|
+!>           3             2            1               stations, in the direction of e; gap and slip are linear
 !>
 !> The springs of a joint stand at stations of Lobatto's rule, whose weights add up to L: with three, L/6, 2L/3, L/6.
 !> The ends are those of one of the two edges, so that they are contacts of a vertex with an edge, and blocks rock about

@@ -17,12 +17,11 @@ contains
 
    !> Weight of vertex v on edge e.
    !>
-   !>           \         / in        The edges at v make the angles beta and alpha with e. When alpha becomes 0 the
-   !>           edge that
-   !>        out \       /            reaches v lies on e, over a length of l_in: v is then the end of an interval, of
-   !>        beta \     / alpha       weight l_in/6. The weight goes to that value without a jump:
-   !>     <--------\ v /----------
-   !>       e  s <-----> l_out        (l_in beta + l_out alpha)/(6 (alpha + beta)),   angles beyond the angle tolerance
+   !>          in \         / out     The edges that reach and leave v make the angles alpha and beta with e. When alpha
+   !>              \       /          becomes 0 the edge that reaches v lies on e, over a length of l_in: v is then the
+   !>         alpha \     / beta      end of an interval, of weight l_in/6. The weight goes there without a jump:
+   !>    <-----------\ v /----- e
+   !>                 |<- s ->|         (l_in beta + l_out alpha)/(6 (alpha + beta)),  angles beyond the angle tolerance
    !>
    pure real(wp) function vertex_weight(v, e, point, vertices, topology, outlines, cosine) result(weight)
       integer, intent(in) :: v, e
