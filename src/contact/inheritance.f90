@@ -65,8 +65,7 @@ contains
             if (by_length) then
                call keep_energy(previous, row, is_own, k, table)
             else if (table%offset(k) < 0) then
-               if (table%state(k) == contact_state%open) table%offset(k) = table%gap(k)
-               table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
+               call follow_gap(table%state(k) /= contact_state%open, table%gap(k), table%offset(k))
             end if
          else
             call table%open_row(k)
@@ -223,8 +222,10 @@ contains
       real(wp) :: depth
       logical :: is_closed
       is_closed = table%state(k) /= contact_state%open
-      if (table%tied(k)) table%length(k) = previous%length(row)
-      if (table%tied(k)) return
+      if (table%tied(k)) then
+         table%length(k) = previous%length(row)
+         return
+      end if
       if (is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
          table%length(k) = previous%length(row)
       if (.not. is_own .and. is_closed) then
@@ -232,12 +233,23 @@ contains
          ! the end of an interval may stand for more than the corner did, which kept its length
          if (table%length(k) > previous%length(row)) depth = depth*sqrt(previous%length(row)/table%length(k))
          table%offset(k) = min(0.0_wp, table%gap(k) + depth)
-      else if (.not. is_closed) then
-         table%offset(k) = min(max(0.0_wp, table%offset(k)), table%gap(k))
-      else if (table%offset(k) < 0) then
-         table%offset(k) = min(0.0_wp, max(table%offset(k), table%gap(k)))
+      else
+         call follow_gap(is_closed, table%gap(k), table%offset(k))
       end if
    end subroutine keep_energy
+
+   !> Let the offset of a row follow the blocks as they part, up to zero. That of an open row is never above the gap: it
+   !> closes without force.
+   pure subroutine follow_gap(is_closed, gap, offset)
+      logical, intent(in) :: is_closed
+      real(wp), intent(in) :: gap          !! between the blocks [length]
+      real(wp), intent(inout) :: offset    !! gap that is free of force [length]
+      if (.not. is_closed) then
+         offset = min(max(0.0_wp, offset), gap)
+      else if (offset < 0) then
+         offset = min(0.0_wp, max(offset, gap))
+      end if
+   end subroutine follow_gap
 
    !> Row of the last step in whose place row k stands, 0 none: a contact of the same corner, closed and as it lay on
    !> an edge, on a corner or at the end of an interval.
