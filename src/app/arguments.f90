@@ -21,7 +21,8 @@ module rockdda_app_arguments
       type(argument_type), allocatable :: files(:)
       integer :: seed = unset_integer
       character(len=:), allocatable :: completion    !! shell, '' without the option
-      logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false.
+      logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false., &
+                 as_namelist = .false.
    end type command_line_type
 
    !> The command line while it is read.
@@ -88,6 +89,7 @@ contains
          name = name(1:equals - 1)
       end if
       if (name == '-o') name = '--output'
+      if (name == '-c') name = '--config'
       if (name == '-h') name = '--help'
       k = find_option(name)
       if (k == 0) then
@@ -155,6 +157,7 @@ contains
          case ('--quiet'); line%quiet = .true.
          case ('--json'); line%json = .true.
          case ('--options-table'); line%options_table = .true.
+         case ('--as-namelist'); line%as_namelist = .true.
          case ('--output'); call get_path(name, value, line%output, self%problems)
          case ('--config'); call get_path(name, value, line%config, self%problems)
          case ('--solver'); line%solver = value

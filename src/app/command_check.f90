@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda check: every problem of every file, computes nothing.
 module rockdda_app_command_check
-   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted
    use rockdda_io_option_documents, only : options_markdown, options_schema
-   use rockdda_io_recognise, only : kind_name
-   use rockdda_run_model_input, only : recognise_file
+   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_run_labelled_text, only : labelled_text
+   use rockdda_run_model_input, only : model_input_type, recognise_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_check, only : check_alone, check_together, is_input, is_model_run
    use rockdda_app_file_list, only : list_files
@@ -24,10 +25,11 @@ contains
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
       type(argument_type), allocatable :: files(:)
+      type(model_input_type) :: input
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       integer, allocatable :: kinds(:)
-      integer :: i
+      integer :: i, least
       logical :: ok
       logical, allocatable :: readable(:)
 
@@ -37,22 +39,35 @@ contains
          return
       end if
       call list_files(line, files, messages, error)
+      if (len(line%config) > 0) files = [files, argument_type(line%config)]
       allocate (kinds(size(files)), readable(size(files)))
       do i = 1, size(files)
          call recognise_file(files(i)%text, kinds(i), messages, readable(i))
       end do
+      if (line%as_namelist .and. .not. is_model_run(kinds) .and. all(readable) .and. .not. allocated(error)) &
+         call make_error(error, error_code%input, '--as-namelist needs the files of one run: a geometry or block '// &
+                         'file, an analysis file and, where there is one, an options file; or a folder with them')
       if (is_model_run(kinds)) then
-         call check_together(line, files, kinds, messages, error)
-         readable = readable .and. .not. is_input(kinds)
+         call check_together(line, files, kinds, input, messages, error)
+         readable = readable .and. .not. (is_input(kinds) .or. kinds == file_kind%labelled)
       end if
       do i = 1, size(files)
-         if (readable(i)) call check_alone(line, files(i)%text, kinds(i), messages)
+         if (readable(i) .and. .not. line%as_namelist) call check_alone(line, files(i)%text, kinds(i), messages)
       end do
       exit_code = 0
       if (messages%has_errors() .or. allocated(error)) exit_code = error_code%input
-      call show_messages(messages, merge(severity%error, severity%note, line%quiet .or. line%json))
+      least = severity%note
+      if (line%as_namelist) least = severity%warning
+      if (line%quiet .or. line%json) least = severity%error
+      call show_messages(messages, least)
       if (allocated(error)) call show_error(error)
-      call summarise(line, files, kinds, messages, error, exit_code, ok)
+      if (line%as_namelist .and. .not. line%json) then
+         if (exit_code /= 0) return
+         call print_line(labelled_text(input), ok)
+         if (.not. ok) exit_code = error_code%output
+         return
+      end if
+      call summarise(line, files, kinds, input, messages, error, exit_code, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
 
@@ -70,10 +85,11 @@ contains
    end subroutine print_options
 
    !> Print the summary.
-   subroutine summarise(line, files, kinds, messages, error, exit_code, ok)
+   subroutine summarise(line, files, kinds, input, messages, error, exit_code, ok)
       type(command_line_type), intent(in) :: line
       type(argument_type), intent(in) :: files(:)
       integer, intent(in) :: kinds(:)
+      type(model_input_type), intent(in) :: input
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(in) :: error
       integer, intent(in) :: exit_code
@@ -90,6 +106,7 @@ contains
             call json%close('}')
          end do
          call json%close(']')
+         if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
          call end_json(json, messages, error, ok)
          return
       end if

@@ -13,7 +13,7 @@ module rockdda_app_command_cut
    use rockdda_io_geometry_file, only : read_geometry_file
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_recognise, only : file_kind
-   use rockdda_run_cells, only : check_regions, make_cells
+   use rockdda_run_cells, only : number_regions, check_regions, make_cells
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_json, only : json_type
@@ -65,6 +65,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(run_options_type) :: options
       call read_options_file(config, options, messages)
+      if (.not. messages%has_errors()) call number_regions(options%block_materials, options%regions, messages)
       if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
       if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
                                                        [options%joint_materials, options%joint_laws], blocks, messages)

@@ -24,10 +24,10 @@ module rockdda_app_command_options
    end type option_type
 
    character(len=*), parameter :: writers = ' lines cut run ', run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: options(19) = [ &
+   type(option_type), parameter :: options(20) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
-                                   option_type('--config', option_kind%text, ' cut run '), &
+                                   option_type('--config', option_kind%text, ' cut run check '), &
                                    option_type('--threads', option_kind%whole, runs), &
                                    option_type('--solver', option_kind%text, run_only), &
                                    option_type('--steps', option_kind%whole, runs), &
@@ -43,7 +43,8 @@ module rockdda_app_command_options
                                    option_type('--help', option_kind%flag, ''), &
                                    option_type('--version', option_kind%flag, ''), &
                                    option_type('--completion', option_kind%text, ''), &
-                                   option_type('--options-table', option_kind%flag, ' check ')]
+                                   option_type('--options-table', option_kind%flag, ' check '), &
+                                   option_type('--as-namelist', option_kind%flag, ' check ')]
 
 contains
 

@@ -7,6 +7,7 @@ module rockdda_app_command_run
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : is_set
    use rockdda_io_posix, only : get_path_kind, path_kind
+   use rockdda_io_recognise, only : file_kind, kind_of_ending
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_model_input, only : model_input_type, find_files, read_model
    use rockdda_run_model_run, only : run_type
@@ -67,7 +68,8 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       if (size(line%files) == 1) then
-         if (get_path_kind(line%files(1)%text) == path_kind%directory) then
+         if (get_path_kind(line%files(1)%text) /= path_kind%missing .or. &
+             kind_of_ending(line%files(1)%text) == file_kind%options) then
             call find_files(line%files(1)%text, '', line%config, input, messages, error)
             return
          end if
@@ -77,7 +79,7 @@ contains
          return
       end if
       call make_error(error, error_code%input, "'rockdda run' needs a geometry or block file and an analysis "// &
-                      'file, or one folder with them; found '//to_string(size(line%files))// &
+                      'file, one labelled file, or one folder with them; found '//to_string(size(line%files))// &
                       trim(merge(' file ', ' files', size(line%files) == 1))//", see 'rockdda run --help'")
    end subroutine find_run_files
 

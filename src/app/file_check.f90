@@ -19,11 +19,14 @@ module rockdda_app_file_check
 
 contains
 
-   !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file?
+   !> Are among these the files of one run: a geometry or block file, an analysis file, at most one options file; or one
+   !> labelled file alone?
    pure logical function is_model_run(kinds)
       integer, intent(in) :: kinds(:)
       is_model_run = count(kinds == file_kind%geometry .or. kinds == file_kind%blocks) == 1 .and. &
-                     count(kinds == file_kind%analysis) == 1 .and. count(kinds == file_kind%options) <= 1
+                     count(kinds == file_kind%analysis) == 1 .and. count(kinds == file_kind%options) <= 1 .and. &
+                     count(kinds == file_kind%labelled) == 0
+      is_model_run = is_model_run .or. (count(kinds == file_kind%labelled) == 1 .and. .not. any(is_input(kinds)))
    end function is_model_run
 
    !> Is this kind of file input of a run?
@@ -34,20 +37,25 @@ contains
    end function is_input
 
    !> Check the files of one run, also for consistency.
-   subroutine check_together(line, files, kinds, messages, error)
+   subroutine check_together(line, files, kinds, input, messages, error)
       type(command_line_type), intent(in) :: line
       type(argument_type), intent(in) :: files(:)
       integer, intent(in) :: kinds(:)
+      type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      type(model_input_type) :: input
       type(simulation_type) :: sim
       integer :: i
       input%config_file = ''
+      input%model_file = ''
+      input%analysis_file = ''
       do i = 1, size(files)
          if (kinds(i) == file_kind%analysis) then
             input%analysis_file = files(i)%text
          else if (kinds(i) == file_kind%options) then
+            input%config_file = files(i)%text
+         else if (kinds(i) == file_kind%labelled) then
+            input%labelled = .true.
             input%config_file = files(i)%text
          else if (is_input(kinds(i))) then
             input%model_file = files(i)%text
@@ -58,6 +66,19 @@ contains
       ! errors that a run would report before its first step
       if (.not. allocated(error) .and. .not. messages%has_errors()) call sim%init(input%blocks, input%parameters, error)
    end subroutine check_together
+
+   !> Check one of several labelled files.
+   subroutine check_labelled(line, path, messages)
+      type(command_line_type), intent(in) :: line
+      character(len=*), intent(in) :: path
+      type(diagnostics_type), intent(inout) :: messages
+      type(argument_type) :: file(1)
+      type(model_input_type) :: input
+      type(error_type), allocatable :: error
+      file(1)%text = path
+      call check_together(line, file, [file_kind%labelled], input, messages, error)
+      if (allocated(error)) call messages%add_error(error)
+   end subroutine check_labelled
 
    !> Check one file by itself.
    subroutine check_alone(line, path, kind, messages)
@@ -70,6 +91,10 @@ contains
       type(lines_report_type) :: lines
       type(error_type), allocatable :: error
       type(origin_type) :: origin
+      if (kind == file_kind%labelled) then
+         call check_labelled(line, path, messages)
+         return
+      end if
       call content%read(path, kind, line%dialect, [-1, -1], messages)
       if (.not. content%valid) return
       origin%file = path

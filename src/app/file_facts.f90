@@ -32,7 +32,7 @@ contains
       type(origin_type) :: origin
       if (kind /= file_kind%hdf5 .and. kind /= file_kind%checkpoint) call facts%add('kind', kind_name(kind))
       call content%read(path, kind, named_dialect, points, messages)
-      if (kind == file_kind%options) call describe_options(path, facts)
+      if (kind == file_kind%options .or. kind == file_kind%labelled) call describe_options(path, facts)
       if (.not. content%valid) return
       origin%file = path
       select case (kind)

@@ -37,8 +37,8 @@ contains
          if (allocated(problem)) then
             call messages%add_error(problem)
          else
-            call add(model)
-            call add(analysis)
+            if (len(model) > 0) call add(model)
+            if (len(analysis) > 0) call add(analysis)
             if (allocated(config)) call add(config)
          end if
       end do

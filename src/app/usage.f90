@@ -98,18 +98,20 @@ contains
       character(len=:), allocatable :: text
       text = 'usage: rockdda run MODEL.blk MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
              '       rockdda run MODEL.dc MODEL.df [-o OUT.h5] [OPTION…]'//nl// &
+             '       rockdda run MODEL.nml [-o OUT.h5] [OPTION…]'//nl// &
              '       rockdda run FOLDER [-o OUT.h5] [OPTION…]'//nl// &
              nl// &
              'Moves the blocks in time and writes the results (HDF5), and beside OUT.h5 a log (OUT.log) and a'//nl// &
              "checkpoint (OUT.ckpt.h5) from which 'rockdda resume' continues. A"//nl// &
-             'geometry file is cut into blocks first. A folder holds one geometry or block file, one'//nl// &
+             'geometry file is cut into blocks first. A labelled file (.nml with &model) names its geometry'//nl// &
+             'and holds all the rest. A folder holds one labelled file, or one geometry or block file, one'//nl// &
              'analysis file and at most one namelist file (.nml). Kinds of files are recognised by their'//nl// &
              'content.'//nl// &
              nl// &
              'options (each but --config has a name in the namelist file; the command line prevails):'//nl// &
              '  -o, --output FILE '// &
-             'the results; default: the stem of the analysis file + .h5 in the current folder'//nl// &
-             '  --config FILE     namelist file with run options'//nl// &
+             'the results; default: the stem of the analysis or labelled file + .h5 here'//nl// &
+             '  -c, --config FILE namelist file with run options, beside a geometry and an analysis file'//nl// &
              '  --steps N         number of steps'//nl// &
              '  --t-end T         end time; the last step is shortened to land on it'//nl// &
              '  --save-every K    a frame every K steps; default: about 100 frames in the run'//nl// &
@@ -126,6 +128,7 @@ contains
              'checkpoint (exit 4); a second SIGINT ends it at once.'//nl// &
              nl// &
              'examples:'//nl// &
+             '  rockdda run slope.nml'//nl// &
              '  rockdda run slope.dc slope.df'//nl// &
              '  rockdda run slope.blk slope.df -o out/slope.h5 --steps 2000 --save-every 20'//nl// &
              '  rockdda run inputs/incline --quiet --json'//nl// &
@@ -169,13 +172,18 @@ contains
              'and nothing is written. The exit code is 0 when there is no error, else 2.'//nl// &
              nl// &
              'options:'//nl// &
+             '  --as-namelist     print the labelled file (.nml with &model) of the files of one run instead:'//nl// &
+             '                    run by itself it gives the same results, bit for bit'//nl// &
+             '  -c, --config FILE namelist file with run options, as one of the files'//nl// &
              '  --options-table   print all options of a run as a Markdown table, with --json as a JSON Schema,'//nl// &
              '                    instead of checking files'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
              '  rockdda check slope.dc'//nl// &
-             '  rockdda check slope.dc slope.df slope.nml'//nl// &
+             '  rockdda check slope.nml'//nl// &
+             '  rockdda check slope.dc slope.df options.nml'//nl// &
+             '  rockdda check --as-namelist slope.dc slope.df > slope.nml'//nl// &
              '  rockdda check slope.df --dialect dda_windows --json'
    end function check_text
 

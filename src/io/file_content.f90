@@ -52,7 +52,7 @@ contains
          call read_analysis_file(path, points(1), points(2), dialect, self%analysis, messages)
       case (file_kind%blocks)
          call read_block_file(path, self%blocks, messages)
-      case (file_kind%options)
+      case (file_kind%options, file_kind%labelled)
          call read_options_file(path, self%options, messages)
       case (file_kind%statistics)
          call read_statistics_file(path, self%statistics, messages)

@@ -11,8 +11,9 @@ module rockdda_io_model_folder
 
 contains
 
-   !> Find exactly one geometry or block file, one analysis file and at most one file of options. Only files with
-   !> one of the known endings count; their content decides what they are.
+   !> Find the labelled file of a folder: then there is no model and no analysis file, and it is `config`. Or find exactly
+   !> one geometry or block file, one analysis file and at most one file of options. Only files with one of the known
+   !> endings count; their content decides what they are.
    subroutine find_model_files(folder, model, analysis, config, error)
       character(len=*), intent(in) :: folder
       character(len=:), allocatable, intent(out) :: model     !! path of the geometry or block file
@@ -22,7 +23,8 @@ contains
       type(error_type), allocatable :: unreadable
       type(file_name_type), allocatable :: names(:)
       character(len=:), allocatable :: prefix, path, models, analyses, configs, problem
-      integer :: i, kind, by_ending, n_models, n_analyses, n_configs
+      character(len=:), allocatable :: labelled, all_labelled
+      integer :: i, kind, by_ending, n_models, n_analyses, n_configs, n_labelled
       logical :: ok
 
       prefix = trim(folder)//'/'
@@ -36,8 +38,8 @@ contains
          call make_error(error, error_code%input, trim(folder)//': error: the folder cannot be read')
          return
       end if
-      n_models = 0; n_analyses = 0; n_configs = 0
-      models = ''; analyses = ''; configs = ''; problem = ''
+      n_models = 0; n_analyses = 0; n_configs = 0; n_labelled = 0
+      models = ''; analyses = ''; configs = ''; all_labelled = ''; problem = ''
       do i = 1, size(names)
          if (names(i)%name(1:1) == '.') cycle
          by_ending = kind_of_ending(names(i)%name)
@@ -53,14 +55,28 @@ contains
             call count_file(names(i)%name, path, n_analyses, analyses, analysis)
          else if (kind == file_kind%options) then
             call count_file(names(i)%name, path, n_configs, configs, config)
+         else if (kind == file_kind%labelled) then
+            call count_file(names(i)%name, path, n_labelled, all_labelled, labelled)
          else if (kind == file_kind%ddaml) then
             problem = problem//new_line('a')//'note: '//names(i)%name//' is a DDAML (XML) file; '// &
                       "convert it first with 'rockdda-post convert'"
          end if
       end do
+      if (n_labelled == 1) then
+         model = ''
+         analysis = ''
+         config = labelled
+         return
+      else if (n_labelled > 1) then
+         call make_error(error, error_code%input, trim(folder)//': error: a model folder must hold at most one '// &
+                         'labelled file (.nml with &model); found '//found(n_labelled, all_labelled, 'labelled')// &
+                         ': name the one to take')
+         return
+      end if
       if (n_models == 1 .and. n_analyses == 1 .and. n_configs <= 1) return
       path = trim(folder)//': error: a model folder must hold exactly one geometry or block file '// &
-             '(.dc, .geo, .blk), one analysis file (.df, .ana) and at most one options file (.nml); found '// &
+             '(.dc, .geo, .blk), one analysis file (.df, .ana) and at most one options file (.nml), or a labelled '// &
+             'file (.nml with &model); found '// &
              found(n_models, models, 'geometry or block')//', '//found(n_analyses, analyses, 'analysis')//', '// &
              found(n_configs, configs, 'options')
       call make_error(error, error_code%input, path//problem)

@@ -28,6 +28,7 @@ module rockdda_io_recognise
       integer :: ddaml = 6        !! XML of DDA for Windows: rockdda-post convert
       integer :: hdf5 = 7         !! results
       integer :: checkpoint = 8   !! of a run
+      integer :: labelled = 9     !! .nml with &model
    end type file_kind_enum
    type(file_kind_enum), parameter :: file_kind = file_kind_enum()
    !> What to do with a file of DDA for Windows.
@@ -130,6 +131,8 @@ contains
       end do
       kind = file_kind%unknown
       if (n_options > n_statistics) kind = file_kind%options
+      if (kind == file_kind%options .and. any([(namelist%groups(i)%name == 'model', i=1, namelist%n)])) &
+         kind = file_kind%labelled
       if (n_statistics > n_options) kind = file_kind%statistics
    end function kind_of_namelist
 
@@ -160,10 +163,10 @@ contains
    pure function kind_name(kind) result(name)
       integer, intent(in) :: kind           !! one of file_kind%...
       character(len=:), allocatable :: name
-      character(len=*), parameter :: names(0:8) = [character(len=24) :: 'unknown file', 'geometry file', &
+      character(len=*), parameter :: names(0:9) = [character(len=24) :: 'unknown file', 'geometry file', &
          'analysis file', 'block file', 'options file', 'joint statistics file', 'DDAML (XML) file', 'HDF5 file', &
-         'checkpoint file']
-      name = trim(names(max(0, min(8, kind))))
+         'checkpoint file', 'labelled model file']
+      name = trim(names(max(0, min(9, kind))))
    end function kind_name
 
    !> Does the file begin with the signature of HDF5?

@@ -7,7 +7,7 @@ module rockdda_model_analysis_input
    implicit none
    private
    public :: analysis_input_type, block_material_type, joint_material_type, time_table_type, dialect
-   public :: unset_real, unset_joint_material
+   public :: unset_real, unset_block_material, unset_joint_material
 
    !> Sentinel of a real that was not given.
    real(wp), parameter :: unset_real = -huge(1.0_wp)
@@ -19,8 +19,10 @@ module rockdda_model_analysis_input
    end type dialect_enum
    type(dialect_enum), parameter :: dialect = dialect_enum()
 
-   !> One block material: 13 numbers of the analysis file.
+   !> One block material: 13 numbers of the analysis file, and its name in the options.
    type :: block_material_type
+      integer :: number = 0              !! from 1
+      character(len=:), allocatable :: name
       real(wp) :: density = 0            !! mass per area (unit thickness), > 0
       real(wp) :: weight = 0             !! weight per area, positive acts in -y
       real(wp) :: youngs_modulus = 0     !! E, > 0
@@ -28,12 +30,14 @@ module rockdda_model_analysis_input
       real(wp) :: stress(3) = 0          !! initial s11 s22 s12, tension positive
       real(wp) :: stress_gradient(3) = 0 !! d(stress)/dy: sigma0 = stress + gradient*y at the block centroid
       real(wp) :: velocity(3) = 0        !! initial vx vy vr [length/time, rad/time]
+      type(origin_type) :: origin        !! where options of it were read
    end type block_material_type
 
    !> One joint material: 3 numbers of the analysis file, and what options say of it. Parameters of laws are unset
    !> where they were not given.
    type :: joint_material_type
       integer :: number = 0              !! from 1
+      character(len=:), allocatable :: word   !! of &joint_law: number or name of the material
       character(len=:), allocatable :: name
       real(wp) :: friction_angle = 0     !! [deg] in [0, 90)
       real(wp) :: cohesion = 0           !! stress, >= 0
@@ -80,6 +84,18 @@ module rockdda_model_analysis_input
    end type analysis_input_type
 
 contains
+
+   !> A block material of which nothing is given yet: of options, each of which changes only what it names.
+   pure function unset_block_material() result(material)
+      type(block_material_type) :: material
+      material%density = unset_real
+      material%weight = unset_real
+      material%youngs_modulus = unset_real
+      material%poisson_ratio = unset_real
+      material%stress = unset_real
+      material%stress_gradient = unset_real
+      material%velocity = unset_real
+   end function unset_block_material
 
    !> A joint material of which nothing is given yet: of options, each of which changes only what it names.
    pure function unset_joint_material() result(material)

@@ -10,7 +10,7 @@ module rockdda_model_contact_numbers
    implicit none
    private
    public :: automatic_over_e, preset_over_e, highest_over_e, far_over_e, highest_omega
-   public :: mean_edge, advised_time_step, advised_ratio, largest_ratio, stiffness_advice
+   public :: mean_edge, advised_time_step, advised_step, advised_ratio, largest_ratio, stiffness_advice
 
    !> Automatic contact stiffness over the largest E: a closed joint of length L then has k_n = 2 E/L, as tight joints
    !> in hard rock have, and is compressed half as much as a square block of side L.
@@ -50,6 +50,14 @@ contains
       real(wp), intent(in) :: density, stiffness
       advised_time_step = highest_omega*edge*sqrt(density/(2*stiffness))
    end function advised_time_step
+
+   !> The same for joints of this normal stiffness per length.
+   pure real(wp) function advised_step(edge, density, k_n)
+      real(wp), intent(in) :: edge        !! mean length of edges [length]
+      real(wp), intent(in) :: density     !! mass per area
+      real(wp), intent(in) :: k_n         !! stress/length
+      advised_step = advised_time_step(edge, density, 0.5_wp*k_n*edge)
+   end function advised_step
 
    !> The advised g2, for edges of this mean length in a model of the length scale w0.
    pure real(wp) function advised_ratio(edge, w0)

@@ -9,40 +9,49 @@ module rockdda_model_joint_options
    use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
-   public :: take_joint_options, count_joint_materials, joint_number
+   public :: take_joint_options, described_joints, joint_number
+
+   !> Largest number of a material.
+   integer, parameter :: most_number = 9999
 
 contains
 
    !> Change and add materials. Values are not judged here, but numbers and names are; errors are where the group was
    !> read.
-   subroutine take_joint_options(added, laws, materials, messages)
-      type(joint_material_type), intent(in) :: added(:)      !! groups that change a material or add the next one
+   subroutine take_joint_options(added, laws, labelled, materials, messages)
+      type(joint_material_type), intent(in) :: added(:)      !! groups that change a material or add one
       type(joint_material_type), intent(in) :: laws(:)       !! groups that change a material, each at most one
+      logical, intent(in) :: labelled                        !! of a labelled file: materials have any numbers
       type(joint_material_type), allocatable, intent(inout) :: materials(:)
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: what
       logical, allocatable :: bond_named(:)   !! the options name cohesion or tension of the material
-      integer :: i, m, n
+      logical, allocatable :: described(:), has_law(:)
+      integer :: i, m, n, n_described
+      allocate (described, source=described_joints(size(materials), added, labelled))
       do i = 1, size(materials)
          materials(i)%number = i
       end do
-      allocate (bond_named(size(materials) + size(added)))
+      n_described = size(materials)             ! by the analysis file
+      allocate (bond_named(size(described)), has_law(size(described)))
       bond_named = .false.
+      has_law = .false.
       do i = 1, size(added)
          m = added(i)%number
          n = size(materials)
          what = 'joint material '//to_string(m)//': '
-         if (m < 1) cycle
-         if (m > n + 1) then
+         if (m < 1 .or. m > most_number) cycle       ! reported by the reader
+         if (m > n + 1 .and. .not. labelled) then
             call messages%add(severity%error, what//'there '//trim(merge('is ', 'are', n == 1))//' '// &
                               counted(n, 'joint material')//', the next number is '//to_string(n + 1), added(i)%origin)
             cycle
          end if
-         if (m == n + 1) then
-            if (.not. is_set(added(i)%friction_angle)) call messages%add(severity%error, what// &
-               'an added material needs its angle of friction', added(i)%origin)
+         do while (size(materials) < m)
             call append_material(materials)
-         end if
+         end do
+         if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
+             .not. is_set(added(i)%friction_angle)) call messages%add(severity%error, what// &
+            'an added material needs its angle of friction', added(i)%origin)
          call change(added(i), materials(m))
          bond_named(m) = bond_named(m) .or. is_set(added(i)%cohesion) .or. is_set(added(i)%tension)
          call check_name(materials, m, messages)
@@ -50,22 +59,29 @@ contains
       do i = 1, size(laws)
          m = laws(i)%number
          what = 'joint law '//to_string(i)//': '
+         if (m == 0 .and. allocated(laws(i)%word)) cycle   ! reported by the reader
          if (m < 1 .or. m > size(materials)) then
             call messages%add(severity%error, what//'there is no joint material '//to_string(m)//', they are 1 to '// &
                               to_string(size(materials)), laws(i)%origin)
-         else if (any(laws(1:i - 1)%number == m)) then
+         else if (has_law(m)) then
             call messages%add(severity%error, what//'joint material '//to_string(m)//' already has a law', &
                               laws(i)%origin)
          else
             call change(laws(i), materials(m))
             bond_named(m) = bond_named(m) .or. is_set(laws(i)%cohesion) .or. is_set(laws(i)%tension)
             call check_name(materials, m, messages)
+            has_law(m) = .true.
          end if
       end do
       do i = 1, size(materials)
+         if (.not. described(i)) materials(i) = materials(findloc(described, .true., dim=1))
+         materials(i)%number = i
+         if (.not. described(i)) materials(i)%name = ''
          if (.not. allocated(materials(i)%name)) materials(i)%name = ''
          if (.not. allocated(materials(i)%law)) materials(i)%law = 'coulomb'
-         if (bond_named(i) .and. materials(i)%tension > 0 .and. .not. materials(i)%cohesion > 0) &
+         if (labelled .and. .not. materials(i)%brittle_given) materials(i)%brittle = .false.
+         if (bond_named(i) .and. materials(i)%tension > 0 .and. .not. materials(i)%cohesion > 0 .and. &
+             .not. (materials(i)%brittle_given .and. materials(i)%brittle)) &
             call messages%add(severity%error, 'joint material '//to_string(i)//' has tensile strength but no '// &
             'cohesion: a joint in tension then resists no shear, and the least shear breaks it; give it cohesion '// &
             'of '// &
@@ -73,17 +89,24 @@ contains
       end do
    end subroutine take_joint_options
 
-   !> Number of joint materials, with those that groups add to the n of the analysis file.
-   pure integer function count_joint_materials(n, added) result(total)
+   !> Which numbers of joint materials are described: the n of the analysis file, and those of groups.
+   pure function described_joints(n, added, labelled) result(described)
       integer, intent(in) :: n
-      type(joint_material_type), allocatable, intent(in) :: added(:)
-      integer :: i
-      total = n
-      if (.not. allocated(added)) return
+      type(joint_material_type), intent(in) :: added(:)
+      logical, intent(in) :: labelled            !! materials have any numbers, else one after another
+      logical, allocatable :: described(:)
+      integer :: i, last
+      last = n
       do i = 1, size(added)
-         if (added(i)%number == total + 1) total = total + 1
+         if (labelled .and. added(i)%number <= most_number) last = max(last, added(i)%number)
+         if (added(i)%number == last + 1) last = last + 1
       end do
-   end function count_joint_materials
+      allocate (described(last))
+      described = [(i <= n .or. .not. labelled, i=1, last)]
+      do i = 1, size(added)
+         if (added(i)%number >= 1 .and. added(i)%number <= last) described(added(i)%number) = .true.
+      end do
+   end function described_joints
 
    !> Number of the joint material that a word stands for: a number, or a name that a group gives; 0 if there is none.
    pure integer function joint_number(word, groups)
@@ -155,13 +178,16 @@ contains
       if (len_trim(given) > 0) value = trim(adjustl(given))
    end subroutine take_text
 
-   !> No two materials have one name.
+   !> Names are words that lists can hold, and no two materials have one name.
    subroutine check_name(materials, m, messages)
       type(joint_material_type), intent(in) :: materials(:)
       integer, intent(in) :: m
       type(diagnostics_type), intent(inout) :: messages
       integer :: i
       if (.not. allocated(materials(m)%name)) return
+      if (index(materials(m)%name, ',') > 0 .or. material_number(materials(m)%name) > 0) &
+         call messages%add(severity%error, 'joint material '//to_string(m)//": a name has no comma and is no "// &
+                           "number, found '"//materials(m)%name//"'", materials(m)%origin)
       do i = 1, size(materials)
          if (i == m .or. .not. allocated(materials(i)%name)) cycle
          if (same_name(materials(i)%name, materials(m)%name)) call messages%add(severity%error, 'joint materials '// &

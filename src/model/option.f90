@@ -290,11 +290,13 @@ contains
    end subroutine add_rows
 
    !> Visit rows of reals in a file that the option names.
-   subroutine add_file(self, row, given, used)
+   subroutine add_file(self, row, given, used, name)
       class(option_visitor_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => allocated(used))
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
+      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => allocated(used), &
+                 unused_4 => present(name))
       end associate
    end subroutine add_file
 

@@ -180,12 +180,13 @@ contains
    end subroutine transfer_rows
 
    !> Transfer rows of reals from a file.
-   subroutine transfer_file(self, row, given, used)
+   subroutine transfer_file(self, row, given, used, name)
       class(transfer_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       if (allocated(given)) used = given
-      associate (unused_self => self, unused => row)
+      associate (unused_self => self, unused_1 => row, unused_2 => present(name))
       end associate
    end subroutine transfer_file
 

@@ -5,6 +5,7 @@
 module rockdda_model_option_table
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : joint_material_type, unset_joint_material
+   use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
    use rockdda_model_options, only : run_options_type, stage_type, line_load_type, region_type, subdivision_type, &
       dda_windows, old_dda_windows, most_threads
    use rockdda_model_parameters, only : parameters_type
@@ -20,9 +21,12 @@ contains
       class(option_visitor_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: options
       type(parameters_type), intent(inout) :: parameters
+      call describe_model(table, options)
+      call describe_block_materials(table, options%block_materials)
       call describe_settings(table, options, parameters)
       call describe_lists(table, options%line_loads, options%joint_materials, options%stages)
       call describe_joint_laws(table, options%joint_laws)
+      call describe_point_tables(table, options%fixed_points, options%loading_points)
       call describe_regions(table, options%regions, options%subdivisions)
    end subroutine describe_options
 
@@ -64,8 +68,9 @@ contains
       call resize_joints(table, joint_materials)
       do i = 1, size(joint_materials)
          call table%start_element(i, joint_materials(i)%origin)
-         call table%add(option('number', 'number of the joint material; the next free one adds a material', &
-                               least=1.0_wp, required=.true.), joint_materials(i)%number)
+         call table%add(option('number', 'number of the joint material; beside an analysis file the next free '// &
+                               'one adds a material', least=1.0_wp, most=9999.0_wp, required=.true.), &
+                        joint_materials(i)%number)
          call describe_joint(table, joint_materials(i))
       end do
 
@@ -91,8 +96,8 @@ contains
       call resize_joints(table, joint_laws)
       do i = 1, size(joint_laws)
          call table%start_element(i, joint_laws(i)%origin)
-         call table%add(option('material', 'number of the joint material', least=1.0_wp, required=.true.), &
-                        joint_laws(i)%number)
+         call table%add(option('material', 'number or name of the joint material', required=.true., &
+                               or_number=.true.), joint_laws(i)%word)
          call describe_joint(table, joint_laws(i))
       end do
    end subroutine describe_joint_laws
@@ -160,8 +165,8 @@ contains
       type(run_options_type), intent(inout) :: o
       type(parameters_type), intent(inout) :: p
       call table%begin('run', 'Extent of the run, and what it takes of the machine.')
-      call table%add(option('title', 'title of the results', default_text='stem of the analysis file'), &
-                     o%title, p%title)
+      call table%add(option('title', 'title of the results', default_text='that of &model, else the stem of the '// &
+                            'analysis file or of the file with &model'), o%title, p%title)
       call table%add(option('steps', 'number of time steps', quantity='number of steps', least=0.0_wp, &
                             in_analysis=.true.), o%steps, p%n_steps)
       call table%add(option('t_end', 'end time; the last step is shortened to end there', unit='time', &
@@ -281,16 +286,18 @@ contains
       type(run_options_type), intent(inout) :: o
       type(parameters_type), intent(inout) :: p
       call table%begin('material', 'Materials as a whole.')
-      call table%add_choice(option('plane', 'state of plane', choices='stress|strain', default_word='stress'), &
-                            o%plane, p%plane_strain, 2)
+      call table%add_choice(option('plane', 'state of plane', choices='stress|strain', default_word='stress', &
+                                   default_text='stress; strain in a file with &model'), o%plane, &
+                            p%plane_strain, 2)
       call table%add_choice(option('mass', 'mass of the start, or density times the present area', &
                                    choices='initial|area', default_word='initial'), o%mass, p%mass_from_area, 2)
       call table%begin('load', 'Loads on all blocks.')
       call table%add(option('gravity', 'acceleration in -y of every block', unit='length/time^2', least=0.0_wp, &
-                            remark='it acts in -y', default_text='weight/density of each material'), &
-                     o%gravity, p%gravity)
+                            remark='it acts in -y', default_text='weight/density of each material of the '// &
+                            'analysis file, else 0'), o%gravity, p%gravity)
       call table%add_file(option('base_acceleration', 'file with the acceleration of the base, see below', &
-                                 columns='t, ax, ay', quantity='base acceleration'), o%base%table, p%base%table)
+                                 columns='t, ax, ay', quantity='base acceleration'), o%base%table, p%base%table, &
+                          o%base%file)
       call table%add(option('harmonic', 'acceleration a sin(2 pi f (t - t0) + phase) of the base, f in 1/time, '// &
                             'phase in rad; may hold several terms, or be given again', columns='ax, ay, f, phase, t0', &
                             quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
@@ -307,8 +314,8 @@ contains
       type(run_options_type), intent(inout) :: o
       type(parameters_type), intent(inout) :: p
       call table%begin('output', 'What is written.')
-      call table%add(option('file', 'path of the results', default_text='stem of the analysis file + .h5', &
-                            not_blank=.true.), o%output_file)
+      call table%add(option('file', 'path of the results', default_text='stem of the analysis file, or of the '// &
+                            'file with &model, + .h5', not_blank=.true.), o%output_file)
       call table%add(option('frames', 'write the frames'), o%write_frames)
       call table%add(option('contacts', 'write the contacts of frames'), o%write_contacts)
       call table%add(option('energy', 'compute and write the energy balance', quantity='energy balance'), &
@@ -383,7 +390,8 @@ contains
                             least=0.0_wp, most=1.0_wp, default_text='none: what springs and time step give', &
                             see=laws), m%restitution)
       call table%add(option('brittle', 'cohesion and tension are lost at first slip or opening; .false.: they stay', &
-                            see=laws), m%brittle, is_given=m%brittle_given)
+                            default_text='.true.; .false. in a file with &model', see=laws), m%brittle, &
+                     is_given=m%brittle_given)
       call table%add(option('tie', 'both sides deform as one body until the strength is reached; .false.: a joint', &
                             applies='formulation length'), m%tie, is_given=m%tie_given)
    end subroutine describe_joint

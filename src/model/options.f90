@@ -7,10 +7,11 @@
 module rockdda_model_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
-   use rockdda_model_analysis_input, only : joint_material_type, unset_real
+   use rockdda_model_analysis_input, only : block_material_type, joint_material_type, unset_real
    implicit none
    private
-   public :: run_options_type, stage_type, line_load_type, base_motion_type, region_type, subdivision_type
+   public :: run_options_type, stage_type, line_load_type, base_motion_type, region_type, subdivision_type, &
+             point_table_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -49,6 +50,7 @@ module rockdda_model_options
    !> Base acceleration: a table and/or harmonic terms; acts as load -m a.
    type :: base_motion_type
       real(wp), allocatable :: table(:, :)       !! (3, m) t ax ay, linear in between, zero beyond the ends
+      character(len=:), allocatable :: file      !! of the table, as the options name it
       !> (5, m) amplitudes ax ay, frequency f [1/time], phase [rad], start t0: a = A sin(2 pi f (t - t0) + phase)
       real(wp), allocatable :: harmonics(:, :)
    end type base_motion_type
@@ -73,7 +75,22 @@ module rockdda_model_options
       type(origin_type) :: origin                !! where it was read
    end type subdivision_type
 
+   !> Time table of fixed or loading points.
+   type :: point_table_type
+      integer, allocatable :: points(:)          !! numbers from 1; not given: all
+      real(wp), allocatable :: rows(:, :)        !! (3, m) t x y
+      type(origin_type) :: origin                !! where it was read
+   end type point_table_type
+
    type :: run_options_type
+      ! &model: a labelled file, which names its geometry and describes the materials
+      logical :: labelled = .false.
+      type(origin_type) :: model_origin
+      character(len=:), allocatable :: geometry   !! path of the geometry or block file, relative to that of the options
+      character(len=:), allocatable :: analysis   !! path of an analysis file; empty or not allocated: none
+      character(len=:), allocatable :: model_title
+      type(block_material_type), allocatable :: block_materials(:) !! groups that describe or change block materials
+      type(point_table_type), allocatable :: fixed_points(:), loading_points(:)
       ! &run
       character(len=:), allocatable :: title
       integer :: steps = unset_integer

@@ -7,7 +7,9 @@ module rockdda_model_resolve
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
+   use rockdda_model_automatic_numbers, only : choose_numbers
    use rockdda_model_joint_options, only : take_joint_options
+   use rockdda_model_material_options, only : take_block_options, take_point_tables
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
@@ -16,7 +18,7 @@ module rockdda_model_resolve
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: resolve_parameters, length_scale
+   public :: resolve_parameters, put_materials_together, length_scale
 
 contains
 
@@ -31,24 +33,33 @@ contains
       type(defaults_type) :: defaults
       type(transfer_type) :: transfer
       logical :: is_windows
+      logical :: alone                                  !! a labelled file without an analysis file
 
       is_windows = analysis%dialect == dialect%peer
+      alone = .not. allocated(analysis%block_materials)
       call take_analysis(blocks, analysis, parameters)
       settings = options
+      if (options%labelled) call take_labelled_defaults(settings)
       if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
                                                                               dda_windows, old_dda_windows])
       call describe_options(defaults, settings, parameters)
       call describe_options(transfer, settings, parameters)
-      call note_extent(analysis, options, parameters, messages)
-      call messages%append(transfer%notes)
-      if (is_set(options%gravity)) call messages%add(severity%note, 'gravity '//to_string(options%gravity)// &
-                                                     ' replaces weight over density of the analysis file')
+      if (.not. alone) then
+         call note_extent(analysis, options, parameters, messages)
+         call messages%append(transfer%notes)
+      end if
+      if (is_set(options%gravity) .and. .not. alone) call messages%add(severity%note, 'gravity '// &
+         to_string(options%gravity)//' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
-      call take_joint_options(settings%joint_materials, settings%joint_laws, parameters%joint_materials, messages)
+      call put_materials_together(analysis, settings, parameters, messages)
+      call take_point_tables('fixed point', settings%fixed_points, parameters%fixed_tables, messages)
+      call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
       parameters%regions = settings%regions
       parameters%subdivisions = settings%subdivisions
 
+      parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
+      if (alone) call choose_numbers(blocks, options, parameters, messages)
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
@@ -58,8 +69,7 @@ contains
          ' steps and every '//to_string(options%save_dt)//' of time')
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out')
-      parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
-      call resolve_stiffness(analysis, settings, parameters, messages)
+      call resolve_stiffness(settings, parameters, messages)
       call resolve_lengths(blocks, settings, parameters, messages)
    end subroutine resolve_parameters
 
@@ -68,14 +78,17 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(analysis_input_type), intent(in) :: analysis
       type(parameters_type), intent(inout) :: parameters
+      if (.not. allocated(analysis%block_materials)) then
+         allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
+         parameters%k01 = 1
+         return
+      end if
       parameters%n_steps = analysis%n_steps
       parameters%k01 = analysis%k01
       parameters%dt_max = analysis%dt_max
       parameters%displacement_ratio = analysis%displacement_ratio
       parameters%normal_stiffness = analysis%stiffness
       parameters%sor_factor = analysis%sor_factor
-      parameters%block_materials = analysis%block_materials
-      parameters%joint_materials = analysis%joint_materials
       allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
       if (allocated(analysis%fixed_tables)) then
          if (size(analysis%fixed_tables) == blocks%fixed%n) parameters%fixed_tables = analysis%fixed_tables
@@ -84,6 +97,55 @@ contains
          if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
       end if
    end subroutine take_analysis
+
+   !> Materials of the analysis file and the options; without an analysis file also the end of the run.
+   subroutine put_materials_together(analysis, options, parameters, messages)
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: options             !! with all lists
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (allocated(analysis%block_materials)) then
+         parameters%block_materials = analysis%block_materials
+         parameters%joint_materials = analysis%joint_materials
+      else
+         if (allocated(parameters%block_materials)) deallocate (parameters%block_materials, parameters%joint_materials)
+         allocate (parameters%block_materials(0), parameters%joint_materials(0))
+         call find_extent(options, parameters, messages)
+      end if
+      call take_block_options(options%block_materials, options%labelled, parameters%gravity, &
+                              parameters%block_materials, messages)
+      call take_joint_options(options%joint_materials, options%joint_laws, options%labelled, &
+                              parameters%joint_materials, messages)
+   end subroutine put_materials_together
+
+   !> Options whose default is another one in a labelled file.
+   pure subroutine take_labelled_defaults(settings)
+      type(run_options_type), intent(inout) :: settings
+      if (.not. allocated(settings%plane)) settings%plane = ''
+      if (len_trim(settings%plane) == 0) settings%plane = 'strain'
+      if (.not. allocated(settings%title)) settings%title = ''
+      if (len_trim(settings%title) == 0 .and. allocated(settings%model_title)) settings%title = settings%model_title
+   end subroutine take_labelled_defaults
+
+   !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
+   subroutine find_extent(options, parameters, messages)
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_set(options%steps)) parameters%n_steps = huge(1)
+      if (allocated(options%stages)) then
+         if (size(options%stages) > 0) then
+            associate (last => options%stages(size(options%stages)))
+               if (is_set(last%until_step)) parameters%n_steps = min(parameters%n_steps, last%until_step)
+               if (is_set(last%until_time)) parameters%t_end = min(parameters%t_end, last%until_time)
+               if (is_set(last%until_step) .or. is_set(last%until_time)) return
+            end associate
+         end if
+      end if
+      if (is_set(options%steps) .or. is_set(options%t_end)) return
+      call messages%add(severity%error, 'the run has no end: give &run steps or t_end, or an end to the last &stage', &
+                        options%model_origin)
+   end subroutine find_extent
 
    !> Remove the limit of the number of steps where only an end time is given.
    subroutine note_extent(analysis, options, parameters, messages)
@@ -118,14 +180,13 @@ contains
    end function reference_length
 
    !> Find the stiffness of contacts and fixed points.
-   subroutine resolve_stiffness(analysis, settings, parameters, messages)
-      type(analysis_input_type), intent(in) :: analysis
+   subroutine resolve_stiffness(settings, parameters, messages)
       type(run_options_type), intent(in) :: settings
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: text
       real(wp) :: e_max
-      e_max = max(0.0_wp, maxval(analysis%block_materials%youngs_modulus))
+      e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
       if (parameters%normal_stiffness <= 0) then
          if (parameters%peer_contacts) then
             parameters%normal_stiffness = preset_over_e*e_max

@@ -4,9 +4,10 @@ module rockdda_run_cells
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_analysis_input, only : block_material_type, joint_material_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_joint_options, only : joint_number
+   use rockdda_model_material_options, only : block_number
    use rockdda_model_options, only : region_type, subdivision_type
    use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
    use rockdda_cutting_cell_lattice, only : cell_kind
@@ -14,12 +15,43 @@ module rockdda_run_cells
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: check_regions, make_cells
+   public :: number_regions, check_regions, check_cells, make_cells
 
    !> More cells than this are refused: a size that was meant for another unit.
    real(wp), parameter :: most_cells = 5.0e6_wp
 
 contains
+
+   !> Put numbers in place of the names of block materials in regions.
+   subroutine number_regions(materials, regions, messages)
+      type(block_material_type), intent(in) :: materials(:)   !! groups of the options that may name block materials
+      type(region_type), intent(inout) :: regions(:)
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=80) :: known(size(materials))
+      character(len=:), allocatable :: word, numbers
+      integer :: i, k, m
+      known = ''
+      do i = 1, size(materials)
+         if (allocated(materials(i)%name)) known(i) = adjustl(materials(i)%name)
+      end do
+      do i = 1, size(regions)
+         if (.not. allocated(regions(i)%material)) cycle
+         numbers = ''
+         do k = 1, count_words(regions(i)%material)
+            word = word_of(regions(i)%material, k)
+            m = block_number(word, materials)
+            if (m < 1 .and. size(materials) > 0) then
+               call messages%add(severity%error, "&region: there is no block material '"//word//"'"// &
+                                 did_you_mean(word, known), regions(i)%origin)
+               m = 1
+            end if
+            if (m > 0) word = to_string(m)
+            if (k > 1) numbers = numbers//','
+            numbers = numbers//word
+         end do
+         regions(i)%material = numbers
+      end do
+   end subroutine number_regions
 
    !> Errors for regions that say nothing or the impossible, warnings for those without a block.
    subroutine check_regions(blocks, regions, n_materials, messages)
@@ -87,6 +119,24 @@ contains
 
    end subroutine check_region
 
+   !> Errors for names that groups of cells have wrong.
+   subroutine check_cells(regions, subdivisions, n_joints, named_joints, messages)
+      type(region_type), intent(in) :: regions(:)
+      type(subdivision_type), intent(in) :: subdivisions(:)
+      integer, intent(in) :: n_joints            !! joint materials
+      type(joint_material_type), intent(in) :: named_joints(:)   !! groups of the options that may name joint materials
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      do i = 1, size(subdivisions)
+         associate (s => subdivisions(i))
+            if (allocated(s%region)) call check_names(regions, s%region, s%origin, messages)
+            if (allocated(s%joint_material)) call check_joint(joint_number(s%joint_material, named_joints), &
+                                                             s%joint_material, n_joints, named_joints, s%origin, &
+                                                             messages)
+         end associate
+      end do
+   end subroutine check_cells
+
    !> Cut the blocks of the regions into cells.
    subroutine make_cells(regions, subdivisions, n_joints, named_joints, blocks, messages)
       type(region_type), intent(in) :: regions(:)
@@ -103,19 +153,19 @@ contains
       real(wp) :: n_cells
       if (size(subdivisions) == 0) return
       before = messages%n_errors
+      call check_cells(regions, subdivisions, n_joints, named_joints, messages)
+      if (messages%n_errors > before) return
       n_blocks = blocks%n_blocks
+      allocate (inside(n_blocks))
       allocate (choices(size(subdivisions)), choice(n_blocks))
       choice = 0
       do i = 1, size(subdivisions)
          associate (s => subdivisions(i))
             names = ''
             if (allocated(s%region)) names = s%region
-            call check_names(regions, names, s%origin, messages)
             choices(i) = cell_choice_type(s%size, cell_kind%rectangles, joint_number(s%joint_material, named_joints))
-            call check_joint(choices(i)%joint, s%joint_material, n_joints, named_joints, s%origin, messages)
             if (allocated(s%kind)) choices(i)%kind = merge(cell_kind%triangles, cell_kind%rectangles, &
                                                            s%kind == 'triangles')
-            if (messages%n_errors > before) cycle
             inside = blocks_of_region(blocks, regions, names)
             n_cells = count_cells(blocks, choices(i), inside)
             if (n_cells > most_cells) call messages%add(severity%error, '&subdivide: cells of size '// &

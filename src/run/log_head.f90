@@ -30,7 +30,8 @@ contains
       if (.not. allocated(error)) call log%put('title: '//header%title, error)
       if (.not. allocated(error)) call log%put('created: '//header%created, error)
       if (.not. allocated(error)) call log%put('geometry or blocks: '//input%model_file, error)
-      if (.not. allocated(error)) call log%put('analysis: '//input%analysis_file, error)
+      if (.not. allocated(error) .and. len(input%analysis_file) > 0) call log%put('analysis: '//input%analysis_file, &
+                                                                                  error)
       if (.not. allocated(error) .and. len(input%config_file) > 0) call log%put('options: '//input%config_file, error)
       if (.not. allocated(error)) call log%put('results: '//output, error)
       if (.not. allocated(error)) call log%put_model(input%blocks, error)

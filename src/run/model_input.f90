@@ -10,26 +10,29 @@ module rockdda_run_model_input
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_joint_options, only : count_joint_materials
-   use rockdda_model_resolve, only : resolve_parameters
+   use rockdda_model_joint_options, only : described_joints
+   use rockdda_model_material_options, only : described_blocks
+   use rockdda_model_resolve, only : resolve_parameters, put_materials_together
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_analysis_file, only : read_analysis_source
    use rockdda_io_block_file, only : read_block_source
    use rockdda_io_geometry_file, only : read_geometry_source
    use rockdda_io_material_check, only : check_geometry_materials, check_block_materials
+   use rockdda_io_material_use, only : check_lines_described, check_blocks_described
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_file, only : read_options_source
+   use rockdda_io_namelist_parser, only : beside
    use rockdda_io_plausibility, only : check_plausibility
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
-   use rockdda_run_cells, only : check_regions, make_cells
-   use rockdda_stepping_options_check, only : check_options
+   use rockdda_run_cells, only : number_regions, check_regions, check_cells, make_cells
+   use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
    public :: model_input_type, run_request_type
-   public :: find_files, read_model, read_blocks, count_points, recognise_file, stem_of
+   public :: find_files, read_model, read_blocks, count_points, recognise_file, stem_of, run_name
 
    !> Options of the command line or of the Python call; they override the options file.
    type :: run_request_type
@@ -53,6 +56,7 @@ module rockdda_run_model_input
       character(len=:), allocatable :: analysis_file   !! '' when there is none, and so below
       character(len=:), allocatable :: config_file
       integer :: model_kind = 0                        !! file_kind%geometry or file_kind%blocks
+      logical :: labelled = .false.                    !! the options file is a labelled file, which names the others
       logical :: in_memory = .false.                   !! the texts are given; file names are for messages only
       ! their content
       character(len=:), allocatable :: model_text, analysis_text, config_text
@@ -67,11 +71,11 @@ module rockdda_run_model_input
 
 contains
 
-   !> Find the files of a run: a folder (then without an analysis file), or a geometry or block file and an analysis
-   !> file.
+   !> Find the files of a run: a folder or a labelled file (then without an analysis file), or a geometry or block file
+   !> and an analysis file. The files that a labelled file names are found when it is read.
    subroutine find_files(model, analysis, config, input, messages, error)
       character(len=*), intent(in) :: model     !! a file or a folder
-      character(len=*), intent(in) :: analysis  !! '' for a folder
+      character(len=*), intent(in) :: analysis  !! '' for a folder or a labelled file
       character(len=*), intent(in) :: config    !! options file, '' for none or that of the folder
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
@@ -80,10 +84,21 @@ contains
       logical :: ok(2)
       input%config_file = config
       if (len(analysis) == 0) then
-         call find_in_folder(model, input, error)
-         return
+         if (get_path_kind(model) == path_kind%directory) then
+            call find_in_folder(model, input, error)
+            return
+         end if
       end if
       call recognise_file(model, kinds(1), messages, ok(1))
+      if (len(analysis) == 0) then
+         if (ok(1) .and. kinds(1) == file_kind%labelled) then
+            call take_labelled(model, input, error)
+         else if (ok(1)) then
+            call wrong_kind(model, kinds(1), 'a labelled file (.nml with &model), or a folder, or a geometry or '// &
+                            'block file and an analysis file')
+         end if
+         return
+      end if
       call recognise_file(analysis, kinds(2), messages, ok(2))
       if (.not. all(ok)) return
       input%model_file = model
@@ -122,9 +137,77 @@ contains
       character(len=:), allocatable :: config
       call find_model_files(folder, input%model_file, input%analysis_file, config, error)
       if (allocated(error)) return
+      if (len(input%model_file) == 0) then
+         call take_labelled(config, input, error)
+         return
+      end if
       if (allocated(config) .and. len(input%config_file) == 0) input%config_file = config
       call recognise(input%model_file, input%model_kind, error)
    end subroutine find_in_folder
+
+   !> Take a labelled file, which takes no options file beside it.
+   subroutine take_labelled(path, input, error)
+      character(len=*), intent(in) :: path
+      type(model_input_type), intent(inout) :: input
+      type(error_type), allocatable, intent(out) :: error
+      if (len(input%config_file) > 0) then
+         call make_error(error, error_code%input, path//': error: a labelled file holds all options; leave out '// &
+                         '--config '//input%config_file)
+         return
+      end if
+      input%labelled = .true.
+      input%config_file = path
+      input%model_file = ''
+      input%analysis_file = ''
+   end subroutine take_labelled
+
+   !> Find the files that a labelled file names, beside it.
+   subroutine find_named_files(input, messages, ok)
+      type(model_input_type), intent(inout) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok                 !! there is a model to be read
+      integer :: kind
+      logical :: found
+      ok = .false.
+      if (.not. input%options%labelled) then
+         call messages%add(severity%error, 'there is no group &model, which names the geometry', whole_file())
+         return
+      else if (.not. input%labelled) then
+         call messages%add(severity%error, 'a file with &model is a whole model: run it by itself', &
+                           input%options%model_origin)
+         return
+      end if
+      if (input%in_memory) then
+         ok = .true.
+         return
+      end if
+      if (allocated(input%options%analysis)) then
+         if (len_trim(input%options%analysis) > 0) then
+            input%analysis_file = beside(input%config_file, trim(adjustl(input%options%analysis)))
+            call recognise_file(input%analysis_file, kind, messages, found)
+            if (found .and. kind /= file_kind%analysis) call messages%add(severity%error, input%analysis_file// &
+               ': expected an analysis file, found '//with_article(kind_name(kind)), input%options%model_origin)
+            if (kind /= file_kind%analysis) input%analysis_file = ''
+         end if
+      end if
+      if (.not. allocated(input%options%geometry)) return   ! reported by the reader
+      if (len_trim(input%options%geometry) == 0) return
+      input%model_file = beside(input%config_file, trim(adjustl(input%options%geometry)))
+      call recognise_file(input%model_file, input%model_kind, messages, found)
+      if (found .and. .not. is_model(input%model_kind)) call messages%add(severity%error, input%model_file// &
+         ': expected a geometry or block file, found '//with_article(kind_name(input%model_kind)), &
+         input%options%model_origin)
+      ok = found .and. is_model(input%model_kind)
+
+   contains
+
+      !> The options file as a whole.
+      function whole_file() result(origin)
+         type(origin_type) :: origin
+         origin%file = input%config_file
+      end function whole_file
+
+   end subroutine find_named_files
 
    !> Read all files, cut a geometry into blocks and blocks into cells, and resolve the parameters of the run.
    !> Every problem is added to `messages`; `error` is a failure of the cutting.
@@ -133,38 +216,104 @@ contains
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      integer :: before, n_joint
+      integer :: before
+      logical :: ok
       call read_config(input, messages)
+      if (input%labelled .or. input%options%labelled) then
+         call find_named_files(input, messages, ok)
+         if (.not. ok) return
+      end if
       call apply_to_options(request, input%options)
       if (request%threads > most_threads) call messages%add(severity%error, 'threads: must be '// &
          to_string(most_threads)//' or less, found '//to_string(request%threads))
       call read_blocks(input, messages, error)
       before = messages%n_errors
-      call read_analysis(request%dialect, input, messages)
+      if (len(input%analysis_file) > 0) call read_analysis(request%dialect, input, messages)
+      if (.not. allocated(input%analysis_text)) input%analysis_text = ''
       if (messages%n_errors > before) return
-      n_joint = count_joint_materials(size(input%analysis%joint_materials), input%options%joint_materials)
-      if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
-         call check_geometry_materials(input%geometry, input%analysis, n_joint, messages)
-      else if (input%has_blocks) then
-         call check_block_materials(input%blocks, input%analysis, n_joint, input%model_file, messages)
-      end if
-      if (messages%has_errors() .or. .not. input%has_blocks) return
+      if (.not. allocated(input%options%block_materials)) allocate (input%options%block_materials(0))
       if (.not. allocated(input%options%joint_materials)) allocate (input%options%joint_materials(0))
       if (.not. allocated(input%options%joint_laws)) allocate (input%options%joint_laws(0))
       if (.not. allocated(input%options%regions)) allocate (input%options%regions(0))
       if (.not. allocated(input%options%subdivisions)) allocate (input%options%subdivisions(0))
-      call check_regions(input%blocks, input%options%regions, size(input%analysis%block_materials), messages)
-      if (messages%has_errors()) return
-      call make_cells(input%options%regions, input%options%subdivisions, n_joint, &
-                      [input%options%joint_materials, input%options%joint_laws], input%blocks, messages)
+      call check_materials(input, messages)
+      if (.not. input%has_blocks) return
+      if (messages%has_errors() .and. .not. input%labelled) return
+      call make_parts(input, messages)
+      if (messages%has_errors() .and. input%labelled) call find_further_errors(input, messages)
       if (messages%has_errors()) return
       call choose_solver(input%options, messages)
       call resolve_parameters(input%blocks, input%analysis, input%options, input%parameters, messages)
       call check_options(input%blocks, input%parameters, messages)
       if (.not. messages%has_errors()) call check_plausibility(input%blocks, input%parameters, input%options, &
          input%analysis_file, input%config_file, messages)
-      if (len(input%parameters%title) == 0) input%parameters%title = stem_of(input%analysis_file)
+      if (len(input%parameters%title) == 0) input%parameters%title = run_name(input)
    end subroutine read_model
+
+   !> Check that the materials of the model are described.
+   subroutine check_materials(input, messages)
+      type(model_input_type), intent(in) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      logical, allocatable :: blocks(:), joints(:)      !! described, by number
+      integer :: n(2)
+      n = 0
+      if (allocated(input%analysis%block_materials)) n = [size(input%analysis%block_materials), &
+                                                          size(input%analysis%joint_materials)]
+      allocate (blocks, source=described_blocks(n(1), input%options%block_materials, input%labelled))
+      allocate (joints, source=described_joints(n(2), input%options%joint_materials, input%labelled))
+      if (input%labelled .and. n(1) == 0) then
+         if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
+            call check_lines_described(input%geometry, input%blocks, blocks, joints, input%model_file, messages)
+         else if (input%has_blocks) then
+            call check_blocks_described(input%blocks, blocks, joints, input%model_file, messages)
+         end if
+      else if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
+         call check_geometry_materials(input%geometry, size(blocks), size(joints), messages)
+      else if (input%has_blocks) then
+         call check_block_materials(input%blocks, size(blocks), size(joints), input%model_file, messages)
+      end if
+   end subroutine check_materials
+
+   !> What the next attempt would report of a labelled file with errors: materials, laws of joints, end of the run.
+   subroutine find_further_errors(input, messages)
+      type(model_input_type), intent(in) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      type(parameters_type) :: parameters
+      call put_materials_together(input%analysis, input%options, parameters, messages)
+      call check_joints(parameters%joint_materials, messages)
+   end subroutine find_further_errors
+
+   !> Regions, and the cells of blocks, by the names of their materials.
+   subroutine make_parts(input, messages)
+      type(model_input_type), intent(inout) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: n(2)
+      n = 0
+      if (allocated(input%analysis%block_materials)) n = [size(input%analysis%block_materials), &
+                                                          size(input%analysis%joint_materials)]
+      n = [size(described_blocks(n(1), input%options%block_materials, input%labelled)), &
+           size(described_joints(n(2), input%options%joint_materials, input%labelled))]
+      call number_regions(input%options%block_materials, input%options%regions, messages)
+      call check_regions(input%blocks, input%options%regions, n(1), messages)
+      if (messages%has_errors()) then
+         call check_cells(input%options%regions, input%options%subdivisions, n(2), &
+                          [input%options%joint_materials, input%options%joint_laws], messages)
+         return
+      end if
+      call make_cells(input%options%regions, input%options%subdivisions, n(2), &
+                      [input%options%joint_materials, input%options%joint_laws], input%blocks, messages)
+   end subroutine make_parts
+
+   !> Name of a run, from which those of its files are made: the stem of its labelled or analysis file.
+   pure function run_name(input) result(name)
+      type(model_input_type), intent(in) :: input
+      character(len=:), allocatable :: name
+      if (input%labelled) then
+         name = stem_of(input%config_file)
+      else
+         name = stem_of(input%analysis_file)
+      end if
+   end function run_name
 
    !> Read the options, if there is a file of them.
    subroutine read_config(input, messages)

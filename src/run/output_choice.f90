@@ -7,7 +7,7 @@ module rockdda_run_output_choice
    use rockdda_io_log, only : log_path
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_run_model_input, only : model_input_type, run_request_type, stem_of
+   use rockdda_run_model_input, only : model_input_type, run_request_type, run_name
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private
@@ -15,14 +15,14 @@ module rockdda_run_output_choice
 
 contains
 
-   !> Choose the path of the results: from the command line, the options, or the stem of the analysis file; never an
+   !> Choose the path of the results: from the command line, the options, or the name of the run; never an
    !> input file, and an existing file only with `force`.
    subroutine choose_output(request, input, output, error)
       class(run_request_type), intent(in) :: request
       type(model_input_type), intent(in) :: input
       character(len=:), allocatable, intent(out) :: output
       type(error_type), allocatable, intent(out) :: error
-      output = stem_of(input%analysis_file)//'.h5'
+      output = run_name(input)//'.h5'
       if (allocated(input%options%output_file)) then
          if (len_trim(input%options%output_file) > 0) output = trim(input%options%output_file)
       end if

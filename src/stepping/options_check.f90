@@ -3,6 +3,7 @@
 module rockdda_stepping_options_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
@@ -11,7 +12,7 @@ module rockdda_stepping_options_check
    use rockdda_stepping_parameter_check, only : check_parameters
    implicit none
    private
-   public :: check_options
+   public :: check_options, check_joints
 
 contains
 
@@ -28,5 +29,13 @@ contains
       call check_stages(parameters, blocks%fixed%n, messages)
       call loads%init(blocks, parameters, line_ends, messages)
    end subroutine check_options
+
+   !> Joint laws alone.
+   subroutine check_joints(joints, messages)
+      type(joint_material_type), intent(in) :: joints(:)
+      type(diagnostics_type), intent(inout) :: messages
+      type(contact_law_type), allocatable :: laws(:)
+      call new_contact_laws(joints, laws, messages)
+   end subroutine check_joints
 
 end module rockdda_stepping_options_check

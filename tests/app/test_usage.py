@@ -90,7 +90,8 @@ class Mistakes(ProgramTest):
         self.check(["cut"], "'rockdda cut' needs one geometry file, found 0; see 'rockdda cut --help'")
         self.check(
             ["run", "block.dc"],
-            "'rockdda run' needs a geometry or block file and an analysis file, or one folder with them; "
+            "'rockdda run' needs a geometry or block file and an analysis file, one labelled file, or one folder with "
+            "them; "
             "found 1 file, see 'rockdda run --help'",
         )
         self.check(["check"], "'rockdda check' needs at least one file; see 'rockdda check --help'")

@@ -5,6 +5,8 @@ module rockdda_io_namelist_file
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_joint_options, only : joint_number
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -12,6 +14,7 @@ module rockdda_io_namelist_file
    use rockdda_io_option_reader, only : option_reader_type
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
    public :: read_options_file, read_options_source, list_given_options, given_group_type
@@ -43,13 +46,37 @@ contains
       type(namelist_type), target :: namelist
       type(option_reader_type) :: reader
       type(parameters_type) :: no_parameters
+      integer :: i
       call parse_namelist(source, namelist, reader%messages)
       call reader%start(namelist)
       call describe_options(reader, options, no_parameters)
       call reader%report_unknown()
+      options%labelled = any([(namelist%groups(i)%name == 'model', i=1, namelist%n)])
+      do i = namelist%n, 1, -1
+         if (namelist%groups(i)%name == 'model') options%model_origin = namelist%origin(namelist%groups(i)%place)
+      end do
+      do i = 1, size(options%joint_laws)
+         if (.not. allocated(options%joint_laws(i)%word)) cycle
+         options%joint_laws(i)%number = joint_number(options%joint_laws(i)%word, options%joint_materials)
+         if (options%joint_laws(i)%number == 0) call reader%messages%add(severity%error, &
+            "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
+            did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
+            options%joint_laws(i)%origin)
+      end do
       call check_stages(options%stages, reader%messages)
       call append_in_order(messages, reader%messages)
    end subroutine read_options_source
+
+   !> Names of joint materials.
+   pure function joint_names(materials) result(names)
+      type(joint_material_type), intent(in) :: materials(:)
+      character(len=80) :: names(size(materials))
+      integer :: i
+      names = ''
+      do i = 1, size(materials)
+         if (allocated(materials(i)%name)) names(i) = adjustl(materials(i)%name)
+      end do
+   end function joint_names
 
    !> List the groups of a file with the names in them, none when it cannot be read.
    subroutine list_given_options(path, groups)

@@ -192,12 +192,13 @@ contains
    end subroutine list_rows
 
    !> List rows of reals in a file.
-   subroutine list_file(self, row, given, used)
+   subroutine list_file(self, row, given, used, name)
       class(option_list_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       call self%append(row, option_kind%file)
-      associate (unused_1 => allocated(given), unused_2 => allocated(used))
+      associate (unused_1 => allocated(given), unused_2 => allocated(used), unused_3 => present(name))
       end associate
    end subroutine list_file
 

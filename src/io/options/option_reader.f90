@@ -328,10 +328,11 @@ contains
    end subroutine read_rows
 
    !> Read rows of reals in a file, beside the file of options.
-   subroutine read_file(self, row, given, used)
+   subroutine read_file(self, row, given, used, name)
       class(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       type(cursor_type) :: cursor
       type(entry_type), pointer :: entry
       character(len=:), allocatable :: file
@@ -339,6 +340,7 @@ contains
          if (allocated(file)) deallocate (file)
          call get_text(self%namelist, entry, file, self%messages)
          if (.not. allocated(file)) cycle
+         if (present(name)) name = file
          call demand(self%namelist, entry, len_trim(file) > 0, 'must name a file', self%messages)
          if (len_trim(file) > 0) call read_csv_table(beside(self%namelist%source%file, trim(file)), &
                                                      column_names(row), given, self%messages)

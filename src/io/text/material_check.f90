@@ -4,7 +4,6 @@ module rockdda_io_material_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
-   use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_numbers, only : number_status, parse_number
@@ -18,13 +17,11 @@ module rockdda_io_material_check
 contains
 
    !> Materials named in a geometry file; errors show the line that names them.
-   subroutine check_geometry_materials(geometry, analysis, n_joint, messages)
+   subroutine check_geometry_materials(geometry, n_block, n_joint, messages)
       type(geometry_input_type), intent(in) :: geometry
-      type(analysis_input_type), intent(in) :: analysis
-      integer, intent(in) :: n_joint               !! joint materials, with those that options add
+      integer, intent(in) :: n_block, n_joint      !! block and joint materials, with those that options add
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i, n_block
-      n_block = size(analysis%block_materials)
+      integer :: i
       do i = 1, size(geometry%line_joint)
          if (messages%n_errors >= most_errors) return
          if (geometry%line_joint(i) > n_joint) call messages%add(severity%error, 'joint material of line '// &
@@ -40,15 +37,13 @@ contains
    end subroutine check_geometry_materials
 
    !> Materials of a cut model.
-   subroutine check_block_materials(blocks, analysis, n_joint, file, messages)
+   subroutine check_block_materials(blocks, n_block, n_joint, file, messages)
       type(block_system_type), intent(in) :: blocks
-      type(analysis_input_type), intent(in) :: analysis
-      integer, intent(in) :: n_joint               !! joint materials, with those that options add
+      integer, intent(in) :: n_block, n_joint      !! block and joint materials, with those that options add
       character(len=*), intent(in) :: file         !! file of the blocks, for messages
       type(diagnostics_type), intent(inout) :: messages
       type(origin_type) :: origin
-      integer :: i, k, n_block
-      n_block = size(analysis%block_materials)
+      integer :: i, k
       origin%file = file
       do i = 1, blocks%n_blocks
          if (messages%n_errors >= most_errors) return

@@ -286,12 +286,13 @@ contains
    end subroutine text_rows
 
    !> Write rows of reals from a file.
-   subroutine text_file(self, row, given, used)
+   subroutine text_file(self, row, given, used, name)
       class(parameter_text_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       call put_rows(self, row, used)
-      associate (unused => allocated(given))
+      associate (unused_1 => allocated(given), unused_2 => present(name))
       end associate
    end subroutine text_file
 

@@ -193,12 +193,13 @@ contains
    end subroutine exchange_rows
 
    !> Save or load rows of reals from a file.
-   subroutine exchange_file(self, row, given, used)
+   subroutine exchange_file(self, row, given, used, name)
       class(parameter_exchange_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       call self%archive%item(row%name, used)
-      associate (unused => allocated(given))
+      associate (unused_1 => allocated(given), unused_2 => present(name))
       end associate
    end subroutine exchange_file
 

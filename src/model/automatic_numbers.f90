@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: MIT
+!> Numbers that a labelled file may leave out: contact stiffness, time step and displacement ratio that suit the model,
+!> each with a note that gives the reason. The rules are in docs/contact-numbers.md.
+module rockdda_model_automatic_numbers
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_contact_numbers, only : mean_edge, advised_ratio, advised_step
+   use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: choose_numbers
+
+   !> Contact stiffness over the largest E: a joint of length L has k_n = 2 E/L in both formulations.
+   real(wp), parameter :: over_e_by_length = 2.0_wp, over_e_by_vertex = 1.0_wp
+   !> Share of the time in which a block falls by its own size that a step takes at most.
+   real(wp), parameter :: share_of_fall = 0.02_wp
+   !> Factor of the time step where all of the run is static.
+   real(wp), parameter :: static_factor = 4.0_wp
+
+contains
+
+   !> Choose what the options do not give.
+   subroutine choose_numbers(blocks, options, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters   !! with materials, w0 and all that the options give
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: edge
+      edge = max(mean_edge(blocks), tiny(1.0_wp))
+      if (.not. is_set(options%displacement_ratio)) then
+         parameters%displacement_ratio = advised_ratio(edge, parameters%w0)
+         call messages%add(severity%note, 'displacement ratio (g2) is automatic: '// &
+            to_string(parameters%displacement_ratio, 4)//', the smaller of 0.01 and 0.02 mean edges of '// &
+            to_string(edge, 4)//' over w0 = '//to_string(parameters%w0, 4)// &
+            ': a block moves by at most '//to_string(parameters%displacement_ratio*parameters%w0, 4)//' in a step')
+      end if
+      if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, edge, parameters, messages)
+      if (.not. is_set(options%dt_max)) call choose_step(blocks, edge, parameters, messages)
+   end subroutine choose_numbers
+
+   !> Contact stiffness of joints without a stiffness of their own, and of fixed points: from E, or from the joint
+   !> materials where all that are used have their own.
+   subroutine choose_stiffness(blocks, edge, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in) :: edge               !! mean length of edges
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: reason
+      logical, allocatable :: used(:)
+      real(wp) :: e_max, k_n
+      integer :: i
+      allocate (used(size(parameters%joint_materials)))
+      used = [(any(blocks%edge_joint == i), i=1, size(used))]
+      e_max = maxval(parameters%block_materials(blocks%block_material)%youngs_modulus)
+      k_n = 0
+      if (any(used)) then
+         if (all(parameters%joint_materials%normal_stiffness > 0 .or. .not. used)) &
+            k_n = maxval(parameters%joint_materials%normal_stiffness, mask=used)
+      end if
+      if (k_n > 0 .and. parameters%by_length) then
+         parameters%normal_stiffness = k_n*edge
+         reason = 'the largest normal stiffness of the joints, '//to_string(k_n, 4)//', times the mean edge of '// &
+                  to_string(edge, 4)//'; it holds fixed points, joints have their own'
+      else if (parameters%by_length) then
+         parameters%normal_stiffness = over_e_by_length*e_max
+         reason = 'twice the largest E of the blocks, so that a joint of the mean length '//to_string(edge, 4)// &
+                  ' without normal_stiffness has '//to_string(parameters%normal_stiffness/edge, 4)// &
+                  ' per length and closes by half of what the block behind it is compressed'
+      else
+         parameters%normal_stiffness = over_e_by_vertex*e_max
+         reason = 'the largest E of the blocks, at both ends of a joint, so that it closes by half of what the '// &
+                  'block behind it is compressed'
+      end if
+      call messages%add(severity%note, 'contact stiffness (g0) is automatic: '// &
+                        to_string(parameters%normal_stiffness, 4)//', '//reason)
+   end subroutine choose_stiffness
+
+   !> Largest time step: from the time in which a block swings on its joints, and the time in which it falls by
+   !> its size.
+   subroutine choose_step(blocks, edge, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in) :: edge               !! mean length of edges
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: reason
+      real(wp) :: density, k_n, acceleration, fall, area, mass, a
+      integer :: i
+      area = 0
+      mass = 0
+      acceleration = 0
+      do i = 1, blocks%n_blocks
+         associate (m => parameters%block_materials(blocks%block_material(i)))
+            a = polygon_area(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            area = area + a
+            mass = mass + a*m%density
+            acceleration = max(acceleration, abs(m%weight)/m%density)
+         end associate
+      end do
+      if (parameters%gravity >= 0) acceleration = parameters%gravity
+      density = mass/area
+      k_n = stiffest_joint(blocks, edge, parameters)
+      parameters%dt_max = advised_step(edge, density, k_n)
+      reason = '10 times the time sqrt(density L/k_n) in which a block of the mean edge L = '//to_string(edge, 4)// &
+               ' swings on joints of k_n = '//to_string(k_n, 4)
+      if (all_static(parameters)) then
+         parameters%dt_max = static_factor*parameters%dt_max
+         reason = to_string(nint(static_factor))//' (static) times '//reason
+      end if
+      if (acceleration > 0) then
+         fall = share_of_fall*sqrt(2*edge/acceleration)
+         if (fall < parameters%dt_max .and. .not. all_static(parameters)) then
+            parameters%dt_max = fall
+            reason = '2 % of the time in which a block falls by the mean edge '//to_string(edge, 4)
+         end if
+      end if
+      call messages%add(severity%note, 'time step (dt_max) is automatic: '//to_string(parameters%dt_max, 4)//', '// &
+                        reason)
+   end subroutine choose_step
+
+   !> Largest normal stiffness per length of the joints that are used.
+   pure real(wp) function stiffest_joint(blocks, edge, parameters) result(k_n)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in) :: edge
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: of_run
+      integer :: i
+      of_run = parameters%normal_stiffness/edge*merge(1.0_wp, 2.0_wp, parameters%by_length)
+      k_n = 0
+      do i = 1, size(parameters%joint_materials)
+         if (.not. any(blocks%edge_joint == i)) cycle
+         associate (own => parameters%joint_materials(i)%normal_stiffness)
+            k_n = max(k_n, merge(own, of_run, own > 0 .and. parameters%by_length))
+         end associate
+      end do
+      if (.not. k_n > 0) k_n = of_run
+   end function stiffest_joint
+
+   !> Is k01 0 all the time?
+   pure logical function all_static(parameters)
+      type(parameters_type), intent(in) :: parameters
+      integer :: i
+      all_static = .not. parameters%k01 > 0
+      do i = 1, size(parameters%stages)
+         if (is_set(parameters%stages(i)%k01)) all_static = all_static .and. .not. parameters%stages(i)%k01 > 0
+      end do
+   end function all_static
+
+end module rockdda_model_automatic_numbers
