@@ -26,7 +26,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_ties, only : tie_stiffness, break_ties
    implicit none
    private
-   public :: contacts_type
+   public :: contacts_type, set_stiffness
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp

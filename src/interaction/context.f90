@@ -4,6 +4,7 @@ module rockdda_interaction_context
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block
@@ -18,6 +19,7 @@ module rockdda_interaction_context
       ! the state
       type(block_state_type) :: state
       real(wp), allocatable :: line_ends(:, :)  !! (4, line loads) where they are now
+      type(initial_stress_type) :: initial_stress   !! the field of which state%stress is the mean at time 0
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
       real(wp) :: gravity = 1                   !! factor on all weights
@@ -28,6 +30,7 @@ module rockdda_interaction_context
       procedure :: renew_all
       procedure :: expect
       procedure :: follows_rotation
+      procedure :: stress_at_start
    end type step_context_type
 
 contains
@@ -38,6 +41,19 @@ contains
       class(step_context_type), intent(in) :: self
       follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%peer_contacts
    end function follows_rotation
+
+   !> Stress of a block at one of its points at time 0. Without a field it is uniform.
+   pure function stress_at_start(self, block, point) result(stress)
+      class(step_context_type), intent(in) :: self
+      integer, intent(in) :: block
+      real(wp), intent(in) :: point(2)
+      real(wp) :: stress(3)
+      if (allocated(self%initial_stress%stress)) then
+         stress = self%initial_stress%at(block, point)
+      else
+         stress = self%state%stress(:, block)
+      end if
+   end function stress_at_start
 
    !> What is expected next is new for all blocks.
    pure subroutine renew_all(self)

@@ -7,6 +7,7 @@ module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_bolts, only : bolts_type
+   use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_elasticity, only : elasticity_type
@@ -20,7 +21,7 @@ module rockdda_interaction_families
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 6
+   integer, parameter :: n_own = 7
 
    !> A family that was added.
    type :: added_family_type
@@ -34,6 +35,7 @@ module rockdda_interaction_families
       type(loads_type) :: loads
       type(supports_type) :: supports
       type(bolts_type) :: bolts
+      type(boundaries_type) :: boundaries
       type(added_family_type), allocatable, private :: added(:)
    contains
       procedure :: add
@@ -68,6 +70,7 @@ contains
       case (4); item => self%loads
       case (5); item => self%supports
       case (6); item => self%bolts
+      case (7); item => self%boundaries
       case default; item => self%added(i - n_own)%item
       end select
    end function family

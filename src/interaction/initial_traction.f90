@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Contacts at time 0 begin with the traction that the initial stress of their blocks asks for.
 !>
-!> The traction on the surface of block a, whose outward normal is -n, is -s n, s the mean stress of both blocks; where
-!> one is fixed or has no initial stress, that of the other. A contact that stands for the length l of the joint
-!> carries the compression -n.s n l and, along the edge, -t.s n l, no more than its strength.
+!> The traction on the surface of block a, whose outward normal is -n, is -s n, s the mean stress of both blocks at
+!> the contact; where one is fixed or has no initial stress, that of the other. A contact that stands for the length l
+!> of the joint carries the compression -n.s n l and, along the edge, -t.s n l, no more than its strength. The contacts
+!> of an interval do the work of a stress that is linear along it exactly, by Lobatto's rule: blocks whose stress
+!> balances their weight stay.
 module rockdda_interaction_initial_traction
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -37,8 +39,8 @@ contains
          associate (a => table%block_a(c), b => table%block_b(c))
             if (.not. (counts(a) .or. counts(b))) cycle
             stress = 0
-            if (counts(a)) stress = context%state%stress(:, a)
-            if (counts(b)) stress = stress + context%state%stress(:, b)
+            if (counts(a)) stress = context%stress_at_start(a, table%point(:, c))
+            if (counts(b)) stress = stress + context%stress_at_start(b, table%point(:, c))
             if (counts(a) .and. counts(b)) stress = 0.5_wp*stress
          end associate
          n = table%normal(:, c)

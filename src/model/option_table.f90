@@ -8,6 +8,7 @@ module rockdda_model_option_table
    use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
    use rockdda_model_options, only : run_options_type, stage_type, line_load_type, region_type, subdivision_type, &
       dda_windows, old_dda_windows, most_threads
+   use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    implicit none
@@ -28,6 +29,7 @@ contains
       call describe_joint_laws(table, options%joint_laws)
       call describe_point_tables(table, options%fixed_points, options%loading_points)
       call describe_regions(table, options%regions, options%subdivisions)
+      call describe_boundaries(table, options%boundaries, options%in_situ)
    end subroutine describe_options
 
    !> Visit the groups that are not lists.

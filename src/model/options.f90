@@ -11,7 +11,7 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, line_load_type, base_motion_type, region_type, subdivision_type, &
-             point_table_type
+             point_table_type, boundary_type, in_situ_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -82,6 +82,31 @@ module rockdda_model_options
       type(origin_type) :: origin                !! where it was read
    end type point_table_type
 
+   !> Outer edges of blocks along a polyline: how they are held, moved or loaded.
+   type :: boundary_type
+      real(wp), allocatable :: along(:, :)       !! (2, m) x y
+      character(len=:), allocatable :: kind      !! 'fixed' | 'roller' | 'moving' | 'traction'
+      real(wp), allocatable :: velocity(:, :)    !! (2, 1) vx vy, of 'moving'
+      real(wp), allocatable :: stress(:, :)      !! (3, 1) s11 s22 s12, of 'traction'
+      real(wp), allocatable :: traction(:, :)    !! (2, 1) tx ty, of 'traction'
+      real(wp) :: pressure = unset_real          !! positive into the block, of 'traction'
+      real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
+      type(origin_type) :: origin                !! where it was read
+   end type boundary_type
+
+   !> Stress in the ground: by the weight above under a surface, or given.
+   type :: in_situ_type
+      real(wp) :: surface = unset_real           !! its y
+      real(wp), allocatable :: profile(:, :)     !! (2, m) x y of the surface, x increasing
+      real(wp) :: k0 = unset_real                !! horizontal over vertical stress
+      real(wp) :: unit_weight = unset_real       !! unset: of the blocks
+      real(wp) :: surcharge = unset_real         !! pressure on the surface
+      real(wp), allocatable :: stress(:, :)      !! (3, 1) s11 s22 s12 at y = 0
+      real(wp), allocatable :: gradient(:, :)    !! (3, 1) its change with y
+      character(len=:), allocatable :: region    !! names, commas between them; not given: all blocks
+      type(origin_type) :: origin                !! where it was read
+   end type in_situ_type
+
    type :: run_options_type
       ! &model: a labelled file, which names its geometry and describes the materials
       logical :: labelled = .false.
@@ -135,6 +160,8 @@ module rockdda_model_options
       type(stage_type), allocatable :: stages(:)
       type(region_type), allocatable :: regions(:)
       type(subdivision_type), allocatable :: subdivisions(:)
+      type(boundary_type), allocatable :: boundaries(:)
+      type(in_situ_type), allocatable :: in_situ(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

@@ -4,7 +4,8 @@
 module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
-   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type, region_type, subdivision_type
+   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type, region_type, subdivision_type, &
+      boundary_type, in_situ_type
    implicit none
    private
    public :: parameters_type
@@ -51,6 +52,9 @@ module rockdda_model_parameters
       ! blocks: the model holds the cells already
       type(region_type), allocatable :: regions(:)
       type(subdivision_type), allocatable :: subdivisions(:)
+      ! the ground around the blocks, and the stress in them
+      type(boundary_type), allocatable :: boundaries(:)
+      type(in_situ_type), allocatable :: in_situ(:)
       ! solver
       character(len=:), allocatable :: solver_method !! empty: default of the build
       character(len=:), allocatable :: preconditioner

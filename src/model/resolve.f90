@@ -57,6 +57,8 @@ contains
       call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
       parameters%regions = settings%regions
       parameters%subdivisions = settings%subdivisions
+      parameters%boundaries = settings%boundaries
+      parameters%in_situ = settings%in_situ
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)

@@ -60,6 +60,7 @@ module rockdda_model_state
       real(wp), allocatable :: measured_stress(:, :)       !! (3, nm) of the block with the point
       real(wp), allocatable :: measured_rotation(:)        !! (nm)
       real(wp), allocatable :: fixed_force(:, :)           !! (2, nf) of the support on the block
+      real(wp), allocatable :: boundary_force(:, :)        !! (2, boundaries) on the blocks
    end type step_record_type
 
 end module rockdda_model_state

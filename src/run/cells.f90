@@ -15,7 +15,7 @@ module rockdda_run_cells
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: number_regions, check_regions, check_cells, make_cells
+   public :: number_regions, check_regions, check_names, check_cells, make_cells
 
    !> More cells than this are refused: a size that was meant for another unit.
    real(wp), parameter :: most_cells = 5.0e6_wp
@@ -129,7 +129,8 @@ contains
       integer :: i
       do i = 1, size(subdivisions)
          associate (s => subdivisions(i))
-            if (allocated(s%region)) call check_names(regions, s%region, s%origin, messages)
+            if (allocated(s%region)) call check_names('&subdivide', regions, s%region, s%origin, &
+                                                            messages)
             if (allocated(s%joint_material)) call check_joint(joint_number(s%joint_material, named_joints), &
                                                              s%joint_material, n_joints, named_joints, s%origin, &
                                                              messages)
@@ -186,7 +187,8 @@ contains
    end subroutine make_cells
 
    !> Each name of a list is that of a region.
-   subroutine check_names(regions, names, origin, messages)
+   subroutine check_names(group, regions, names, origin, messages)
+      character(len=*), intent(in) :: group      !! that has the list
       type(region_type), intent(in) :: regions(:)
       character(len=*), intent(in) :: names
       type(origin_type), intent(in) :: origin
@@ -203,7 +205,7 @@ contains
       do k = 1, count_words(names)
          word = word_of(names, k)
          if (has_region(regions, word)) cycle
-         call messages%add(severity%error, "&subdivide: there is no region '"//word//"'"//did_you_mean(word, known), &
+         call messages%add(severity%error, group//": there is no region '"//word//"'"//did_you_mean(word, known), &
                            origin)
       end do
    end subroutine check_names

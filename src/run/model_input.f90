@@ -27,7 +27,7 @@ module rockdda_run_model_input
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
-   use rockdda_run_cells, only : number_regions, check_regions, check_cells, make_cells
+   use rockdda_run_cells, only : number_regions, check_regions, check_names, check_cells, make_cells
    use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
@@ -295,6 +295,7 @@ contains
            size(described_joints(n(2), input%options%joint_materials, input%labelled))]
       call number_regions(input%options%block_materials, input%options%regions, messages)
       call check_regions(input%blocks, input%options%regions, n(1), messages)
+      call check_region_names(input%options, messages)
       if (messages%has_errors()) then
          call check_cells(input%options%regions, input%options%subdivisions, n(2), &
                           [input%options%joint_materials, input%options%joint_laws], messages)
@@ -314,6 +315,18 @@ contains
          name = stem_of(input%analysis_file)
       end if
    end function run_name
+
+   !> Names of regions in lists of other groups.
+   subroutine check_region_names(options, messages)
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      if (.not. allocated(options%in_situ)) return
+      do i = 1, size(options%in_situ)
+         if (allocated(options%in_situ(i)%region)) call check_names('&in_situ', options%regions, &
+            options%in_situ(i)%region, options%in_situ(i)%origin, messages)
+      end do
+   end subroutine check_region_names
 
    !> Read the options, if there is a file of them.
    subroutine read_config(input, messages)

@@ -233,6 +233,7 @@ contains
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
       self%facts%header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
+      self%facts%header%n_boundaries = size(self%sim%parameters%boundaries)
       call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, self%sim%blocks, &
                                self%sim%record, error)
       if (allocated(error)) then
@@ -284,6 +285,7 @@ contains
          header%frames = input%options%write_frames
          header%contacts = input%options%write_contacts
          header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
+         call self%sim%list_boundaries(header%n_boundaries, header%boundary_edges, header%boundary_kinds)
          call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
       end associate
       if (allocated(error)) return

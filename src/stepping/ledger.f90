@@ -28,7 +28,7 @@ module rockdda_stepping_ledger
 
 contains
 
-   !> Energies at time 0: initial velocities, initial stresses, pretensioned bolts.
+   !> Energies at time 0: initial velocities, initial stresses, pretensioned bolts, springs of boundaries.
    subroutine start(self, context, families)
       class(ledger_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -47,7 +47,8 @@ contains
             self%bolt_energy = self%bolt_energy + 0.5_wp*bolts%pretension(l)**2/bolts%stiffness(l)
          end do
       end associate
-      self%total(energy%springs) = self%bolt_energy
+      self%boundary_energy = families%boundaries%start_energy()
+      self%total(energy%springs) = self%bolt_energy + self%boundary_energy
       self%at_start = sum(self%total(1:4))
       self%before = self%total
       call self%given%start(self%total(energy%kinetic))
@@ -89,7 +90,8 @@ contains
       call self%add(energy%discarded, (1 - k01**2)*self%moved(1))
       self%total(energy%kinetic) = k01**2*self%moved(1)
       self%total(energy%strain) = self%moved(2)
-      self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy + self%other_energy
+      self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy + &
+                                   self%boundary_energy + self%other_energy
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)

@@ -6,6 +6,7 @@ module rockdda_stepping_motion
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_interaction_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
@@ -18,17 +19,20 @@ module rockdda_stepping_motion
 
 contains
 
-   !> State at time 0: positions of the model, initial stresses (sigma0 = s + t y at the centroid) and velocities.
-   pure subroutine start_state(blocks, parameters, state)
+   !> State at time 0: positions of the model, initial stresses at the centroids and velocities.
+   pure subroutine start_state(blocks, parameters, state, field)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(out) :: state
+      type(initial_stress_type), intent(out), optional :: field   !! of the stress
+      type(initial_stress_type) :: stress
       integer :: i, nb
       nb = blocks%n_blocks
       state%step = 0
       state%time = 0
       state%vertices = blocks%vertices
-      allocate (state%centroid(2, nb), state%rotation(nb), state%stress(3, nb), state%velocity(6, nb), state%area(nb), &
+      call find_initial_stress(blocks, parameters, stress)
+      allocate (state%centroid(2, nb), state%rotation(nb), state%velocity(6, nb), state%area(nb), &
                 state%moments(3, nb), state%mass(nb))
       do i = 1, nb
          associate (m => parameters%block_materials(blocks%block_material(i)))
@@ -36,10 +40,11 @@ contains
                                     state%area(i), state%centroid(:, i), state%moments(:, i))
             state%mass(i) = m%density*state%area(i)
             state%rotation(i) = 0
-            state%stress(:, i) = m%stress + m%stress_gradient*state%centroid(2, i)
             state%velocity(:, i) = [m%velocity, 0.0_wp, 0.0_wp, 0.0_wp]
          end associate
       end do
+      state%stress = stress%stress
+      if (present(field)) field = stress
       state%fixed_position = points_or_none(blocks%fixed%n, blocks%fixed%position)
       state%loading_position = points_or_none(blocks%loading%n, blocks%loading%position)
       state%measured_position = points_or_none(blocks%measured%n, blocks%measured%position)

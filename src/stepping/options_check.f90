@@ -8,6 +8,7 @@ module rockdda_stepping_options_check
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
+   use rockdda_stepping_ground_check, only : check_ground
    use rockdda_interaction_loads, only : loads_type
    use rockdda_stepping_parameter_check, only : check_parameters
    implicit none
@@ -16,7 +17,8 @@ module rockdda_stepping_options_check
 
 contains
 
-   !> Joint laws, points that stages release, line loads. What a run makes of them is dropped here.
+   !> Joint laws, points that stages release, line loads, boundaries, stress in the ground. What a run makes of them is
+   !> dropped here.
    subroutine check_options(blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
@@ -28,6 +30,7 @@ contains
       call check_parameters(parameters, messages)
       call check_stages(parameters, blocks%fixed%n, messages)
       call loads%init(blocks, parameters, line_ends, messages)
+      call check_ground(blocks, parameters, messages)
    end subroutine check_options
 
    !> Joint laws alone.

@@ -31,6 +31,7 @@ module rockdda_stepping_simulation
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
+   use rockdda_stepping_ground_check, only : check_ground
    use rockdda_stepping_newton, only : newton_type, newton_report_type
    use rockdda_stepping_parameter_check, only : check_parameters
    use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
@@ -68,6 +69,7 @@ module rockdda_stepping_simulation
       procedure :: contact_forces
       procedure :: contact_stresses
       procedure :: bolt_forces
+      procedure :: list_boundaries
       procedure, private :: prepare
       procedure, private :: try_step
       procedure, private :: expect_motion
@@ -95,17 +97,19 @@ contains
       call check_parameters(parameters, problems)
       call check_stages(parameters, blocks%fixed%n, problems)
       call self%families%loads%init(blocks, parameters, self%line_ends, problems)
+      call check_ground(blocks, parameters, problems)
       call problems%to_error(error)
       if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) self%parameters%solver_method = default_solver()
       call new_solver(self%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, self%solver, error)
       if (allocated(error)) return
-      call start_state(blocks, parameters, self%state)
+      call start_state(blocks, parameters, self%state, self%initial_stress)
       call new_contact_topology(blocks, self%topology)
       call self%families%elasticity%init(parameters)
       call self%families%supports%init(blocks%fixed%n)
       call self%families%bolts%init(blocks%bolts)
+      call self%families%boundaries%init(blocks, parameters, self%initial_stress, problems)
       call new_step_control(parameters, blocks%fixed%n, self%control)
       call self%contacts%resize(0)
       call self%equations%set_size(blocks%n_blocks, 0)
@@ -115,11 +119,13 @@ contains
       if (parameters%energy) self%record%energy = self%ledger%total
       allocate (self%record%measured_displacement(2, blocks%measured%n), &
                 self%record%measured_stress(3, blocks%measured%n), &
-                self%record%measured_rotation(blocks%measured%n), self%record%fixed_force(2, blocks%fixed%n))
+                self%record%measured_rotation(blocks%measured%n), self%record%fixed_force(2, blocks%fixed%n), &
+                self%record%boundary_force(2, size(self%families%boundaries%force, 2)))
       self%record%measured_displacement = 0
       self%record%measured_stress = 0
       self%record%measured_rotation = 0
       self%record%fixed_force = 0
+      self%record%boundary_force = 0
    end subroutine init
 
    !> One more interaction, added from outside, for all steps to come. Checkpoints do not hold it.
@@ -364,6 +370,7 @@ contains
                                  count(states == contact_state%locked)]
       end associate
       self%record%fixed_force = self%families%supports%force
+      self%record%boundary_force = self%families%boundaries%force
       call measure_points(self%blocks, self%state, self%record)
    end subroutine fill_record
 
@@ -402,5 +409,21 @@ contains
                                self%state%bolt_elongation(l), self%state%bolt_plastic(l))
       end do
    end function bolt_forces
+
+   !> Edges of the boundaries, each by its boundary and its first vertex, and what kinds the boundaries are of.
+   pure subroutine list_boundaries(self, n, edges, kinds)
+      class(simulation_type), intent(in) :: self
+      integer, intent(out) :: n
+      integer, allocatable, intent(inout) :: edges(:, :)            !! (2, edges)
+      character(len=8), allocatable, intent(inout) :: kinds(:)      !! (n)
+      integer :: g
+      n = size(self%families%boundaries%force, 2)
+      edges = self%families%boundaries%edges
+      if (allocated(kinds)) deallocate (kinds)
+      allocate (kinds(n))
+      do g = 1, n
+         kinds(g) = self%parameters%boundaries(g)%kind
+      end do
+   end subroutine list_boundaries
 
 end module rockdda_stepping_simulation

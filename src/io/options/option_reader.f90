@@ -254,7 +254,7 @@ contains
             if (row%not_blank .and. allocated(given)) &
                call demand(self%namelist, entry, len_trim(given) > 0, 'must not be empty', self%messages)
          else
-            call get_choice(self%namelist, entry, words, given, self%messages, row%old_choice)
+            call get_choice(self%namelist, entry, words, given, self%messages, row%old_choice, row%remark)
          end if
       end do
    end subroutine read_word

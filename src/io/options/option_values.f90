@@ -88,13 +88,14 @@ contains
    end subroutine get_text
 
    !> Get a text in quotes that is one of several words (lower case).
-   subroutine get_choice(namelist, entry, choices, value, messages, old_word)
+   subroutine get_choice(namelist, entry, choices, value, messages, old_word, remark)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=*), intent(in) :: choices(:)
       character(len=:), allocatable, intent(inout) :: value
       type(diagnostics_type), intent(inout) :: messages
       character(len=*), intent(in), optional :: old_word   !! former spelling of the first word
+      character(len=*), intent(in), optional :: remark     !! to the message
       character(len=:), allocatable :: word, list
       integer :: i
       call get_text(namelist, entry, word, messages)
@@ -113,6 +114,9 @@ contains
          list = list//"'"//trim(choices(i))//"'"
       end do
       if (size(choices) > 1) list = 'one of '//list
+      if (present(remark)) then
+         if (len(remark) > 0) list = list//' ('//remark//')'
+      end if
       call messages%add(severity%error, entry%name//': must be '//list//", found '"//word//"'"// &
                         did_you_mean(word, choices), namelist%origin(entry%values(1)%place))
    end subroutine get_choice

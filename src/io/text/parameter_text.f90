@@ -6,6 +6,7 @@ module rockdda_io_parameter_text
    use rockdda_base_diagnostics, only : origin_type
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : time_table_type
+   use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_option, only : option_visitor_type, option_type, choice
    use rockdda_model_option_defaults, only : defaults_type
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
@@ -70,6 +71,7 @@ contains
       end do
       call describe_lists(table, p%line_loads, p%joint_materials, p%stages)
       call describe_regions(table, p%regions, p%subdivisions)
+      call describe_boundaries(table, p%boundaries, p%in_situ)
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text

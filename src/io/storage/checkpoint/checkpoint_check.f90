@@ -17,6 +17,7 @@ module rockdda_io_checkpoint_check
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type
+   use rockdda_io_checkpoint_ground, only : check_ground, check_table
    use rockdda_io_value_check, only : value_check_type
    implicit none
    private
@@ -40,6 +41,8 @@ contains
       call check%is_there(allocated(p%joint_materials), 'joint_materials')
       call check%is_there(allocated(p%line_loads), 'line_loads')
       call check%is_there(allocated(p%stages), 'stages')
+      call check%is_there(allocated(p%boundaries), 'boundaries')
+      call check%is_there(allocated(p%in_situ), 'in_situ')
       call check%is_there(allocated(p%fixed_tables), 'fixed_table_rows')
       call check%is_there(allocated(p%loading_tables), 'loading_table_rows')
       call check%holds(p%n_steps >= 0, 'steps')
@@ -74,6 +77,7 @@ contains
          call check_materials(check, p)
          call check_loads(check, p)
          call check_stages(check, p)
+         call check_ground(check, p)
       end if
       problem = check%problem()
    end function parameters_problem
@@ -118,21 +122,6 @@ contains
          call check_table(check, 'loading_table_rows', 3, p%loading_tables(i)%rows)
       end do
    end subroutine check_loads
-
-   !> Check a table of m columns: finite, times in order. A missing table is empty.
-   subroutine check_table(check, name, m, rows)
-      type(value_check_type), intent(inout) :: check
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: m
-      real(wp), allocatable, intent(in) :: rows(:, :)
-      integer :: n
-      if (.not. allocated(rows)) return
-      call check%has_shape(size(rows, 1) == m, name)
-      call check%is_finite(rows, name)
-      if (.not. check%passed()) return
-      n = size(rows, 2)
-      call check%holds(all(rows(1, 2:n) >= rows(1, 1:n - 1)), name)
-   end subroutine check_table
 
    !> Check ends, k01 and weights of stages.
    subroutine check_stages(check, p)
@@ -373,6 +362,7 @@ contains
       call check%is_finite([ledger%at_start], 'at_start')
       call check%is_finite([ledger%contact_energy], 'contact_energy')
       call check%is_finite([ledger%bolt_energy], 'bolt_energy')
+      call check%is_finite([ledger%boundary_energy], 'boundary_energy')
       call check%list(ledger%fixed_energy, blocks%fixed%n, 'fixed_energy')
       check%group = 'record'
       call check%holds(record%step == state%step, 'step')
@@ -389,6 +379,7 @@ contains
       call check%table(record%measured_stress, 3, blocks%measured%n, 'measured_stress')
       call check%list(record%measured_rotation, blocks%measured%n, 'measured_rotation')
       call check%table(record%fixed_force, 2, blocks%fixed%n, 'fixed_force')
+      call check%table(record%boundary_force, 2, size(p%boundaries), 'boundary_force')
       check%group = 'solver'
       call check%table(line_ends, 4, size(p%line_loads), 'line_ends')
       call check%table(solution, 6, nb, 'last_solution')

@@ -9,6 +9,7 @@ module rockdda_io_checkpoint_model
    use rockdda_base_error, only : error_code, make_error
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
+   use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
@@ -75,6 +76,7 @@ contains
       call exchange_materials(archive, parameters)
       call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
       call describe_regions(table, parameters%regions, parameters%subdivisions)
+      call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters

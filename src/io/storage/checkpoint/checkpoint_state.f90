@@ -107,6 +107,7 @@ contains
       call archive%item('contact_energy', ledger%contact_energy)
       call archive%item('fixed_energy', ledger%fixed_energy)
       call archive%item('bolt_energy', ledger%bolt_energy)
+      call archive%item('boundary_energy', ledger%boundary_energy)
       call archive%item('exchanged', ledger%given%exchanged)
       call archive%item('given_scale', ledger%given%scale)
       call archive%fixed('given_sum', ledger%given%sum)
@@ -134,6 +135,7 @@ contains
       call archive%item('measured_stress', record%measured_stress)
       call archive%item('measured_rotation', record%measured_rotation)
       call archive%item('fixed_force', record%fixed_force)
+      call archive%item('boundary_force', record%boundary_force)
    end subroutine exchange_record
 
 end module rockdda_io_checkpoint_state

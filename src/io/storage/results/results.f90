@@ -31,10 +31,11 @@ module rockdda_io_results
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
-                         s_frame_step = 14, s_frame_time = 15, s_vertices = 16, s_centroid = 17, s_rotation = 18, &
-                         s_stress = 19, s_velocity = 20, s_bolt_ends = 21, s_bolt_force = 22, s_offset = 23, &
-                         s_point = 24, s_force = 25, s_state = 26, s_blocks = 27, &
-                         s_opening = 28, s_slip = 29, s_length = 30, s_normal_stress = 31, s_shear_stress = 32, &
+                         s_boundary_force = 14, &
+                         s_frame_step = 15, s_frame_time = 16, s_vertices = 17, s_centroid = 18, s_rotation = 19, &
+                         s_stress = 20, s_velocity = 21, s_bolt_ends = 22, s_bolt_force = 23, s_offset = 24, &
+                         s_point = 25, s_force = 26, s_state = 27, s_blocks = 28, &
+                         s_opening = 29, s_slip = 30, s_length = 31, s_normal_stress = 32, s_shear_stress = 33, &
                          n_series = n_tables
 
    type :: results_type
@@ -81,10 +82,11 @@ contains
       self%failed = .false.
       call self%lock%create(path, force, error)
       if (allocated(error)) return
-      call self%add_tables(blocks)
+      call self%add_tables(blocks, header%n_boundaries)
       call self%file%create(part_path(path), error, in_commits=.true., name=path)
       if (.not. allocated(error)) call write_header(self%file, header, error)
       if (.not. allocated(error)) call self%write_model(blocks, state, error)
+      if (.not. allocated(error)) call write_boundaries(self%file, header, error)
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
       do i = 1, n_series
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
@@ -174,6 +176,17 @@ contains
       if (.not. allocated(error)) call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
    end subroutine write_bolts
 
+   !> Write the edges of the boundaries, if there are any: each by the number of its boundary and its first vertex.
+   subroutine write_boundaries(file, header, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_header_type), intent(in) :: header
+      type(error_type), allocatable, intent(out) :: error
+      if (header%n_boundaries == 0) return
+      call file%write('model/boundary_edges', [2, size(header%boundary_edges, 2)], &
+                      reshape(header%boundary_edges - 1, [size(header%boundary_edges)]), error)
+      if (.not. allocated(error)) call file%set_attribute('model/boundary_edges', 'kind', header%boundary_kinds, error)
+   end subroutine write_boundaries
+
    !> Write points with the attribute `block`, counted from 0.
    subroutine write_points(file, name, points, error)
       type(hdf5_file_type), intent(in) :: file
@@ -192,9 +205,10 @@ contains
    end subroutine write_points
 
    !> Add names and row shapes of all growing tables.
-   subroutine add_tables(self, blocks)
+   subroutine add_tables(self, blocks, n_boundaries)
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
+      integer, intent(in) :: n_boundaries
       integer :: nb, nv, nm, nf, n_bolts
       integer, parameter :: single(0) = [integer ::]
       logical, parameter :: reals = .true., integers = .false.
@@ -216,6 +230,7 @@ contains
       call self%series(s_measured_stress)%init('history/measured_stress', reals, [3, nm])
       call self%series(s_measured_rotation)%init('history/measured_rotation', reals, [nm])
       call self%series(s_fixed_force)%init('history/fixed_force', reals, [2, nf])
+      call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, n_boundaries])
       call self%series(s_frame_step)%init('frames/step', integers, single)
       call self%series(s_frame_time)%init('frames/time', reals, single)
       call self%series(s_vertices)%init('frames/vertices', reals, [2, nv])
@@ -242,9 +257,10 @@ contains
       class(results_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
       type(error_type), allocatable, intent(out) :: error
-      integer :: nm, nf
+      integer :: nm, nf, n_boundaries
       nm = self%series(s_measured_rotation)%row_size
       nf = self%series(s_fixed_force)%row_size/2
+      n_boundaries = self%series(s_boundary_force)%row_size/2
       self%so_far%steps = self%so_far%steps + 1
       associate (s => self%series)
          call s(s_step)%add([record%step], 1)
@@ -260,6 +276,7 @@ contains
          call s(s_measured_stress)%add(reshape(record%measured_stress(:, 1:nm), [3*nm]), 1)
          call s(s_measured_rotation)%add(record%measured_rotation(1:nm), 1)
          call s(s_fixed_force)%add(reshape(record%fixed_force(:, 1:nf), [2*nf]), 1)
+         call s(s_boundary_force)%add(reshape(record%boundary_force(:, 1:n_boundaries), [2*n_boundaries]), 1)
       end associate
       call self%write_if_large(error)
    end subroutine append_history
@@ -448,7 +465,7 @@ contains
       end if
       call self%lock%reopen(path, error)
       if (allocated(error)) return
-      call self%add_tables(blocks)
+      call self%add_tables(blocks, header%n_boundaries)
       call check_undo(path, digest, error)
       if (.not. allocated(error)) call check_results(path, self%lock, digest, header, rows, lengths(rows), record, &
                                                      self%series, error)
@@ -467,8 +484,8 @@ contains
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
       integer(i8) :: lengths(n_series)
-      lengths(:s_fixed_force) = rows%steps
-      lengths(s_fixed_force + 1:) = rows%frames
+      lengths(:s_boundary_force) = rows%steps
+      lengths(s_boundary_force + 1:) = rows%frames
       lengths(s_offset) = rows%frames + 1
       lengths(s_point:) = rows%contacts
    end function lengths

@@ -287,6 +287,11 @@ contains
          if (allocated(error)) return
          total = fold(total, integers)
       end if
+      if (file%exists('model/boundary_edges')) then   ! only where there are boundaries
+         call file%read('model/boundary_edges', integers, error)
+         if (allocated(error)) return
+         total = fold(total, integers)
+      end if
       ! older files do not have numbers
       if (.not. file%has_attribute('model/measured_points', 'number')) return
       call file%get_attribute('model/measured_points', 'number', integers, error)

@@ -9,7 +9,7 @@ module rockdda_io_results_header
    !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts.
    integer, parameter :: results_format_version = 2, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 32, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 33, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type
@@ -20,6 +20,9 @@ module rockdda_io_results_header
       logical :: frames = .true.                         !! keep frames
       logical :: contacts = .true.                       !! keep the contacts of each frame
       real(wp) :: flush_interval = 2                     !! seconds between flushes
+      integer :: n_boundaries = 0
+      integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
+      character(len=8), allocatable :: boundary_kinds(:) !! (boundaries)
    end type results_header_type
 
    !> Numbers of rows of a results file.

@@ -1,0 +1,73 @@
+! SPDX-License-Identifier: MIT
+!> Validate values of a checkpoint: time tables, boundaries, stress in the ground.
+module rockdda_io_checkpoint_ground
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_io_value_check, only : value_check_type
+   implicit none
+   private
+   public :: check_ground, check_table
+
+contains
+
+   !> Check boundaries and the stress in the ground. Whether they fit the model is checked when the run begins.
+   subroutine check_ground(check, p)
+      type(value_check_type), intent(inout) :: check
+      type(parameters_type), intent(in) :: p
+      integer :: i
+      do i = 1, size(p%boundaries)
+         associate (b => p%boundaries(i), name => 'boundary_'//to_string(i))
+            call check%is_there(allocated(b%along), name//'_along')
+            call check%is_there(allocated(b%kind), name//'_kind')
+            if (.not. check%passed()) return
+            call check%has_shape(size(b%along, 1) == 2, name//'_along')
+            call check%holds(all(abs(b%along) <= huge(1.0_wp)), name//'_along')
+            call check%holds(any(b%kind == ['fixed   ', 'roller  ', 'moving  ', 'traction']), name//'_kind')
+            call check_rows(check, name//'_velocity', 2, b%velocity)
+            call check_rows(check, name//'_stress', 3, b%stress)
+            call check_rows(check, name//'_traction', 2, b%traction)
+            call check%is_finite([b%pressure], name//'_pressure')
+            call check_table(check, name//'_table', 2, b%table)
+         end associate
+      end do
+      do i = 1, size(p%in_situ)
+         associate (g => p%in_situ(i), name => 'in_situ_'//to_string(i))
+            call check_rows(check, name//'_profile', 2, g%profile)
+            call check_rows(check, name//'_stress', 3, g%stress)
+            call check_rows(check, name//'_gradient', 3, g%gradient)
+            call check%is_finite([g%surface], name//'_surface')
+            call check%is_finite([g%k0], name//'_k0')
+            call check%is_finite([g%unit_weight], name//'_unit_weight')
+            call check%is_finite([g%surcharge], name//'_surcharge')
+         end associate
+      end do
+   end subroutine check_ground
+
+   !> Check rows of m finite numbers, where they are given.
+   subroutine check_rows(check, name, m, rows)
+      type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: m
+      real(wp), allocatable, intent(in) :: rows(:, :)
+      if (.not. allocated(rows)) return
+      call check%has_shape(size(rows, 1) == m, name)
+      call check%is_finite(rows, name)
+   end subroutine check_rows
+
+   !> Check a table of m columns: finite, times in order. A missing table is empty.
+   subroutine check_table(check, name, m, rows)
+      type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: m
+      real(wp), allocatable, intent(in) :: rows(:, :)
+      integer :: n
+      if (.not. allocated(rows)) return
+      call check%has_shape(size(rows, 1) == m, name)
+      call check%is_finite(rows, name)
+      if (.not. check%passed()) return
+      n = size(rows, 2)
+      call check%holds(all(rows(1, 2:n) >= rows(1, 1:n - 1)), name)
+   end subroutine check_table
+
+end module rockdda_io_checkpoint_ground

@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: MIT
+!> Rows of the table of options for what stands around the blocks and for the stress in them: &boundary, &in_situ.
+module rockdda_model_boundary_options
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_options, only : boundary_type, in_situ_type
+   use rockdda_model_option, only : option_visitor_type, option, list_rule
+   implicit none
+   private
+   public :: describe_boundaries
+
+contains
+
+   !> Visit &boundary and &in_situ.
+   subroutine describe_boundaries(table, boundaries, in_situ)
+      class(option_visitor_type), intent(inout) :: table
+      type(boundary_type), allocatable, intent(inout) :: boundaries(:)
+      type(in_situ_type), allocatable, intent(inout) :: in_situ(:)
+      type(boundary_type), allocatable :: more_boundaries(:)
+      type(in_situ_type), allocatable :: more_in_situ(:)
+      integer :: i, n, kept
+      if (.not. allocated(boundaries)) allocate (boundaries(0))
+      if (.not. allocated(in_situ)) allocate (in_situ(0))
+
+      call table%begin('boundary', 'Outer edges of blocks along a polyline, which are held, moved or loaded. An '// &
+                       'edge belongs to it when both its ends lie within e0 of the polyline and it runs along it.', &
+                       is_list=.true.)
+      n = size(boundaries)
+      call table%resize(n)
+      allocate (more_boundaries(n))
+      kept = min(n, size(boundaries))
+      more_boundaries(1:kept) = boundaries(1:kept)
+      call move_alloc(more_boundaries, boundaries)
+      do i = 1, n
+         call table%start_element(i, boundaries(i)%origin)
+         call describe_boundary(table, boundaries(i))
+      end do
+
+      call table%begin('in_situ', 'Stress in the ground at the start: of the weight under a surface (surface or '// &
+                       'profile, k0), or given (stress). Where several groups name a block the last one counts; it '// &
+                       'replaces the stress of the block material.', is_list=.true.)
+      n = size(in_situ)
+      call table%resize(n)
+      allocate (more_in_situ(n))
+      kept = min(n, size(in_situ))
+      more_in_situ(1:kept) = in_situ(1:kept)
+      call move_alloc(more_in_situ, in_situ)
+      do i = 1, n
+         call table%start_element(i, in_situ(i)%origin)
+         call describe_in_situ(table, in_situ(i))
+      end do
+   end subroutine describe_boundaries
+
+   !> &boundary
+   subroutine describe_boundary(table, boundary)
+      class(option_visitor_type), intent(inout) :: table
+      type(boundary_type), intent(inout) :: boundary
+      character(len=*), parameter :: page = 'theory.md#boundaries'
+      call table%add(option('along', 'points of the polyline', unit='length', columns='x, y', required=.true.), &
+                     boundary%along)
+      call table%add(option('kind', 'fixed: no motion; roller: none along the normal of the segment; moving: with '// &
+                            'a velocity; traction: loaded', choices='fixed|roller|moving|traction', required=.true., &
+                            remark="'viscous' and 'free_field' are not available yet", see=page), boundary%kind)
+      call table%add(option('velocity', 'velocity', unit='length/time', columns='vx, vy', applies='kind moving', &
+                            default_text='kind moving needs it'), boundary%velocity)
+      call table%add(option('stress', 'stress whose traction acts on the edges, tension positive', unit='stress', &
+                            columns='s11, s22, s12', applies='kind traction', &
+                            default_text='one of stress, traction, pressure'), boundary%stress)
+      call table%add(option('traction', 'force per length of edge', unit='stress', columns='tx, ty', &
+                            applies='kind traction', default_text='one of stress, traction, pressure'), &
+                     boundary%traction)
+      call table%add(option('pressure', 'pressure, positive into the block', unit='stress', applies='kind traction', &
+                            default_text='one of stress, traction, pressure'), boundary%pressure)
+      call table%add(option('table', 'factor of velocity, stress, traction or pressure in time, linear in between', &
+                            columns='t, factor', applies='kinds moving and traction', default_text='1', &
+                            rule=list_rule%rising), boundary%table)
+   end subroutine describe_boundary
+
+   !> &in_situ
+   subroutine describe_in_situ(table, in_situ)
+      class(option_visitor_type), intent(inout) :: table
+      type(in_situ_type), intent(inout) :: in_situ
+      call table%add(option('surface', 'y of a level surface', unit='length', &
+                            default_text='one of surface, profile, stress'), in_situ%surface)
+      call table%add(option('profile', 'points of the surface, x increasing; beyond its ends the surface is level', &
+                            unit='length', columns='x, y', default_text='one of surface, profile, stress'), &
+                     in_situ%profile)
+      call table%add(option('k0', 'horizontal over vertical stress', least=0.0_wp, &
+                            applies='surface, profile', default_text='surface and profile need it'), in_situ%k0)
+      call table%add(option('unit_weight', 'weight per area of the ground (unit thickness)', &
+                            unit='stress/length', least=0.0_wp, applies='surface, profile', &
+                            default_text='of the blocks above'), in_situ%unit_weight)
+      call table%add(option('surcharge', 'pressure on the surface', unit='stress', applies='surface, profile', &
+                            default_text='0'), in_situ%surcharge)
+      call table%add(option('stress', 'stress at y = 0, tension positive', unit='stress', columns='s11, s22, s12', &
+                            default_text='one of surface, profile, stress'), in_situ%stress)
+      call table%add(option('gradient', 'change of the stress with y', unit='stress/length', columns='t11, t22, t12', &
+                            applies='stress', default_text='0'), in_situ%gradient)
+      call table%add(option('region', 'names of regions, commas between them', default_text='all blocks'), &
+                     in_situ%region)
+   end subroutine describe_in_situ
+
+end module rockdda_model_boundary_options
