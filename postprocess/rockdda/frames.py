@@ -66,6 +66,7 @@ class FrameTables(Protocol):
     @property
     def has_joints(self) -> bool: ...
     def joints(self, frame: int = -1) -> pandas.DataFrame: ...
+    def __contains__(self, path: object) -> bool: ...
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
 
 
@@ -179,6 +180,13 @@ class Frame:
     def velocity(self) -> FloatArray:
         """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
         return self._row("velocity")
+
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """(nb,) blocks that are there: neither excavated nor still to be placed."""
+        if "frames/active" not in self.results:
+            return np.ones(self.results.n_blocks, dtype=bool)
+        return self._row("active").astype(bool)
 
     @property
     def displacement(self) -> FloatArray:

@@ -54,6 +54,7 @@ HISTORY_TABLES = [
     "measured_rotation",
     "fixed_force",
 ]
+STAGE_TABLES = ["unbalanced", "stage"]  # of the history; not in older files
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
 #: The functions behind `Results.plot`, `.animate` and `.to_vtk`. The package `rockdda` enters them when it is imported,
@@ -116,8 +117,9 @@ class Results(StartArrays):
             check_format(self.path, attributes)
             if problem := attributes_problem(attributes) or results_problem(file):
                 raise ValueError(problem)
-            steps = min(file[f"history/{name}"].shape[0] for name in HISTORY_TABLES)
-            bolts = [name for name in BOLT_TABLES if f"frames/{name}" in file]  # older files have none
+            stages = [name for name in STAGE_TABLES if f"history/{name}" in file]
+            steps = min(file[f"history/{name}"].shape[0] for name in (*HISTORY_TABLES, *stages))
+            bolts = [name for name in (*BOLT_TABLES, "active") if f"frames/{name}" in file]  # older files have none
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
@@ -275,7 +277,7 @@ class Results(StartArrays):
         group, _, name = path.partition("/")
         if group == "history":
             return self._n_steps
-        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES):
+        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES, "active"):
             return self._n_frames
         return self._n_frames + 1 if path == "frames/contact_offset" else None
 
@@ -376,7 +378,8 @@ class Results(StartArrays):
         """One row per accepted step (the index), one column per number.
 
         time, dt, open_close_iterations, attempts, solver_iterations; open, sliding, locked: numbers of contacts;
-        max_displacement of the step; energy_kinetic … energy_residual; then for each measured point i
+        max_displacement of the step; unbalanced force at its end, and stage: index in `results.stage_names` (not in
+        older files); energy_kinetic … energy_residual; then for each measured point i
         measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, and for
         each fixed point fixed_force_i_x, _y (of the support on the block). The points count from 1, as in the input
         files, and keep their numbers where others were ignored: column k of `results["history/measured_rotation"]` is
@@ -391,6 +394,8 @@ class Results(StartArrays):
         for i, name in enumerate(("open", "sliding", "locked")):
             columns[name] = tables["contacts"][:, i]
         columns["max_displacement"] = tables["max_displacement"]
+        if "history/unbalanced" in self:
+            columns["unbalanced"], columns["stage"] = self["history/unbalanced"], self["history/stage"]
         for i, name in enumerate(self.energy_names):
             columns[f"energy_{name}"] = tables["energy"][:, i]
         for i, number in enumerate(self.point_numbers("measured")):
@@ -438,6 +443,9 @@ class Results(StartArrays):
             "measured_rotation": ("step", "measured"),
             "fixed_force": ("step", "fixed", "xy"),
         }
+        if "history/unbalanced" in self:  # not in older files
+            shapes |= {"unbalanced": ("step",), "stage": ("step",)}
+            data["active"] = ((frame, block), self["frames/active"])
         for name, dimensions in shapes.items():
             data[name] = (dimensions, self[f"history/{name}"])
         return xarray.Dataset(

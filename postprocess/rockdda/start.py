@@ -61,6 +61,13 @@ class StartArrays(ABC):
         return np.arange(len(self._constant("model/block_material")), dtype=np.int32)
 
     @property
+    def stage_names(self) -> list[str]:
+        """Names of the stages, in their order; one name without stages."""
+        if "model/stage_names" not in self:
+            return ["stage 1"]
+        return [str(name) for name in self["model/stage_names"]]
+
+    @property
     def block_area(self) -> FloatArray:
         """(nb,) at the start [length²]."""
         return self._constant("model/block_area")

@@ -5,6 +5,7 @@ module rockdda_app_run_summary
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_state, only : energy_names, n_energies
+   use rockdda_model_stage_options, only : stage_name
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_outcome, only : done_share
@@ -56,6 +57,8 @@ contains
       call json%put('time', run%sim%state%time)
       call json%put('planned_time', run%sim%planned_time())
       call json%put('done_share', done_share(run%sim))
+      call json%put('unbalanced', run%sim%record%unbalanced)
+      call json%put('stage', stage_name(run%sim%parameters%stages, run%sim%record%stage + 1))
       call json%open('{', 'cuts')
       do i = 1, n_cut_reasons
          call json%put(trim(cut_names(i)), run%sim%control%cuts(i))

@@ -4,6 +4,7 @@ module rockdda_app_running
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : to_string
+   use rockdda_model_stage_options, only : stage_name
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_run_model_run, only : run_type
    use rockdda_run_step_loop, only : step_observer_type, advance_run
@@ -70,8 +71,18 @@ contains
       if (.not. accepted) return
       if (allocated(run%warning) .and. .not. self%quiet) call print_error('rockdda: warning: '//run%warning)
       call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
-                                to_string(run%sim%state%time))
+                                to_string(run%sim%state%time)//stage_text(run)//', unbalanced '// &
+                                to_string(run%sim%record%unbalanced, 2))
    end subroutine end_step
+
+   !> ", stage 'name'" in a run with stages.
+   pure function stage_text(run) result(text)
+      type(run_type), intent(in) :: run
+      character(len=:), allocatable :: text
+      text = ''
+      if (run%sim%control%stage > size(run%sim%parameters%stages)) return
+      text = ", stage '"//stage_name(run%sim%parameters%stages, run%sim%control%stage)//"'"
+   end function stage_text
 
    !> Set the summary that a second SIGINT prints to standard output. It names the files when they exist.
    subroutine prepare_sudden_end(line, run, messages)

@@ -17,6 +17,7 @@ module rockdda_interaction_bolts
    use rockdda_model_blocks, only : bolt_set_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
@@ -48,6 +49,7 @@ module rockdda_interaction_bolts
       procedure :: judge
       procedure :: add_energies
       procedure :: commit
+      procedure :: add_forces
    end type bolts_type
 
 contains
@@ -339,5 +341,30 @@ contains
          context%state%bolt_plastic(l) = context%state%bolt_plastic(l) + yielded
       end do
    end subroutine commit
+
+   !> Axial forces on the blocks of both ends.
+   subroutine add_forces(self, context, forces)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      real(wp) :: along(2), force, length
+      integer :: b, l, side
+      do l = 1, self%n
+         associate (ends => context%state%bolt_ends(:, l), pair => context%blocks%bolts%blocks(:, l))
+            if (pair(1) == pair(2)) cycle
+            along = ends(3:4) - ends(1:2)
+            length = norm2(along)
+            if (.not. length > 0) cycle
+            force = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
+                               context%state%bolt_elongation(l), context%state%bolt_plastic(l))
+            do side = 1, 2
+               b = pair(side)
+               if (b < 1) cycle
+               call forces%add_force(b, merge(force, -force, side == 1)*along/length, &
+                                     ends(2*side - 1:2*side) - context%state%centroid(:, b))
+            end do
+         end associate
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_bolts

@@ -11,6 +11,7 @@ module rockdda_interaction_contacts
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_spring, only : dashpot_coefficient
    use rockdda_interaction_context, only : step_context_type
@@ -26,7 +27,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_ties, only : tie_stiffness, break_ties
    implicit none
    private
-   public :: contacts_type, set_stiffness
+   public :: contacts_type, set_stiffness, force_on_a
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -55,6 +56,8 @@ module rockdda_interaction_contacts
       procedure :: foresee
       procedure :: add_energies
       procedure :: commit
+      procedure :: add_forces
+      procedure :: slip_share
    end type contacts_type
 
 contains
@@ -492,5 +495,57 @@ contains
                                 self%table%k_n(c), self%trial%gap(c), before(c), self%table%total_slip(c) - before(c))
       end do
    end subroutine commit
+
+   !> Forces of the springs, and friction, where the contacts are now.
+   subroutine add_forces(self, context, forces)
+      class(contacts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      real(wp) :: force(2), point(2)
+      integer :: a, b, c
+      associate (table => self%table)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%open) cycle
+            a = table%block_a(c)
+            b = table%block_b(c)
+            force = force_on_a(table, c)
+            point = table%point(:, c)
+            if (table%station(c) == 0) point = context%state%vertices(:, table%vertex(c))
+            call forces%add_force(a, force, point - context%state%centroid(:, a))
+            call forces%add_force(b, -force, point - context%state%centroid(:, b))
+         end do
+      end associate
+   end subroutine add_forces
+
+   !> Share of friction in the work of the contacts in the step that has just been committed.
+   pure real(wp) function slip_share(self) result(share)
+      class(contacts_type), intent(in) :: self
+      real(wp) :: along, across, slipped, all_work
+      integer :: c
+      slipped = 0
+      all_work = 0
+      associate (table => self%table, trial => self%trial)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%open) cycle
+            across = abs(table%normal_force(c)*(trial%gap(c) - table%gap(c)))
+            along = abs(table%shear_force(c)*trial%slip(c))
+            all_work = all_work + across + along
+            if (table%state(c) == contact_state%sliding) slipped = slipped + along
+         end do
+      end associate
+      share = 0
+      if (all_work > 0) share = slipped/all_work
+   end function slip_share
+
+   !> Force of a contact on its block_a: compression along the outward normal of the edge, shear along the edge.
+   pure function force_on_a(table, c) result(force)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c       !! row
+      real(wp) :: force(2)
+      associate (n => table%normal(:, c))
+         ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
+         force = table%normal_force(c)*n + table%shear_force(c)*[-n(2), n(1)]
+      end associate
+   end function force_on_a
 
 end module rockdda_interaction_contacts

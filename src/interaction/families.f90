@@ -6,6 +6,7 @@
 module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bolts, only : bolts_type
    use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_contacts, only : contacts_type
@@ -53,6 +54,7 @@ module rockdda_interaction_families
       procedure :: judge
       procedure :: add_energies
       procedure :: add_moved_energies
+      procedure :: add_forces
       procedure :: commit
    end type families_type
 
@@ -279,5 +281,18 @@ contains
          call item%commit(context, d)
       end do
    end subroutine commit
+
+   !> Forces on the moved blocks.
+   subroutine add_forces(self, context, forces)
+      class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, self%count()
+         item => self%family(i)
+         call item%add_forces(context, forces)
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_families

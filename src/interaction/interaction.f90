@@ -18,13 +18,14 @@
 !>     add_energies               read only
 !>     commit                     the one place that changes its state
 !>     (move the blocks)
-!>     add_moved_energies         read only
+!>     add_moved_energies, add_forces         read only
 !>
 !> A family owns `n_links` links of the equations, those from first_link + 1 on, and nothing outside of it knows more.
 !> Forces of links are positive along the vectors of the link (rockdda_interaction_equations).
 module rockdda_interaction_interaction
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    implicit none
@@ -50,6 +51,7 @@ module rockdda_interaction_interaction
       procedure :: add_energies
       procedure :: commit
       procedure :: add_moved_energies
+      procedure :: add_forces
    end type interaction_type
 
 contains
@@ -188,5 +190,15 @@ contains
       associate (unused => self%n_links, not_used => context%dt, nor_this => balance%bolt_energy)
       end associate
    end subroutine add_moved_energies
+
+   !> Forces on the moved blocks: of springs, friction and loads at the end of an accepted step, without inertia and
+   !> viscous damping.
+   subroutine add_forces(self, context, forces)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context   !! time and step are those of the start
+      type(block_forces_type), intent(inout) :: forces
+      associate (unused => self%n_links, not_used => context%dt, nor_this => forces%driven)
+      end associate
+   end subroutine add_forces
 
 end module rockdda_interaction_interaction

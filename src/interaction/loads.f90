@@ -16,9 +16,10 @@ module rockdda_interaction_loads
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load
+   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
    implicit none
@@ -36,6 +37,7 @@ module rockdda_interaction_loads
       procedure :: add_to_blocks
       procedure :: add_energies
       procedure :: commit
+      procedure :: add_forces
    end type loads_type
 
 contains
@@ -257,5 +259,39 @@ contains
          end do
       end do
    end subroutine commit
+
+   !> Loads on the moved blocks.
+   subroutine add_forces(self, context, forces)
+      class(loads_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      type(moving_block_type) :: block
+      real(wp) :: base(2), force(2), factor, f(6), t_end
+      integer :: b, i, p
+      t_end = context%state%time + context%dt
+      base = -base_acceleration(context%parameters%base, context%state%time + 0.5_wp*context%dt)
+      do i = 1, context%blocks%n_blocks
+         call forces%add_load(i, self%weight(1:3, i))
+         if (any(abs(base) > 0)) call forces%add_load(i, [context%state%mass(i)*base, 0.0_wp])
+      end do
+      do p = 1, context%blocks%loading%n
+         associate (table => context%parameters%loading_tables(p))
+            if (.not. allocated(table%rows)) cycle
+            if (size(table%rows, 2) == 0) cycle
+            b = context%blocks%loading%block(p)
+            force = table_value(table%rows, t_end)
+         end associate
+         call forces%add_force(b, force, context%state%loading_position(:, p) - context%state%centroid(:, b))
+      end do
+      do p = 1, size(self%line_blocks)
+         b = self%line_blocks(p)
+         associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
+            factor = load_factor(load%table, t_end)
+            block = new_moving_block(context%state%centroid(:, b), spread(0.0_wp, 1, 6))
+            f = line_load(ends(1:2), ends(3:4), block, factor*load%force_start, factor*load%force_end)
+         end associate
+         call forces%add_load(b, f(1:3))
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_loads

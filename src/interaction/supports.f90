@@ -10,6 +10,7 @@ module rockdda_interaction_supports
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
@@ -30,6 +31,7 @@ module rockdda_interaction_supports
       procedure :: measure_placement
       procedure :: add_energies
       procedure :: commit
+      procedure :: add_forces
    end type supports_type
 
 contains
@@ -188,5 +190,20 @@ contains
          self%force(:, p) = -context%parameters%fixed_stiffness*x1
       end do
    end subroutine commit
+
+   !> Support forces, and which blocks they hold.
+   subroutine add_forces(self, context, forces)
+      class(supports_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      integer :: b, p
+      do p = 1, context%blocks%fixed%n
+         if (context%released(p)) cycle
+         b = context%blocks%fixed%block(p)
+         call forces%add_force(b, self%force(:, p), context%state%fixed_position(:, p) - context%state%centroid(:, b))
+         forces%held(b) = forces%held(b) + 1
+         if (any(abs(self%target_end(:, p) - self%target_start(:, p)) > 0)) forces%driven = .true.
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_supports

@@ -6,14 +6,15 @@ module rockdda_model_option_table
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : joint_material_type, unset_joint_material
    use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
-   use rockdda_model_options, only : run_options_type, stage_type, line_load_type, region_type, subdivision_type, &
-      dda_windows, old_dda_windows, most_threads
+   use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, region_type, &
+      subdivision_type, dda_windows, old_dda_windows, most_threads
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
+   use rockdda_model_stage_options, only : describe_stage, describe_new_values
    implicit none
    private
-   public :: describe_options, describe_settings, describe_lists, describe_regions
+   public :: describe_options, describe_settings, describe_lists, describe_regions, describe_changes
 
 contains
 
@@ -26,6 +27,7 @@ contains
       call describe_block_materials(table, options%block_materials)
       call describe_settings(table, options, parameters)
       call describe_lists(table, options%line_loads, options%joint_materials, options%stages)
+      call describe_changes(table, options%changes)
       call describe_joint_laws(table, options%joint_laws)
       call describe_point_tables(table, options%fixed_points, options%loading_points)
       call describe_regions(table, options%regions, options%subdivisions)
@@ -87,6 +89,31 @@ contains
          call describe_stage(table, stages(i))
       end do
    end subroutine describe_lists
+
+   !> &change
+   subroutine describe_changes(table, changes)
+      class(option_visitor_type), intent(inout) :: table
+      type(change_type), allocatable, intent(inout) :: changes(:)
+      type(change_type), allocatable :: more(:)
+      integer :: i, n, kept
+      if (.not. allocated(changes)) allocate (changes(0))
+      call table%begin('change', 'New values from the start of a stage on: of a joint material, of a block '// &
+                       'material, or of the blocks of regions.', is_list=.true.)
+      n = size(changes)
+      call table%resize(n)
+      allocate (more(n))
+      kept = min(n, size(changes))
+      more(1:kept) = changes(1:kept)
+      do i = kept + 1, n
+         more(i)%joint = unset_joint_material()
+      end do
+      call move_alloc(more, changes)
+      do i = 1, n
+         call table%start_element(i, changes(i)%origin)
+         call describe_new_values(table, changes(i))
+         call describe_joint(table, changes(i)%joint)
+      end do
+   end subroutine describe_changes
 
    !> The groups that change joint materials of the analysis file.
    subroutine describe_joint_laws(table, joint_laws)
@@ -216,6 +243,9 @@ contains
                             preset_default=8.0_wp, &
                             remark='contacts that have not settled after 1000 rounds do not settle'), &
                      o%max_open_close, p%max_open_close)
+      call table%add(option('max_growth', 'largest static step over dt_max in a stage until equilibrium', &
+                            least=1.0_wp, default=1000.0_wp, see='user-guide.md#stages'), &
+                     o%max_growth, p%max_growth)
    end subroutine describe_time
 
    !> Visit &contact.
@@ -397,21 +427,6 @@ contains
       call table%add(option('tie', 'both sides deform as one body until the strength is reached; .false.: a joint', &
                             applies='formulation length'), m%tie, is_given=m%tie_given)
    end subroutine describe_joint
-
-   !> Visit &stage.
-   subroutine describe_stage(table, stage)
-      class(option_visitor_type), intent(inout) :: table
-      type(stage_type), intent(inout) :: stage
-      call table%add(option('until_step', 'last step of the stage', least=1.0_wp, &
-                            default_text='until_time; only the last stage may have neither'), stage%until_step)
-      call table%add(option('until_time', 'end time of the stage', unit='time', above=0.0_wp, &
-                            default_text='until_step'), stage%until_time)
-      call table%add(option('k01', 'as in &time, for this stage', least=0.0_wp, most=1.0_wp, &
-                            remark='0 static, 1 dynamic', default_text='that of the run'), stage%k01)
-      call table%add(option('gravity', 'factor of all weights', default=1.0_wp), stage%gravity)
-      call table%add(option('release', 'numbers of the fixed points that are released when the stage ends', &
-                            least=1.0_wp, default_text='none'), stage%release)
-   end subroutine describe_stage
 
    !> &region
    subroutine describe_region(table, region)

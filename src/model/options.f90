@@ -10,8 +10,8 @@ module rockdda_model_options
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, unset_real
    implicit none
    private
-   public :: run_options_type, stage_type, line_load_type, base_motion_type, region_type, subdivision_type, &
-             point_table_type, boundary_type, in_situ_type
+   public :: run_options_type, stage_type, change_type, line_load_type, base_motion_type, region_type, &
+             subdivision_type, point_table_type, boundary_type, in_situ_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -28,15 +28,40 @@ module rockdda_model_options
       module procedure integer_is_set
    end interface is_set
 
-   !> A part of the run with its own k01, gravity factor; ends at a step or a time.
+   !> A part of the run: what happens at its start, its own k01 and gravity factor, and its end.
    type :: stage_type
+      character(len=:), allocatable :: name      !! not given: 'stage N'
+      character(len=:), allocatable :: kind      !! 'static' | 'dynamic', instead of k01
+      character(len=:), allocatable :: until     !! 'equilibrium'
+      real(wp) :: tolerance = 1.0e-5_wp          !! of `unbalanced`
+      integer :: max_steps = 5000                !! to come to equilibrium, from the start of the stage
+      character(len=:), allocatable :: on_failure   !! 'stop' | 'continue' without equilibrium
+      real(wp) :: duration = unset_real          !! time from the start of the stage
       integer :: until_step = unset_integer      !! last step of the stage
       real(wp) :: until_time = unset_real        !! or its end time (the step is shortened to land on it)
       real(wp) :: k01 = unset_real               !! unset: as before
       real(wp) :: gravity = 1                    !! factor on all block weights
       integer, allocatable :: release(:)         !! fixed points (numbers from 1) released when the stage ends
+      logical :: reset_displacement = .false.    !! measured displacements count from its start
+      character(len=:), allocatable :: excavate  !! regions, commas between them
+      real(wp) :: relax = unset_real             !! share of the forces of excavated blocks that is released
+      integer :: relax_steps = 10                !! in so many steps
+      character(len=:), allocatable :: place     !! regions that are absent until the stage begins
+      character(len=:), allocatable :: install, remove, water   !! not there yet
       type(origin_type) :: origin                !! where it was read
    end type stage_type
+
+   !> New values of a material from a stage on; or a material, or values, for the blocks of a region.
+   type :: change_type
+      character(len=:), allocatable :: stage
+      character(len=:), allocatable :: joint_material   !! number or name
+      character(len=:), allocatable :: block_material   !! number or name
+      character(len=:), allocatable :: region           !! names, commas between them
+      type(joint_material_type) :: joint                !! new values of a joint material
+      !> of a block material: density, Young's modulus, Poisson's ratio, weight per area
+      real(wp) :: density = unset_real, young = unset_real, poisson = unset_real, unit_weight = unset_real
+      type(origin_type) :: origin                       !! where it was read
+   end type change_type
 
    !> Force per length along a line of block edges, linear between the ends, times a factor of time.
    type :: line_load_type
@@ -133,6 +158,7 @@ module rockdda_model_options
       character(len=:), allocatable :: rotation      !! 'exact' | 'linear'
       real(wp) :: cut_factor = unset_real
       integer :: max_open_close = unset_integer
+      real(wp) :: max_growth = unset_real             !! of static steps over dt_max
       ! &contact
       real(wp) :: stiffness = unset_real, shear_ratio = unset_real, search_factor = unset_real
       real(wp) :: angle_tolerance = unset_real        !! [deg]
@@ -158,6 +184,7 @@ module rockdda_model_options
       type(joint_material_type), allocatable :: joint_laws(:)      !! the same for materials of the analysis file
       real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
       type(stage_type), allocatable :: stages(:)
+      type(change_type), allocatable :: changes(:)
       type(region_type), allocatable :: regions(:)
       type(subdivision_type), allocatable :: subdivisions(:)
       type(boundary_type), allocatable :: boundaries(:)

@@ -4,8 +4,8 @@
 module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
-   use rockdda_model_options, only : stage_type, line_load_type, base_motion_type, region_type, subdivision_type, &
-      boundary_type, in_situ_type
+   use rockdda_model_options, only : stage_type, change_type, line_load_type, base_motion_type, region_type, &
+      subdivision_type, boundary_type, in_situ_type
    implicit none
    private
    public :: parameters_type
@@ -20,6 +20,7 @@ module rockdda_model_parameters
       real(wp) :: dt_max = 0, dt_min = 0      !! [time]
       real(wp) :: cut_factor = 0.3_wp         !! step is multiplied by this when cut
       integer :: max_open_close = 20          !! rounds per attempt
+      real(wp) :: max_growth = 1000           !! of static steps that search equilibrium, over dt_max
       real(wp) :: displacement_ratio = 0      !! g2
       real(wp) :: w0 = 0                      !! half the model's height or larger extent [length]
       logical :: exact_rotation = .true.
@@ -49,6 +50,8 @@ module rockdda_model_parameters
       type(line_load_type), allocatable :: line_loads(:)
       type(time_table_type), allocatable :: fixed_tables(:), loading_tables(:)
       type(stage_type), allocatable :: stages(:)
+      type(change_type), allocatable :: changes(:)  !! that begin with a stage
+      logical :: ends_with_stages = .false.   !! the end of the last stage is the end of the run
       ! blocks: the model holds the cells already
       type(region_type), allocatable :: regions(:)
       type(subdivision_type), allocatable :: subdivisions(:)

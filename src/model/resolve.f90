@@ -16,6 +16,7 @@ module rockdda_model_resolve
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_stage_options, only : has_end, is_plain
    implicit none
    private
    public :: resolve_parameters, put_materials_together, length_scale
@@ -52,6 +53,8 @@ contains
          to_string(options%gravity)//' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
+      parameters%changes = settings%changes
+      call note_stages(options, parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
       call take_point_tables('fixed point', settings%fixed_points, parameters%fixed_tables, messages)
       call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
@@ -160,6 +163,22 @@ contains
       call messages%add(severity%note, 'end time '//to_string(options%t_end)//' replaces the number of steps '// &
                         to_string(analysis%n_steps)//' of the analysis file')
    end subroutine note_extent
+
+   !> Does the run end with its last stage? Then the number of steps of the analysis file does not count.
+   subroutine note_stages(options, parameters, messages)
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i, n
+      n = size(parameters%stages)
+      if (n == 0) return
+      if (.not. has_end(parameters%stages(n))) return
+      parameters%ends_with_stages = .not. all([(is_plain(parameters%stages(i)), i=1, n)])
+      if (.not. parameters%ends_with_stages .or. is_set(options%steps) .or. is_set(options%t_end)) return
+      if (parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end of the last stage replaces the '// &
+         'number of steps '//to_string(parameters%n_steps)//' of the analysis file')
+      parameters%n_steps = huge(1)
+   end subroutine note_stages
 
    !> The extent of which w0 is half: the option, or where it is not given that of the dialect.
    pure function length_scale(given, of_dialect) result(scale)

@@ -37,9 +37,11 @@ module rockdda_model_state
       real(wp), allocatable :: area(:)         !! (nb)
       real(wp), allocatable :: moments(:, :)   !! (3, nb) Sxx Syy Sxy about the centroid
       real(wp), allocatable :: mass(:)         !! (nb)
+      logical, allocatable :: active(:)        !! (nb) not taken out, nor still to be placed
       real(wp), allocatable :: fixed_position(:, :)    !! (2, nf) fixed points now
       real(wp), allocatable :: loading_position(:, :)  !! (2, nl)
       real(wp), allocatable :: measured_position(:, :) !! (2, nm)
+      real(wp), allocatable :: measured_from(:, :)     !! (3, nm) place and rotation that displacements count from
       real(wp), allocatable :: bolt_ends(:, :)         !! (4, n_bolts) now
       real(wp), allocatable :: bolt_elongation(:)      !! (n_bolts) change of length since the start
       real(wp), allocatable :: bolt_plastic(:)         !! (n_bolts) yielded part of the elongation
@@ -55,6 +57,8 @@ module rockdda_model_state
       integer :: solver_iterations = 0         !! summed over all solves of the step
       integer :: contacts(3) = 0               !! open, sliding, locked
       real(wp) :: max_displacement = 0         !! largest vertex displacement of the step
+      real(wp) :: unbalanced = 0               !! largest resultant force on a block over the mean force
+      integer :: stage = 0                     !! from 0
       real(wp) :: energy(n_energies) = 0
       real(wp), allocatable :: measured_displacement(:, :) !! (2, nm) since the start
       real(wp), allocatable :: measured_stress(:, :)       !! (3, nm) of the block with the point

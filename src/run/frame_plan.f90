@@ -2,7 +2,8 @@
 !> Plan of the steps that are saved as frames.
 !>
 !> save_every = K: frame k is step k*K. save_dt = T: the first step at or after each multiple of T. Both: both.
-!> Neither: K so that the run has about 100 frames.
+!> Neither: K so that the run has about 100 frames; every tenth step, and the last one of each stage, where the run
+!> ends with its last stage.
 module rockdda_run_frame_plan
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : run_options_type, is_set
@@ -12,6 +13,8 @@ module rockdda_run_frame_plan
    public :: frame_plan_type, new_frame_plan
 
    integer, parameter :: usual_frames = 100
+   !> Steps from frame to frame where the number of steps is not known before.
+   integer, parameter :: usual_steps = 10
 
    type :: frame_plan_type
       integer :: every = 0                      !! steps; 0: not by steps
@@ -32,6 +35,11 @@ contains
       if (is_set(options%save_every)) plan%every = max(1, options%save_every)
       if (is_set(options%save_dt)) plan%interval = max(0.0_wp, options%save_dt)
       if (plan%every > 0 .or. plan%interval > 0) return
+      if (parameters%n_steps == huge(1) .and. .not. parameters%t_end < huge(1.0_wp)) then
+         ! how many steps the stages need is not known; each also ends with a frame
+         plan%every = usual_steps
+         return
+      end if
       steps = parameters%n_steps
       if (parameters%t_end < steps*parameters%dt_max) steps = parameters%t_end/parameters%dt_max
       plan%every = max(1, int(min(steps/usual_frames, 1.0e9_wp)))

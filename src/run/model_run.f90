@@ -21,6 +21,7 @@ module rockdda_run_model_run
    use rockdda_base_strings, only : to_string, as_utf8
    use rockdda_base_version, only : version, build_description
    use rockdda_model_options, only : is_set
+   use rockdda_model_stage_options, only : stage_names
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
    use rockdda_io_digest, only : digest_length
@@ -286,6 +287,7 @@ contains
          header%contacts = input%options%write_contacts
          header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
          call self%sim%list_boundaries(header%n_boundaries, header%boundary_edges, header%boundary_kinds)
+         header%stage_names = stage_names(input%parameters%stages, input%parameters%ends_with_stages)
          call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
       end associate
       if (allocated(error)) return
@@ -309,7 +311,8 @@ contains
       call self%results%append_history(self%sim%record, error)
       if (.not. allocated(error)) call self%check_energy(error)
       if (allocated(error)) return
-      if (self%plan%is_due(self%sim%state%step, self%sim%state%time)) call self%save_frame(error)
+      if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
+         call self%save_frame(error)
       if (allocated(error)) return
       every = 1
       if (self%sim%parameters%n_steps < huge(1)) every = max(1, self%sim%parameters%n_steps/log_lines)
@@ -472,6 +475,9 @@ contains
       fraction_done = 0
       if (self%sim%parameters%n_steps > 0) &
          fraction_done = real(self%sim%state%step, wp)/real(self%sim%parameters%n_steps, wp)
+      ! the steps that stages need are not known: each is as long as another
+      if (self%sim%parameters%n_steps == huge(1) .and. self%sim%parameters%ends_with_stages) &
+         fraction_done = real(self%sim%control%stage - 1, wp)/real(size(self%sim%parameters%stages), wp)
       if (self%sim%parameters%t_end > 0) &
          fraction_done = max(fraction_done, self%sim%state%time/self%sim%parameters%t_end)
    end function fraction_done

@@ -5,12 +5,16 @@
 !> begun again with a smaller dt, not below dt_min; after an accepted step dt grows back by at most `growth`
 !> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and of the run
 !> shorten one step to land on them without changing the dt that follows.
+!>
+!> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
+!> open-close iteration needs few rounds, and back when it needs many.
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_stage_options, only : seeks_equilibrium, is_given
    implicit none
    private
    public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
@@ -31,6 +35,18 @@ module rockdda_stepping_control
 
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
+   !> The same in a static stage until equilibrium, where the step took at most `few_rounds` rounds.
+   real(wp), parameter :: fast_growth = 4.0_wp
+   integer, parameter :: few_rounds = 6
+   !> Where it took more than this share of the rounds allowed the next step is shorter by `slow_down`.
+   real(wp), parameter :: many_rounds = 0.5_wp, slow_down = 0.5_wp
+   !> Where blocks come to rest after slip depends on the way there. While friction has a share in the work of the
+   !> contacts, steps keep the length dt_max until the unbalanced force is below `nearly`, for at most `most_held`
+   !> steps; where the share is large they then grow slowly.
+   real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.01_wp, slow_growth = 1.12_wp
+   integer, parameter :: most_held = 100
+   !> So many steps in a row must be in equilibrium.
+   integer, parameter :: confirming_steps = 2
 
    !> Part of the state of a run.
    type :: step_control_type
@@ -39,6 +55,13 @@ module rockdda_stepping_control
       real(wp) :: last_displacement = 0     !! largest vertex displacement of the last accepted step [length]
       real(wp) :: last_k01 = 1              !! with which its velocity was carried on
       integer :: stage = 1                  !! present stage; beyond the list: no stage
+      integer :: begun = 0                  !! stages whose start has been carried out
+      integer :: first_step = 0             !! steps before the present stage
+      real(wp) :: first_time = 0            !! time at its start
+      integer :: balanced = 0               !! last steps in a row that were in equilibrium
+      integer :: steps = 0                  !! of the present stage
+      real(wp) :: unbalanced = 0            !! of the last accepted step
+      real(wp) :: slip_share = 0            !! of friction in the work of the contacts in that step
       logical, allocatable :: released(:)   !! (nf) fixed points let go so far
       integer :: cuts(n_cut_reasons) = 0    !! steps cut so far, by reason
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
@@ -48,6 +71,11 @@ module rockdda_stepping_control
       procedure :: step_size
       procedure :: accepted
       procedure :: end_stages
+      procedure :: is_over
+      procedure :: is_static_search
+      procedure :: has_failed
+      procedure :: judge_balance
+      procedure :: stage_index
    end type step_control_type
 
 contains
@@ -67,8 +95,31 @@ contains
       type(parameters_type), intent(in) :: parameters
       k01 = parameters%k01
       if (self%stage > size(parameters%stages)) return
-      if (is_set(parameters%stages(self%stage)%k01)) k01 = parameters%stages(self%stage)%k01
+      associate (stage => parameters%stages(self%stage))
+         if (is_set(stage%k01)) then
+            k01 = stage%k01
+         else if (is_given(stage%kind)) then
+            k01 = merge(0.0_wp, 1.0_wp, stage%kind == 'static')
+         else if (seeks_equilibrium(stage)) then
+            k01 = 0
+         end if
+      end associate
    end function k01
+
+   !> Does a static stage search equilibrium? Then steps may grow.
+   pure logical function is_static_search(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_static_search = .false.
+      if (self%stage > size(parameters%stages)) return
+      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0
+   end function is_static_search
+
+   !> Number of the present stage in the results, from 0; after the last stage one more.
+   pure integer function stage_index(self)
+      class(step_control_type), intent(in) :: self
+      stage_index = self%stage - 1
+   end function stage_index
 
    !> Factor on the weights in the present stage.
    pure real(wp) function gravity(self, parameters)
@@ -87,21 +138,25 @@ contains
       dt = self%dt
       target = parameters%t_end
       if (self%stage <= size(parameters%stages)) then
-         if (is_set(parameters%stages(self%stage)%until_time)) &
-            target = min(target, parameters%stages(self%stage)%until_time)
+         associate (stage => parameters%stages(self%stage))
+            if (is_set(stage%until_time)) target = min(target, stage%until_time)
+            if (is_set(stage%duration)) target = min(target, self%first_time + stage%duration)
+         end associate
       end if
       ! a remainder below 1e-6 dt is taken along, so that round-off in the time makes no extra step
       if (time + dt*(1 + 1.0e-6_wp) >= target .and. target > time) dt = target - time
    end function step_size
 
    !> Next dt after an accepted step.
-   pure subroutine accepted(self, parameters, dt, displacement, shortened, k01_used)
+   pure subroutine accepted(self, parameters, dt, displacement, shortened, k01_used, rounds, may_grow)
       class(step_control_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt             !! step [time]
       real(wp), intent(in) :: displacement   !! largest of any vertex [length]
       logical, intent(in) :: shortened     !! dt was shortened to land on an end: keep the dt that was wanted
       real(wp), intent(in) :: k01_used
+      integer, intent(in), optional :: rounds    !! of all attempts at the step
+      logical, intent(in), optional :: may_grow  !! beyond dt_max; default: not
       real(wp) :: limit, wanted
       self%last_dt = dt
       self%last_displacement = displacement
@@ -109,6 +164,9 @@ contains
       limit = parameters%displacement_ratio*parameters%w0
       if (shortened) return
       wanted = min(parameters%dt_max, growth*dt)
+      if (present(may_grow) .and. present(rounds)) then
+         if (may_grow) wanted = grown_step(self, parameters, dt, rounds)
+      end if
       if (displacement*wanted > 0.9_wp*limit*dt .and. wanted > dt) then
          wanted = max(dt, min(wanted, 0.9_wp*limit*dt/displacement))
          self%short_steps = self%short_steps + 1
@@ -125,6 +183,20 @@ contains
       limit = parameters%displacement_ratio*parameters%w0
       smaller = max(parameters%dt_min, dt*max(parameters%cut_factor, min(0.9_wp, 0.8_wp*limit/displacement)))
    end function cut_for_displacement
+
+   !> Next step of a static stage until equilibrium.
+   pure real(wp) function grown_step(self, parameters, dt, rounds) result(wanted)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt             !! step [time]
+      integer, intent(in) :: rounds          !! of all attempts at the step
+      wanted = dt*merge(fast_growth, growth, rounds <= few_rounds)
+      if (self%slip_share > much_slip) wanted = dt*slow_growth
+      if (self%slip_share > no_slip .and. self%unbalanced > nearly .and. self%steps < most_held) &
+         wanted = min(max(parameters%dt_max, dt), growth*dt)
+      if (rounds > many_rounds*parameters%max_open_close) wanted = slow_down*dt
+      wanted = max(parameters%dt_min, min(wanted, parameters%dt_max*parameters%max_growth))
+   end function grown_step
 
    !> Leave the stages that have ended; their fixed points to release are marked.
    pure subroutine end_stages(self, parameters, step, time)
@@ -144,6 +216,12 @@ contains
             end if
          end associate
          self%stage = self%stage + 1
+         self%first_step = step
+         self%steps = 0
+         self%first_time = time
+         self%balanced = 0
+         ! a static stage may have grown its steps
+         self%dt = min(self%dt, parameters%dt_max)
       end do
 
    contains
@@ -155,9 +233,63 @@ contains
          if (is_set(stage%until_step)) has_ended = step >= stage%until_step
          if (is_set(stage%until_time)) has_ended = has_ended .or. &
                                                    time >= stage%until_time*(1 - 1.0e-12_wp)
+         if (is_set(stage%duration)) has_ended = has_ended .or. &
+                                                 time >= (self%first_time + stage%duration)*(1 - 1.0e-12_wp)
+         if (.not. seeks_equilibrium(stage)) return
+         has_ended = has_ended .or. self%balanced >= confirming_steps
+         if (goes_on(stage)) has_ended = has_ended .or. step - self%first_step >= stage%max_steps
       end function has_ended
 
    end subroutine end_stages
+
+   !> Is a stage without equilibrium to be followed by the next one?
+   pure logical function goes_on(stage)
+      type(stage_type), intent(in) :: stage
+      goes_on = .false.
+      if (allocated(stage%on_failure)) goes_on = stage%on_failure == 'continue'
+   end function goes_on
+
+   !> Has the present stage, which has not ended, had all its steps without coming to equilibrium?
+   pure logical function has_failed(self, parameters, step)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: step      !! accepted steps so far
+      has_failed = .false.
+      if (self%stage > size(parameters%stages)) return
+      associate (stage => parameters%stages(self%stage))
+         if (.not. seeks_equilibrium(stage)) return
+         has_failed = self%balanced < confirming_steps .and. step - self%first_step >= stage%max_steps
+      end associate
+   end function has_failed
+
+   !> Has the last stage ended, and with it the run?
+   pure logical function is_over(self, parameters, step, time)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: step      !! accepted steps so far
+      real(wp), intent(in) :: time
+      type(step_control_type) :: next
+      is_over = .false.
+      if (.not. parameters%ends_with_stages) return
+      next = self
+      call next%end_stages(parameters, step, time)
+      is_over = next%stage > size(parameters%stages)
+   end function is_over
+
+   !> Count the steps in a row that end in equilibrium.
+   pure subroutine judge_balance(self, parameters, unbalanced, is_driven)
+      class(step_control_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: unbalanced   !! at the end of the step
+      logical, intent(in) :: is_driven     !! supports move, or forces are still being released
+      self%unbalanced = unbalanced
+      self%steps = self%steps + 1
+      if (self%stage > size(parameters%stages)) return
+      associate (stage => parameters%stages(self%stage))
+         if (.not. seeks_equilibrium(stage)) return
+         self%balanced = merge(self%balanced + 1, 0, unbalanced <= stage%tolerance .and. .not. is_driven)
+      end associate
+   end subroutine judge_balance
 
    !> Stages may release only fixed points that exist.
    subroutine check_stages(parameters, n_fixed, messages)

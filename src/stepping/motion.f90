@@ -34,6 +34,7 @@ contains
       call find_initial_stress(blocks, parameters, stress)
       allocate (state%centroid(2, nb), state%rotation(nb), state%velocity(6, nb), state%area(nb), &
                 state%moments(3, nb), state%mass(nb))
+      allocate (state%active(nb), source=.true.)
       do i = 1, nb
          associate (m => parameters%block_materials(blocks%block_material(i)))
             call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
@@ -48,6 +49,8 @@ contains
       state%fixed_position = points_or_none(blocks%fixed%n, blocks%fixed%position)
       state%loading_position = points_or_none(blocks%loading%n, blocks%loading%position)
       state%measured_position = points_or_none(blocks%measured%n, blocks%measured%position)
+      allocate (state%measured_from(3, blocks%measured%n), source=0.0_wp)
+      if (blocks%measured%n > 0) state%measured_from(1:2, :) = state%measured_position
       allocate (state%bolt_ends(4, blocks%bolts%n), state%bolt_elongation(blocks%bolts%n), &
                 state%bolt_plastic(blocks%bolts%n), source=0.0_wp)
       if (blocks%bolts%n > 0) state%bolt_ends = blocks%bolts%ends(:, 1:blocks%bolts%n)
@@ -174,9 +177,9 @@ contains
       do p = 1, blocks%measured%n
          b = blocks%measured%block(p)
          if (b < 1) cycle
-         record%measured_displacement(:, p) = state%measured_position(:, p) - blocks%measured%position(:, p)
+         record%measured_displacement(:, p) = state%measured_position(:, p) - state%measured_from(1:2, p)
          record%measured_stress(:, p) = state%stress(:, b)
-         record%measured_rotation(p) = state%rotation(b)
+         record%measured_rotation(p) = state%rotation(b) - state%measured_from(3, p)
       end do
    end subroutine measure_points
 

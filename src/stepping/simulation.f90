@@ -17,6 +17,7 @@ module rockdda_stepping_simulation
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    use rockdda_contact_search, only : contact_search_type, search_limits_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bolts, only : bolt_force
    use rockdda_interaction_contact_law, only : new_contact_laws
    use rockdda_interaction_context, only : step_context_type
@@ -28,6 +29,7 @@ module rockdda_stepping_simulation
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
       cut_reason, n_cut_reasons
+   use rockdda_stepping_equilibrium, only : varies_with_time, report_no_equilibrium
    use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -57,6 +59,7 @@ module rockdda_stepping_simulation
       type(search_limits_type), private :: limits
       type(families_type), private :: families
       type(newton_type), private :: newton
+      type(block_forces_type) :: forces         !! of the last accepted step of this process
       real(wp), allocatable, private :: last_motion(:, :)   !! (6, nb) to go back to when the step is interrupted
       integer, private :: step_cuts(n_cut_reasons) = 0   !! of the step at hand
    contains
@@ -64,6 +67,7 @@ module rockdda_stepping_simulation
       procedure :: add_interaction
       procedure :: advance
       procedure :: is_finished
+      procedure :: ends_stage
       procedure :: set_interruption
       procedure :: planned_time
       procedure :: contact_forces
@@ -140,7 +144,19 @@ contains
       class(simulation_type), intent(in) :: self
       is_finished = self%state%step >= self%parameters%n_steps .or. &
                     .not. self%state%time < self%parameters%t_end*(1 - 1.0e-12_wp)
+      if (.not. is_finished) is_finished = self%control%is_over(self%parameters, self%state%step, self%state%time)
    end function is_finished
+
+   !> Is the present stage over with the last accepted step? In runs that end with their last stage.
+   pure logical function ends_stage(self)
+      class(simulation_type), intent(in) :: self
+      type(step_control_type) :: next
+      ends_stage = .false.
+      if (.not. self%parameters%ends_with_stages .or. self%state%step == 0) return
+      next = self%control
+      call next%end_stages(self%parameters, self%state%step, self%state%time)
+      ends_stage = next%stage > self%control%stage
+   end function ends_stage
 
    !> Stop on request: within a step too, between solves and between iterations of the solver.
    subroutine set_interruption(self, interruption)
@@ -150,9 +166,11 @@ contains
       allocate (self%solver%interruption, source=interruption)
    end subroutine set_interruption
 
-   !> Time at the end of the run when no step is cut.
+   !> Time at the end of the run when no step is cut, 0 when that depends on the stages.
    pure real(wp) function planned_time(self)
       class(simulation_type), intent(in) :: self
+      planned_time = 0
+      if (self%parameters%n_steps == huge(1) .and. .not. self%parameters%t_end < huge(1.0_wp)) return
       planned_time = min(self%parameters%t_end, self%parameters%n_steps*self%parameters%dt_max)
    end function planned_time
 
@@ -173,6 +191,12 @@ contains
       call self%solver%pack(memory)
       call self%times%start()
       call self%control%end_stages(self%parameters, self%state%step, self%state%time)
+      if (self%control%has_failed(self%parameters, self%state%step)) then
+         if (.not. allocated(self%forces%magnitude)) call self%forces%clear(self%blocks%n_blocks)
+         call report_no_equilibrium(self%parameters, self%control%stage, self%state, self%forces, &
+                                    self%record%unbalanced, error)
+         return
+      end if
       self%released = self%control%released
       self%gravity = self%control%gravity(self%parameters)
       wanted = self%control%dt
@@ -218,7 +242,7 @@ contains
       end do
       self%control%cuts = self%control%cuts + self%step_cuts
       call self%times%lap(phase%other)
-      call self%accept(abs(self%dt - wanted) > 0 .and. attempts == 1, displacement)
+      call self%accept(abs(self%dt - wanted) > 0 .and. attempts == 1, displacement, report%rounds, attempts)
       self%record%open_close_iterations = report%rounds
       self%record%attempts = attempts
       self%record%solver_iterations = iterations
@@ -328,11 +352,14 @@ contains
    end subroutine expect_motion
 
    !> Take over a step: energies, states of all interactions, motion of the blocks, record.
-   subroutine accept(self, shortened, displacement)
+   subroutine accept(self, shortened, displacement, rounds, attempts)
       class(simulation_type), intent(inout) :: self
       logical, intent(in) :: shortened      !! dt was shortened to land on an end
       real(wp), intent(in) :: displacement  !! largest of any vertex [length]
+      integer, intent(in) :: rounds         !! of the open-close iteration, of the accepted attempt
+      integer, intent(in) :: attempts
       type(impact_type) :: impact
+      logical :: may_grow
       real(wp) :: k01
       k01 = self%control%k01(self%parameters)
       associate (contacts => self%families%contacts)
@@ -347,10 +374,20 @@ contains
                                               self%families%contacts%trial)
       if (self%parameters%energy) call self%ledger%close_step(self%step_context_type, self%families, k01, &
                                                               impact%happened)
+      call self%forces%clear(self%blocks%n_blocks)
+      call self%families%add_forces(self%step_context_type, self%forces)
+      self%record%unbalanced = self%forces%unbalanced(self%state)
+      self%record%stage = self%control%stage_index()
+      call self%control%judge_balance(self%parameters, self%record%unbalanced, self%forces%driven)
+      if (self%control%is_static_search(self%parameters)) self%control%slip_share = &
+         self%families%contacts%slip_share()
       self%state%velocity = k01*self%state%velocity
       self%state%step = self%state%step + 1
       self%state%time = self%state%time + self%dt
-      call self%control%accepted(self%parameters, self%dt, displacement, shortened, k01)
+      may_grow = self%control%is_static_search(self%parameters)
+      if (may_grow) may_grow = .not. varies_with_time(self%parameters, self%state%time)
+      call self%control%accepted(self%parameters, self%dt, displacement, shortened, k01, &
+                                 rounds*attempts, may_grow)
       ! the table of this step becomes the last one; the old one is room for the next
       call self%contacts%exchange(self%families%contacts%table)
       call self%fill_record(displacement)

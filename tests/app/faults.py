@@ -36,7 +36,10 @@ def objects(file: h5py.File) -> list[str]:
 
 
 def bits(values: object) -> bytes:
-    return values if isinstance(values, bytes) else np.asarray(values).tobytes()
+    if isinstance(values, bytes):
+        return values
+    array = np.asarray(values)
+    return b"\0".join(array.ravel()) if array.dtype == object else array.tobytes()  # texts
 
 
 def differences(one: Path, other: Path) -> list[str]:

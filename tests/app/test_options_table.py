@@ -9,7 +9,7 @@ from pathlib import Path
 from support import ProgramTest
 
 ROOT = Path(__file__).resolve().parents[2]
-TABLE = ROOT / "src/model/option_table.f90"
+TABLES = [ROOT / "src/model" / f"{name}.f90" for name in ("option_table", "stage_options")]
 # words in quotes that are no names of options there: energies, kinds of value, a group of the checkpoint
 OTHERS = {
     ("state.f90", "gravity"),
@@ -41,11 +41,19 @@ class OptionsTable(ProgramTest):
         self.write("motion.csv", "0,0,0\n1,1,1\n")
         lines = []
         for group, description in schema["$defs"].items():
-            if group == "stage":
-                continue  # until_step and until_time exclude each other
+            if group in ("stage", "change"):
+                continue  # not all of them in one group
             rows = [f"{name} = {self.value(row)}" for name, row in description["properties"].items()]
             lines.append(f"&{group} {', '.join(rows)} /\n")
         lines.append("&stage until_step = 1, k01 = 0, gravity = 1, release = 1 / &stage until_time = 1 /\n")
+        lines.append("&stage name = 's', kind = 'static', until = 'equilibrium', tolerance = 1e-4, max_steps = 9,\n")
+        lines.append(" on_failure = 'continue', excavate = 'x', relax = 1, relax_steps = 3, place = 'x',\n")
+        lines.append(" reset_displacement = .true. /\n&stage duration = 1 /\n")
+        joint = schema["$defs"]["joint_law"]["properties"].items()
+        rows = [f"{name} = {self.value(row)}" for name, row in joint if name not in ("name", "material")]
+        lines.append(f"&change stage = 's', joint_material = 1, {', '.join(rows)} /\n")
+        lines.append("&change stage = 's', block_material = 1, density = 1, young = 1, poisson = 0.1 /\n")
+        lines.append("&change stage = 's', region = 'x', unit_weight = 1 /\n")
         self.write("all.nml", "".join(lines))
         outcome = self.run_program("check", "all.nml")
         self.assertEqual((outcome.code, outcome.err), (0, ""))
@@ -107,8 +115,10 @@ class OptionsTable(ProgramTest):
             "dilation 0, damping_ratio 0.1, brittle .true., tie .false.\n",
             "line_load 1                        = ends (0 0 1 0), force_start (0 3), force_end (0 3), "
             "table 2 rows of t, factor: (0 0) (1 4)\n",
-            "stage 1                            = until_step 1, gravity 1, release (1)\n",
-            "stage 2                            = k01 0, gravity 1\n",
+            "stage 1                            = tolerance 1e-05, max_steps 5000, until_step 1, gravity 1, release (1), "
+            "reset_displacement .false., relax_steps 10\n",
+            "stage 2                            = tolerance 1e-05, max_steps 5000, k01 0, gravity 1, "
+            "reset_displacement .false., relax_steps 10\n",
             "max_wall                           = 500\n",
             "energy balance                     = .true.\n",
         ):
@@ -170,7 +180,7 @@ class OptionsTable(ProgramTest):
         found = []
         for path in sources:
             # joint statistics have groups and names of their own
-            if path == TABLE or path.name.startswith("statistics"):
+            if path in TABLES or path.name.startswith("statistics"):
                 continue
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
                 code = line if line.lstrip()[:1] != "!" else ""

@@ -172,7 +172,8 @@ def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: fl
 def _planned_time(results: Results) -> float | None:
     """The time that the run was to cover, None where the file does not say."""
     value = results.attributes.get("planned_time")
-    return None if value is None else float(value)
+    # 0: how long the stages take is not known before the run
+    return None if value is None or not float(value) else float(value)
 
 
 def height_label(height: float, tunnel_height: float) -> str:

@@ -93,6 +93,10 @@ def _check(file: h5py.File) -> None:
     _table(file, "history/measured_stress", "f8", points["measured"], 3)
     _table(file, "history/measured_rotation", "f8", points["measured"])
     _table(file, "history/fixed_force", "f8", points["fixed"], 2)
+    if "history/unbalanced" in file:  # not in older files
+        _table(file, "history/unbalanced", "f8")
+        _table(file, "history/stage", "i4")
+        _table(file, "frames/active", "i4", nb)
     _table(file, "frames/step", "i4")
     _table(file, "frames/time", "f8")
     for name, *row in (

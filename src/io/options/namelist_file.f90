@@ -8,11 +8,12 @@ module rockdda_io_namelist_file
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_joint_options, only : joint_number
    use rockdda_model_option_table, only : describe_options
-   use rockdda_model_options, only : run_options_type, stage_type, is_set
+   use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_option_reader, only : option_reader_type
    use rockdda_io_record_reader, only : append_in_order
+   use rockdda_io_stage_check, only : check_stages
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
    implicit none
@@ -63,7 +64,7 @@ contains
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
             options%joint_laws(i)%origin)
       end do
-      call check_stages(options%stages, reader%messages)
+      call check_stages(options%stages, options%changes, reader%messages)
       call append_in_order(messages, reader%messages)
    end subroutine read_options_source
 
@@ -101,35 +102,5 @@ contains
          end associate
       end do
    end subroutine list_given_options
-
-   !> Check that every stage but the last ends, and later than the one before it.
-   subroutine check_stages(stages, messages)
-      type(stage_type), intent(in) :: stages(:)
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i, last_step
-      real(wp) :: last_time
-      logical :: in_order
-      last_step = 0
-      last_time = 0
-      do i = 1, size(stages)
-         associate (stage => stages(i))
-            if (is_set(stage%until_step) .and. is_set(stage%until_time)) call messages%add(severity%error, &
-               '&stage: give until_step or until_time, not both', stage%origin)
-            in_order = .true.
-            if (is_set(stage%until_step)) then
-               in_order = stage%until_step > last_step
-               last_step = stage%until_step
-            else if (is_set(stage%until_time)) then
-               in_order = stage%until_time > last_time
-               last_time = stage%until_time
-            else if (i < size(stages)) then
-               call messages%add(severity%error, '&stage '//to_string(i)//': until_step or until_time is missing '// &
-                                 '(only the last stage may have neither)', stage%origin)
-            end if
-            if (.not. in_order) call messages%add(severity%error, '&stage '//to_string(i)// &
-                                                  ': must end later than the stage before it', stage%origin)
-         end associate
-      end do
-   end subroutine check_stages
 
 end module rockdda_io_namelist_file

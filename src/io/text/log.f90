@@ -105,7 +105,7 @@ contains
       character(len=:), allocatable :: head
       integer :: i
       head = '#     step          time            dt  tries rounds   solver     open  sliding   locked'// &
-             '      disp/w0       penalty'
+             '      disp/w0       penalty   unbalanced stage'
       do i = 1, n_energies
          head = head//' '//right(trim(energy_names(i)), 21)
       end do
@@ -122,9 +122,9 @@ contains
       real(wp) :: ratio
       ratio = 0
       if (parameters%w0 > 0) ratio = record%max_displacement/parameters%w0
-      write (text, '(i10, 2es14.6, i7, i7, i9, 3i9, es13.4, es14.6, *(es22.13))') record%step, record%time, &
-         record%dt, record%attempts, record%open_close_iterations, record%solver_iterations, record%contacts, &
-         ratio, parameters%normal_stiffness, record%energy
+      write (text, '(i10, 2es14.6, i7, i7, i9, 3i9, es13.4, es14.6, es13.4, i6, *(es22.13))') record%step, &
+         record%time, record%dt, record%attempts, record%open_close_iterations, record%solver_iterations, &
+         record%contacts, ratio, parameters%normal_stiffness, record%unbalanced, record%stage + 1, record%energy
       call self%put(trim(text), error)
    end subroutine put_step
 

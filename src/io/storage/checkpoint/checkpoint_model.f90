@@ -10,7 +10,7 @@ module rockdda_io_checkpoint_model
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
    use rockdda_model_boundary_options, only : describe_boundaries
-   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
+   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions, describe_changes
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
@@ -75,6 +75,8 @@ contains
       call describe_settings(table, no_options, parameters)
       call exchange_materials(archive, parameters)
       call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
+      call describe_changes(table, parameters%changes)
+      call archive%item('ends_with_stages', parameters%ends_with_stages)
       call describe_regions(table, parameters%regions, parameters%subdivisions)
       call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)

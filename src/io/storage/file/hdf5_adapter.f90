@@ -35,6 +35,7 @@ module rockdda_io_hdf5_adapter
       procedure :: get_shape
       procedure :: has_type
       generic :: write => write_reals, write_integers, write_text
+      procedure :: write_texts
       generic :: read => read_reals, read_integers, read_text
       procedure :: create_table
       procedure :: resize
@@ -141,6 +142,32 @@ contains
       call h5sclose_f(space, ignored)
       call h5tclose_f(type, ignored)
    end subroutine write_text
+
+   !> Write a list of texts; trailing blanks are not kept.
+   subroutine write_texts(self, name, texts, error)
+      class(hdf5_file_type), intent(in) :: self
+      character(len=*), intent(in) :: name, texts(:)
+      type(error_type), allocatable, intent(out) :: error
+      character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
+      type(c_ptr), target :: pointers(size(texts))
+      integer(hid_t) :: dataset, type
+      integer :: i, k, status, ignored
+      allocate (buffer(len(texts) + 1, size(texts)))
+      do i = 1, size(texts)
+         do k = 1, len_trim(texts(i))
+            buffer(k, i) = texts(i) (k:k)
+         end do
+         buffer(len_trim(texts(i)) + 1, i) = c_null_char
+         pointers(i) = c_loc(buffer(1, i))
+      end do
+      call new_text_type(type, status)
+      dataset = -1
+      if (status == 0) call self%create_dataset(name, type, [size(texts)], dataset, status)
+      if (status == 0) call h5dwrite_f(dataset, type, c_loc(pointers), status)
+      if (status /= 0) call self%fail('cannot write '//name, error)
+      call h5dclose_f(dataset, ignored)
+      call h5tclose_f(type, ignored)
+   end subroutine write_texts
 
    !> Create an empty dataset of the given type and shape.
    subroutine create_dataset(self, name, type, shape, dataset, status)

@@ -30,12 +30,14 @@ module rockdda_io_results
    !> Places in the list of tables.
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
-                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
-                         s_boundary_force = 14, &
-                         s_frame_step = 15, s_frame_time = 16, s_vertices = 17, s_centroid = 18, s_rotation = 19, &
-                         s_stress = 20, s_velocity = 21, s_bolt_ends = 22, s_bolt_force = 23, s_offset = 24, &
-                         s_point = 25, s_force = 26, s_state = 27, s_blocks = 28, &
-                         s_opening = 29, s_slip = 30, s_length = 31, s_normal_stress = 32, s_shear_stress = 33, &
+                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, s_boundary_force = 14, &
+                         s_unbalanced = 15, &
+                         s_stage = 16, &
+                         s_frame_step = 17, s_frame_time = 18, s_vertices = 19, s_centroid = 20, s_rotation = 21, &
+                         s_stress = 22, s_velocity = 23, s_bolt_ends = 24, s_bolt_force = 25, s_active = 26, &
+                         s_offset = 27, &
+                         s_point = 28, s_force = 29, s_state = 30, s_blocks = 31, &
+                         s_opening = 32, s_slip = 33, s_length = 34, s_normal_stress = 35, s_shear_stress = 36, &
                          n_series = n_tables
 
    type :: results_type
@@ -87,6 +89,13 @@ contains
       if (.not. allocated(error)) call write_header(self%file, header, error)
       if (.not. allocated(error)) call self%write_model(blocks, state, error)
       if (.not. allocated(error)) call write_boundaries(self%file, header, error)
+      if (.not. allocated(error)) then
+         if (allocated(header%stage_names)) then
+            call self%file%write_texts('model/stage_names', header%stage_names, error)
+         else
+            call self%file%write_texts('model/stage_names', ['stage 1'], error)
+         end if
+      end if
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
       do i = 1, n_series
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
@@ -231,6 +240,8 @@ contains
       call self%series(s_measured_rotation)%init('history/measured_rotation', reals, [nm])
       call self%series(s_fixed_force)%init('history/fixed_force', reals, [2, nf])
       call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, n_boundaries])
+      call self%series(s_unbalanced)%init('history/unbalanced', reals, single)
+      call self%series(s_stage)%init('history/stage', integers, single)
       call self%series(s_frame_step)%init('frames/step', integers, single)
       call self%series(s_frame_time)%init('frames/time', reals, single)
       call self%series(s_vertices)%init('frames/vertices', reals, [2, nv])
@@ -240,6 +251,7 @@ contains
       call self%series(s_velocity)%init('frames/velocity', reals, [6, nb])
       call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts])
       call self%series(s_bolt_force)%init('frames/bolt_force', reals, [n_bolts])
+      call self%series(s_active)%init('frames/active', integers, [nb])
       call self%series(s_offset)%init('frames/contact_offset', integers, single)
       call self%series(s_point)%init('frames/contact_point', reals, [2])
       call self%series(s_force)%init('frames/contact_force', reals, [2])
@@ -277,6 +289,8 @@ contains
          call s(s_measured_rotation)%add(record%measured_rotation(1:nm), 1)
          call s(s_fixed_force)%add(reshape(record%fixed_force(:, 1:nf), [2*nf]), 1)
          call s(s_boundary_force)%add(reshape(record%boundary_force(:, 1:n_boundaries), [2*n_boundaries]), 1)
+         call s(s_unbalanced)%add([record%unbalanced], 1)
+         call s(s_stage)%add([record%stage], 1)
       end associate
       call self%write_if_large(error)
    end subroutine append_history
@@ -318,6 +332,7 @@ contains
             call s(s_bolt_ends)%add([real(wp) ::], 1)
          end if
          call s(s_bolt_force)%add(bolt_force(1:n_bolts), 1)
+         call s(s_active)%add(merge(1, 0, state%active(1:nb)), 1)
          self%so_far%frames = self%so_far%frames + 1
          self%so_far%contacts = self%so_far%contacts + n
          call s(s_offset)%add([self%so_far%contacts], 1)
@@ -484,8 +499,8 @@ contains
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
       integer(i8) :: lengths(n_series)
-      lengths(:s_boundary_force) = rows%steps
-      lengths(s_boundary_force + 1:) = rows%frames
+      lengths(:s_stage) = rows%steps
+      lengths(s_stage + 1:) = rows%frames
       lengths(s_offset) = rows%frames + 1
       lengths(s_point:) = rows%contacts
    end function lengths

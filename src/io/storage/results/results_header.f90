@@ -9,7 +9,7 @@ module rockdda_io_results_header
    !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts.
    integer, parameter :: results_format_version = 2, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 33, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 36, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type
@@ -17,6 +17,7 @@ module rockdda_io_results_header
       character(len=:), allocatable :: program_version
       character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
       character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' without one
+      character(len=:), allocatable :: stage_names(:)    !! for a new file; not kept in checkpoints
       logical :: frames = .true.                         !! keep frames
       logical :: contacts = .true.                       !! keep the contacts of each frame
       real(wp) :: flush_interval = 2                     !! seconds between flushes

@@ -147,6 +147,9 @@ contains
       n = rows_of(file, check, 'measured_stress', reals, [3, points(3)])
       n = rows_of(file, check, 'measured_rotation', reals, [points(3)])
       n = rows_of(file, check, 'fixed_force', reals, [2, points(1)])
+      ! older files do not have them
+      if (file%exists('history/unbalanced')) n = rows_of(file, check, 'unbalanced', reals, [integer ::])
+      if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
    end subroutine check_history
 
    !> Check tables with a row per frame or contact.
@@ -174,6 +177,7 @@ contains
          n = rows_of(file, check, 'bolt_ends', reals, [2, 2, n_bolts])
          n = rows_of(file, check, 'bolt_force', reals, [n_bolts])
       end if
+      if (file%exists('frames/active')) n = rows_of(file, check, 'active', integers, [nb])
       n = rows_of(file, check, 'contact_point', reals, [2])
       n = rows_of(file, check, 'contact_force', reals, [2])
       n = rows_of(file, check, 'contact_state', integers, [integer ::])

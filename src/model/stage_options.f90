@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: MIT
+!> Rows of the table of options for stages and what changes with them: &stage, &change.
+module rockdda_model_stage_options
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_option, only : option_visitor_type, option
+   use rockdda_model_options, only : stage_type, change_type, is_set
+   implicit none
+   private
+   public :: describe_stage, describe_new_values, stage_name, seeks_equilibrium, has_end, is_plain, stage_names, &
+      is_given
+
+   character(len=*), parameter :: guide = 'user-guide.md#stages'
+
+contains
+
+   !> Visit &stage.
+   subroutine describe_stage(table, stage)
+      class(option_visitor_type), intent(inout) :: table
+      type(stage_type), intent(inout) :: stage
+      character(len=*), parameter :: with_end = "until = 'equilibrium'", regions = 'names of regions, commas '// &
+                                     'between them: '
+      call table%add(option('name', 'name of the stage', default_text="'stage N'", not_blank=.true.), stage%name)
+      call table%add(option('kind', 'static: every step starts at rest, k01 = 0; dynamic: k01 = 1', &
+                            choices='static|dynamic', default_text="static with until = 'equilibrium', else k01", &
+                            see=guide), stage%kind)
+      call table%add(option('until', 'the stage ends when the blocks are in equilibrium', choices='equilibrium', &
+                            default_text='none', see=guide), stage%until)
+      call table%add(option('tolerance', 'largest unbalanced force over the mean force in equilibrium', &
+                            above=0.0_wp, below=1.0_wp, default=1.0e-5_wp, applies=with_end), stage%tolerance)
+      call table%add(option('max_steps', 'largest number of steps of the stage to equilibrium', least=1.0_wp, &
+                            default=5000.0_wp, applies=with_end), stage%max_steps)
+      call table%add(option('on_failure', 'without equilibrium after max_steps: end the run (exit 3), or go on '// &
+                            'with the next stage', choices='stop|continue', default_text='stop', applies=with_end), &
+                     stage%on_failure)
+      call table%add(option('until_step', 'last step of the stage, counted from the start of the run', least=1.0_wp, &
+                            default_text='another end; only the last stage may have none'), stage%until_step)
+      call table%add(option('until_time', 'end time of the stage', unit='time', above=0.0_wp, &
+                            default_text='another end'), stage%until_time)
+      call table%add(option('duration', 'time that the stage lasts', unit='time', above=0.0_wp, &
+                            default_text='another end'), stage%duration)
+      call table%add(option('k01', 'as in &time, for this stage', least=0.0_wp, most=1.0_wp, &
+                            remark='0 static, 1 dynamic', default_text='that of the run'), stage%k01)
+      call table%add(option('gravity', 'factor of all weights', default=1.0_wp), stage%gravity)
+      call table%add(option('release', 'numbers of the fixed points that are released when the stage ends', &
+                            least=1.0_wp, default_text='none'), stage%release)
+      call table%add(option('reset_displacement', 'measured displacements and rotations count from the start of '// &
+                            'the stage'), stage%reset_displacement)
+      call table%add(option('excavate', regions//'their blocks are taken out when the stage begins', &
+                            default_text='none', not_blank=.true., see=guide), stage%excavate)
+      call table%add(option('relax', 'share, counted from the excavation, of the forces of excavated blocks on the '// &
+                            'others that is released; the rest stays as a load', least=0.0_wp, most=1.0_wp, &
+                            default_text='1 where blocks are excavated', see=guide), stage%relax)
+      call table%add(option('relax_steps', 'number of steps in which that share is released, in equal parts', &
+                            least=1.0_wp, default=10.0_wp), stage%relax_steps)
+      call table%add(option('place', regions//'their blocks are absent until the stage begins', &
+                            default_text='none', not_blank=.true., see=guide), stage%place)
+      call table%add(option('install', 'bolts or liners that are installed when the stage begins; not there yet', &
+                            default_text='none'), stage%install)
+      call table%add(option('remove', 'bolts or liners that are removed when the stage begins; not there yet', &
+                            default_text='none'), stage%remove)
+      call table%add(option('water', 'water table of the stage; not there yet', default_text='none'), stage%water)
+   end subroutine describe_stage
+
+   !> Visit the rows of &change that no joint material has.
+   subroutine describe_new_values(table, change)
+      class(option_visitor_type), intent(inout) :: table
+      type(change_type), intent(inout) :: change
+      character(len=*), parameter :: of_blocks = 'block_material or region'
+      call table%add(option('stage', 'name of the stage from whose start the values hold', required=.true., &
+                            not_blank=.true.), change%stage)
+      call table%add(option('joint_material', 'number or name of the joint material that has the new values', &
+                            default_text='none', not_blank=.true., or_number=.true.), change%joint_material)
+      call table%add(option('block_material', 'number of the block material that has the new values; with region: '// &
+                            'the material of its blocks', default_text='none', not_blank=.true., or_number=.true.), &
+                     change%block_material)
+      call table%add(option('region', 'names of regions, commas between them: the new values hold for their blocks', &
+                            default_text='none', not_blank=.true.), change%region)
+      call table%add(option('density', 'mass per area', unit='mass/length^2', above=0.0_wp, applies=of_blocks, &
+                            default_text='as it was'), change%density)
+      call table%add(option('young', "Young's modulus", unit='stress', above=0.0_wp, applies=of_blocks, &
+                            default_text='as it was'), change%young)
+      call table%add(option('poisson', "Poisson's ratio", above=-1.0_wp, below=0.5_wp, applies=of_blocks, &
+                            default_text='as it was'), change%poisson)
+      call table%add(option('unit_weight', 'weight per area', unit='force/length^2', applies=of_blocks, &
+                            default_text='as it was'), change%unit_weight)
+   end subroutine describe_new_values
+
+   !> Does a text hold something?
+   pure logical function is_given(text)
+      character(len=:), allocatable, intent(in) :: text
+      is_given = .false.
+      if (allocated(text)) is_given = len_trim(text) > 0
+   end function is_given
+
+   !> Name of stage i.
+   pure function stage_name(stages, i) result(name)
+      type(stage_type), intent(in) :: stages(:)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+      name = 'stage '//to_string(i)
+      if (i > size(stages)) return
+      if (is_given(stages(i)%name)) name = trim(adjustl(stages(i)%name))
+   end function stage_name
+
+   !> Names of all stages, and of what follows the last one where the run goes on.
+   pure function stage_names(stages, ends_with_stages) result(names)
+      type(stage_type), intent(in) :: stages(:)
+      logical, intent(in) :: ends_with_stages
+      character(len=:), allocatable :: names(:)
+      integer :: i, longest, n
+      n = size(stages)
+      if (n == 0) then
+         n = 1
+      else if (has_end(stages(n)) .and. .not. ends_with_stages) then
+         n = n + 1
+      end if
+      longest = 0
+      do i = 1, n
+         longest = max(longest, len(stage_name(stages, i)))
+      end do
+      allocate (character(len=longest) :: names(n))
+      do i = 1, n
+         names(i) = stage_name(stages, i)
+      end do
+   end function stage_names
+
+   !> Does the stage end by equilibrium?
+   pure logical function seeks_equilibrium(stage)
+      type(stage_type), intent(in) :: stage
+      seeks_equilibrium = .false.
+      if (allocated(stage%until)) seeks_equilibrium = stage%until == 'equilibrium'
+   end function seeks_equilibrium
+
+   !> Does the stage have an end of its own?
+   pure logical function has_end(stage)
+      type(stage_type), intent(in) :: stage
+      has_end = is_set(stage%until_step) .or. is_set(stage%until_time) .or. is_set(stage%duration) .or. &
+                seeks_equilibrium(stage)
+   end function has_end
+
+   !> Is it a stage as older files have them, with until_step, until_time, k01, gravity and release alone? After the
+   !> last of such stages the run goes on.
+   pure logical function is_plain(stage)
+      type(stage_type), intent(in) :: stage
+      is_plain = .not. (is_given(stage%name) .or. is_given(stage%kind) .or. is_given(stage%until) .or. &
+                        is_set(stage%duration) .or. is_set(stage%relax) .or. is_given(stage%excavate) .or. &
+                        is_given(stage%place) .or. stage%reset_displacement)
+   end function is_plain
+
+end module rockdda_model_stage_options

@@ -1,0 +1,89 @@
+! SPDX-License-Identifier: MIT
+!> Equilibrium of a stage: what may grow, and the error of a stage that does not come to rest.
+module rockdda_stepping_equilibrium
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_strings, only : to_string, counted
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_state, only : block_state_type
+   use rockdda_interaction_block_forces, only : block_forces_type
+   implicit none
+   private
+   public :: varies_with_time, report_no_equilibrium
+
+   !> Largest number of blocks in a message.
+   integer, parameter :: most_listed = 10
+
+contains
+
+   !> Do loads or supports still change at a time? Steps are then no longer than dt_max.
+   pure logical function varies_with_time(parameters, time) result(varies)
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: time
+      integer :: i
+      varies = .false.
+      do i = 1, size(parameters%fixed_tables)
+         varies = varies .or. goes_on(parameters%fixed_tables(i)%rows)
+      end do
+      do i = 1, size(parameters%loading_tables)
+         varies = varies .or. goes_on(parameters%loading_tables(i)%rows)
+      end do
+      do i = 1, size(parameters%line_loads)
+         varies = varies .or. goes_on(parameters%line_loads(i)%table)
+      end do
+      varies = varies .or. goes_on(parameters%base%table)
+      if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
+
+   contains
+
+      !> Does a table have different values after this time?
+      pure logical function goes_on(rows)
+         real(wp), allocatable, intent(in) :: rows(:, :)   !! time first
+         integer :: k
+         goes_on = .false.
+         if (.not. allocated(rows)) return
+         do k = 2, size(rows, 2)
+            if (rows(1, k) > time .and. any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)) goes_on = .true.
+         end do
+      end function goes_on
+
+   end function varies_with_time
+
+   !> The error of a stage that has had all its steps: its name, how far it is from equilibrium, and the blocks that are
+   !> pushed most.
+   subroutine report_no_equilibrium(parameters, stage, state, forces, unbalanced, error)
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: stage
+      type(block_state_type), intent(in) :: state
+      type(block_forces_type), intent(in) :: forces
+      real(wp), intent(in) :: unbalanced
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: share(:)
+      character(len=:), allocatable :: text
+      integer :: i, k, n
+      associate (options => parameters%stages(stage))
+         text = "stage '"//stage_name(parameters%stages, stage)//"' did not come to equilibrium in "// &
+                counted(options%max_steps, 'step')//': the unbalanced force is '//to_string(unbalanced, 3)// &
+                ' of the mean force, tolerance '//to_string(options%tolerance)
+         allocate (share(size(forces%magnitude)), source=0.0_wp)
+         do i = 1, size(share)
+            if (forces%counts(i, state)) share(i) = forces%force_of(i, state)
+         end do
+         share = share/max(forces%mean_magnitude(state), tiny(1.0_wp))
+         n = count(share > options%tolerance)
+         if (n > 0) text = text//new_line('a')//'  '//counted(n, 'block')// &
+            trim(merge(' still moves: ', ' still move:  ', n == 1))
+         do i = 1, min(n, most_listed)
+            k = maxloc(share, dim=1)
+            text = text//trim(merge('  ', ', ', i == 1))//' block '//to_string(k)//' at ('// &
+                   to_string(state%centroid(1, k), 5)//', '//to_string(state%centroid(2, k), 5)//')'
+            share(k) = 0
+         end do
+         if (n > most_listed) text = text//', ...'
+      end associate
+      text = text//new_line('a')//"  give more max_steps, or on_failure = 'continue' to go on with the next stage"
+      call make_error(error, error_code%computation, text)
+   end subroutine report_no_equilibrium
+
+end module rockdda_stepping_equilibrium

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""Stages: equilibrium as a measure and as an end, and what a stage does at its start."""
+
+import unittest
+from pathlib import Path
+
+from resume_case import ResumeTest
+from support import h5py
+
+if h5py is not None:
+    import numpy as np
+
+MODELS = Path(__file__).parents[2] / "inputs"
+#: A column of five blocks of 1 m on a base; the weight of each is 24525 N.
+STACK = tuple(str(MODELS / "stack" / f"stack.{ending}") for ending in ("dc", "df"))
+SLOPE = tuple(str(MODELS / "jointed_slope" / f"jointed_slope.{ending}") for ending in ("dc", "df"))
+REST = "&contact formulation = 'length' /\n&stage name = 'rest', kind = 'static', until = 'equilibrium' /\n"
+
+
+class StageTest(ResumeTest):
+    def compute(self, options, *, model=STACK, out="out", code=0, more=()):
+        self.write(f"{out}.nml", options)
+        outcome = self.run_program("run", *model, "--config", f"{out}.nml", "-o", f"{out}.h5", "--force", *more)
+        self.assertEqual(outcome.code, code, outcome.err)
+        return outcome
+
+    def read(self, out="out"):
+        """All arrays of a file."""
+        data = {}
+        with h5py.File(self.path(f"{out}.h5")) as file:
+            file.visititems(lambda n, i: data.update({n: i[()]}) if isinstance(i, h5py.Dataset) else None)
+        return data
+
+    def mistakes(self, options):
+        self.write("bad.nml", options)
+        outcome = self.run_program("check", *STACK, "bad.nml", "--quiet")
+        self.assertEqual(outcome.code, 2, outcome.err)
+        return [line.split("bad.nml:")[-1] for line in outcome.err.splitlines() if ": error: " in line]
+
+
+class Equilibrium(StageTest):
+    def test_the_measure_is_what_the_forces_of_the_results_give(self):
+        # the contacts of the last frame, the weights: the largest resultant with its moment over the radius of inertia
+        self.compute("&contact formulation = 'length' /\n&run save_every = 1 /\n", more=("--steps", "3"))
+        data = self.read()
+        points = data["frames/contact_point"]
+        n = data["frames/contact_offset"]
+        nb = len(data["model/block_area"])
+        for frame in (1, 3):
+            rows = slice(n[frame], n[frame + 1])
+            centroid = data["frames/centroid"][frame]
+            total, size = np.zeros((nb, 3)), np.zeros(nb)
+            total[:, 1] -= 24525 * data["model/block_area"]
+            size += 24525 * data["model/block_area"]
+            both = data["frames/contact_blocks"][rows]
+            for (a, b), point, force in zip(both, points[rows], data["frames/contact_force"][rows], strict=True):
+                for block, sign in ((a, 1), (b, -1)):
+                    arm = point - centroid[block]
+                    total[block] += sign * np.array([*force, arm[0] * force[1] - arm[1] * force[0]])
+                    size[block] += np.hypot(*force)
+            moving = np.arange(nb) != np.argmax(data["model/block_area"])  # the base is fixed at two points
+            radius = np.sqrt((1 + 1) / 12)  # of squares of 1 m
+            force = np.sqrt((total[:, :2] ** 2).sum(axis=1) + (total[:, 2] / radius) ** 2)
+            expected = force[moving].max() / size[moving].mean()
+            # areas of the moved blocks differ from those of the start by 1e-5
+            self.assertAlmostEqual(data["history/unbalanced"][frame - 1] / expected, 1, delta=1e-4)
+
+    def test_a_stage_ends_in_equilibrium_and_with_it_the_run(self):
+        outcome = self.compute(REST + "&stage name = 'watch', kind = 'dynamic', duration = 0.05 /\n", more=("--json",))
+        data = self.read()
+        stage = data["history/stage"]
+        self.assertEqual([name.decode() for name in data["model/stage_names"]], ["rest", "watch"])
+        rest = int((stage == 0).sum())
+        self.assertTrue((np.diff(stage) >= 0).all())
+        self.assertLessEqual(data["history/unbalanced"][rest - 1], 1e-5)
+        self.assertGreater(data["history/unbalanced"][0], 1e-5)
+        # steps grow in the static stage and are those of the file after it
+        self.assertGreater(data["history/dt"][:rest].max(), 0.0101)
+        self.assertLessEqual(data["history/dt"][rest:].max(), 0.01 * (1 + 1e-9))
+        self.assertAlmostEqual(data["history/time"][-1] - data["history/time"][rest - 1], 0.05, delta=1e-12)
+        self.assertEqual(outcome.json["exit_reason"], "finished")
+        self.assertEqual(outcome.json["stage"], "watch")
+        self.assertIn("unbalanced", outcome.json)
+        # the support carries the weight of everything: five blocks of 1 m2 and the base of 4 m2
+        self.assertAlmostEqual(data["history/fixed_force"][rest - 1, :, 1].sum() / (9 * 24525), 1, delta=1e-4)
+
+    def test_without_equilibrium_the_run_ends_and_names_stage_and_blocks(self):
+        options = (
+            "&contact formulation = 'length' /\n&joint_material number = 1, friction = 10 /\n"
+            "&joint_material number = 2, friction = 10 /\n"
+            "&stage name = 'slide', until = 'equilibrium', max_steps = 12{} /\n"
+        )
+        outcome = self.compute(options.format(""), model=SLOPE, code=3, more=("--quiet",))
+        self.assertIn("stage 'slide' did not come to equilibrium in 12 steps", outcome.err)
+        self.assertRegex(outcome.err, r"blocks still move: block \d+ at \(")
+        self.assertEqual(len(self.read()["history/step"]), 12)
+        more = options.format(", on_failure = 'continue'") + "&stage name = 'then', duration = 0.01 /\n"
+        self.compute(more, model=SLOPE, more=("--quiet",))
+        self.assertEqual(self.read()["history/stage"].tolist().count(0), 12)
+        self.assertEqual(self.read()["history/stage"][-1], 1)
+
+    def test_a_resumed_run_and_any_number_of_threads_give_the_same_bits(self):
+        options = (
+            "&contact formulation = 'length' /\n&joint_material number = 1, friction = 35 /\n"
+            "&joint_material number = 2, friction = 35 /\n&stage until = 'equilibrium', tolerance = 1e-3 /\n"
+            "&stage duration = 0.02, kind = 'dynamic', reset_displacement = .true. /\n"
+        )
+        self.compute(options, model=SLOPE, out="whole", more=("--threads", "1"))
+        n = len(self.read("whole")["history/step"])
+        self.compute(options, model=SLOPE, out="two", more=("--threads", "2"))
+        self.assertSame("whole.h5", "two.h5")
+        for steps in (5, n - 2):
+            self.compute(options, model=SLOPE, out="part", more=("--steps", str(steps)))
+            self.good("resume", "part.ckpt.h5", "--steps", n, "--quiet")
+            one, other = self.read("whole"), self.read("part")
+            for name in ("history/energy", "history/unbalanced", "history/stage", "history/measured_displacement"):
+                self.assertTrue(np.array_equal(one[name], other[name]), (steps, name))
+            self.assertTrue(np.array_equal(one["frames/vertices"][-1], other["frames/vertices"][-1]))
+
+
+class Mistakes(StageTest):
+    def test_all_of_them_in_one_pass(self):
+        found = self.mistakes(
+            "&stage name = 'a', tolerancy = 1e-4 /\n"
+            "&stage name = 'a', until = 'equilibrum' /\n"
+            "&stage name = 'b', kind = 'static', k01 = 0, duration = 1 /\n"
+            "&stage name = 'c', duration = 1, until_step = 3 /\n"
+            "&stage name = 'd', duration = 1, max_steps = 3 /\n"
+            "&stage name = 'e', duration = 1, relax = 0.5 /\n"
+            "&stage name = 'f', duration = 1, install = 'bolts' /\n"
+            "&stage name = 'g', duration = 1, water = 'low' /\n"
+            "&change stage = 'bb', block_material = 1, young = 1e9 /\n"
+            "&change stage = 'b', young = 1e9 /\n"
+            "&change stage = 'b', joint_material = 1 /\n"
+        )
+        for place, text in (
+            ("1:20", "did you mean 'tolerance'"),
+            ("2:", "equilibr"),
+            ("2:1", "there is already a stage 'a'"),
+            ("3:1", "give kind or k01, not both"),
+            ("4:1", "give one of until_step or until_time, duration, until, not several"),
+            ("5:1", "max_steps needs until = 'equilibrium'"),
+            ("6:1", "relax needs excavate, here or in an earlier stage"),
+            ("7:1", "install is not there yet"),
+            ("8:1", "water is not there yet"),
+            ("9:1", "there is no stage 'bb'; did you mean 'b'?"),
+            ("10:1", "joint_material, block_material or region is missing"),
+            ("11:1", "no new value is given"),
+        ):
+            self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
+
+
+if __name__ == "__main__":
+    unittest.main()
