@@ -20,11 +20,13 @@ module rockdda_interaction_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, nearest_outer_edge, next_vertex
    use rockdda_interaction_contacts, only : set_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
+   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load, mean_displacement, &
+      end_displacement
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : line_load, load_factor
    use rockdda_interaction_supports, only : support_energy
@@ -69,6 +71,7 @@ module rockdda_interaction_boundaries
       procedure :: measure_placement
       procedure :: add_energies
       procedure :: commit
+      procedure :: add_forces
    end type boundaries_type
 
 contains
@@ -305,7 +308,7 @@ contains
       end do
       do i = 1, size(self%loaded)
          associate (edge => self%loaded(i))
-            call find_traction_load(context, context%parameters%boundaries(edge%group), edge)
+            call find_traction_load(context, context%parameters%boundaries(edge%group), context%moving(edge%block), edge)
             equations%block_load(:, edge%block) = equations%block_load(:, edge%block) + edge%load
             equations%block_magnitude(:, edge%block) = equations%block_magnitude(:, edge%block) + abs(edge%load)
          end associate
@@ -331,29 +334,28 @@ contains
 
    !> Force and load of an edge with a traction: of the end of the step, on the arms of its middle. The traction is
    !> uniform along the edge.
-   pure subroutine find_traction_load(context, group, edge)
+   pure subroutine find_traction_load(context, group, block, edge)
       type(step_context_type), intent(in) :: context
       type(boundary_type), intent(in) :: group
+      type(moving_block_type), intent(in) :: block   !! of the edge
       type(loaded_edge_type), intent(inout) :: edge
       real(wp) :: p(2), q(2), normal(2), traction(2)
       p = context%state%vertices(:, edge%vertices(1))
       q = context%state%vertices(:, edge%vertices(2))
-      associate (block => context%moving(edge%block))
-         normal = [q(2) - p(2), p(1) - q(1)]/norm2(q - p)
-         normal = [block%half(1)*normal(1) - block%half(2)*normal(2), block%half(2)*normal(1) + block%half(1)*normal(2)]
-         if (allocated(group%stress)) then
-            associate (s => group%stress(:, 1))
-               traction = [s(1)*normal(1) + s(3)*normal(2), s(3)*normal(1) + s(2)*normal(2)]
-            end associate
-         else if (allocated(group%traction)) then
-            traction = group%traction(:, 1)
-         else
-            traction = -group%pressure*normal
-         end if
-         traction = load_factor(group%table, context%state%time + context%dt)*traction
-         edge%force = norm2(q - p)*traction
-         edge%load = line_load(p, q, block, traction, traction)
-      end associate
+      normal = [q(2) - p(2), p(1) - q(1)]/norm2(q - p)
+      normal = [block%half(1)*normal(1) - block%half(2)*normal(2), block%half(2)*normal(1) + block%half(1)*normal(2)]
+      if (allocated(group%stress)) then
+         associate (s => group%stress(:, 1))
+            traction = [s(1)*normal(1) + s(3)*normal(2), s(3)*normal(1) + s(2)*normal(2)]
+         end associate
+      else if (allocated(group%traction)) then
+         traction = group%traction(:, 1)
+      else
+         traction = -group%pressure*normal
+      end if
+      traction = load_factor(group%table, context%state%time + context%dt)*traction
+      edge%force = norm2(q - p)*traction
+      edge%load = line_load(p, q, block, traction, traction)
    end subroutine find_traction_load
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
@@ -433,5 +435,34 @@ contains
          end associate
       end do
    end subroutine commit
+
+   !> Forces on the moved blocks, which of them are held at a point along both axes, and whether a boundary moves.
+   subroutine add_forces(self, context, forces)
+      class(boundaries_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      type(loaded_edge_type) :: edge
+      type(moving_block_type) :: block
+      real(wp) :: moved(2), stretch
+      integer :: i
+      forces%driven = forces%driven .or. any(abs(self%target_end - self%target_start) > 0)
+      do i = 1, size(self%springs)
+         associate (s => self%springs(i))
+            moved = context%state%vertices(:, s%vertex) - context%blocks%vertices(:, s%vertex)
+            stretch = dot_product(s%direction, moved - self%target_end(:, s%group)) - s%start_force/s%stiffness
+            call forces%add_force(s%block, -s%stiffness*stretch*s%direction, &
+                                  context%state%vertices(:, s%vertex) - context%state%centroid(:, s%block))
+            ! two springs at a vertex hold it, one of them is along x
+            if (context%parameters%boundaries(s%group)%kind /= 'roller' .and. s%direction(1) > 0) &
+               forces%held(s%block) = forces%held(s%block) + 1
+         end associate
+      end do
+      do i = 1, size(self%loaded)
+         edge = self%loaded(i)
+         block = new_moving_block(context%state%centroid(:, edge%block), spread(0.0_wp, 1, 6))
+         call find_traction_load(context, context%parameters%boundaries(edge%group), block, edge)
+         call forces%add_load(edge%block, edge%load(1:3))
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_boundaries

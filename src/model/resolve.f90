@@ -141,9 +141,7 @@ contains
       if (allocated(options%stages)) then
          if (size(options%stages) > 0) then
             associate (last => options%stages(size(options%stages)))
-               if (is_set(last%until_step)) parameters%n_steps = min(parameters%n_steps, last%until_step)
-               if (is_set(last%until_time)) parameters%t_end = min(parameters%t_end, last%until_time)
-               if (is_set(last%until_step) .or. is_set(last%until_time)) return
+               if (has_end(last)) return
             end associate
          end if
       end if
@@ -164,7 +162,8 @@ contains
                         to_string(analysis%n_steps)//' of the analysis file')
    end subroutine note_extent
 
-   !> Does the run end with its last stage? Then the number of steps of the analysis file does not count.
+   !> Does the run end with its last stage? Then the number of steps of the analysis file does not count. It does in a
+   !> labelled file; after stages as older files have them it goes on.
    subroutine note_stages(options, parameters, messages)
       type(run_options_type), intent(in) :: options
       type(parameters_type), intent(inout) :: parameters
@@ -173,7 +172,7 @@ contains
       n = size(parameters%stages)
       if (n == 0) return
       if (.not. has_end(parameters%stages(n))) return
-      parameters%ends_with_stages = .not. all([(is_plain(parameters%stages(i)), i=1, n)])
+      parameters%ends_with_stages = options%labelled .or. .not. all([(is_plain(parameters%stages(i)), i=1, n)])
       if (.not. parameters%ends_with_stages .or. is_set(options%steps) .or. is_set(options%t_end)) return
       if (parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end of the last stage replaces the '// &
          'number of steps '//to_string(parameters%n_steps)//' of the analysis file')

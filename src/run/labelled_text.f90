@@ -4,8 +4,9 @@ module rockdda_run_labelled_text
    use rockdda_base_kinds, only : wp
    use rockdda_linear_factory, only : default_solver
    use rockdda_model_analysis_input, only : analysis_input_type, time_table_type, dialect
-   use rockdda_model_options, only : run_options_type, point_table_type, unset_real, is_set
+   use rockdda_model_options, only : run_options_type, point_table_type, stage_type, unset_real, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_stage_options, only : has_end
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_options_writer, only : options_text
    use rockdda_run_model_input, only : model_input_type
@@ -57,6 +58,10 @@ contains
          if (.not. is_given(options%length_scale)) options%length_scale = 'largest'
       end if
       if (.not. allocated(options%stages)) return
+      ! after the last of its stages this run goes on, that of a labelled file does not
+      if (size(options%stages) > 0 .and. .not. parameters%ends_with_stages) then
+         if (has_end(options%stages(size(options%stages)))) options%stages = [options%stages, stage_type()]
+      end if
       do i = 1, size(options%stages)
          call take(parameters%k01, options%stages(i)%k01)
       end do

@@ -32,6 +32,11 @@ contains
       do i = 1, size(parameters%line_loads)
          varies = varies .or. goes_on(parameters%line_loads(i)%table)
       end do
+      if (allocated(parameters%boundaries)) then
+         do i = 1, size(parameters%boundaries)
+            varies = varies .or. goes_on(parameters%boundaries(i)%table)
+         end do
+      end if
       varies = varies .or. goes_on(parameters%base%table)
       if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
 

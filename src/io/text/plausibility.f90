@@ -204,13 +204,18 @@ contains
       end do
    end function acts
 
-   !> Check that there is a support; a single block, and blocks with an initial velocity, need none.
+   !> Check that there is a support or a boundary that holds; a single block, and blocks with an initial velocity, need none.
    subroutine check_supports(self, blocks, parameters)
       class(inspection_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       integer :: k
       if (.not. self%unit_weight > 0 .or. blocks%fixed%n > 0 .or. blocks%n_blocks == 1) return
+      if (allocated(parameters%boundaries)) then
+         do k = 1, size(parameters%boundaries)
+            if (parameters%boundaries(k)%kind /= 'traction') return
+         end do
+      end if
       do k = 1, size(self%block_used)
          if (self%block_used(k) .and. any(abs(parameters%block_materials(k)%velocity) > 0)) return
       end do
