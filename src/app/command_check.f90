@@ -10,8 +10,10 @@ module rockdda_app_command_check
    use rockdda_run_model_input, only : model_input_type, recognise_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_check, only : check_alone, check_together, is_input, is_model_run
+   use rockdda_app_facts, only : facts_type
    use rockdda_app_file_list, only : list_files
    use rockdda_app_json, only : json_type
+   use rockdda_app_model_facts, only : describe_model
    use rockdda_app_process, only : argument_type, print_line
    use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
    implicit none
@@ -95,7 +97,9 @@ contains
       integer, intent(in) :: exit_code
       logical, intent(out) :: ok
       type(json_type) :: json
+      type(facts_type) :: facts
       integer :: i, n_errors
+      if (exit_code == 0 .and. is_model_run(kinds)) call describe_model(input, facts)
       if (line%json) then
          call begin_json(json, line, trim(merge('done ', 'error', exit_code == 0)), exit_code)
          call json%open('[', 'files')
@@ -106,10 +110,12 @@ contains
             call json%close('}')
          end do
          call json%close(']')
+         if (facts%n > 0) call facts%to_json(json, 'model')
          if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
          call end_json(json, messages, error, ok)
          return
       end if
+      if (facts%n > 0 .and. .not. line%quiet) call print_line(facts%to_text(), ok)
       n_errors = messages%n_errors + merge(1, 0, allocated(error))
       ok = .true.
       if (size(files) == 0 .and. allocated(error)) return

@@ -104,11 +104,16 @@ contains
    end function facts_to_text
 
    !> Write an object with the member `file` and the facts.
-   subroutine facts_to_json(self, json)
+   subroutine facts_to_json(self, json, name)
       class(facts_type), intent(in) :: self
       type(json_type), intent(inout) :: json
+      character(len=*), intent(in), optional :: name  !! of the object in another one
       integer :: i
-      call json%open('{', '')
+      if (present(name)) then
+         call json%open('{', name)
+      else
+         call json%open('{', '')
+      end if
       call json%put('file', self%title)
       do i = 1, self%n
          associate (item => self%items(i))

@@ -17,7 +17,7 @@ module rockdda_model_automatic_numbers
    !> Contact stiffness over the largest E: a joint of length L has k_n = 2 E/L in both formulations.
    real(wp), parameter :: over_e_by_length = 2.0_wp, over_e_by_vertex = 1.0_wp
    !> Share of the time in which a block falls by its own size that a step takes at most.
-   real(wp), parameter :: share_of_fall = 0.02_wp
+   real(wp), parameter :: share_of_fall = 0.01_wp
    !> Factor of the time step where all of the run is static.
    real(wp), parameter :: static_factor = 4.0_wp
 
@@ -114,7 +114,7 @@ contains
          fall = share_of_fall*sqrt(2*edge/acceleration)
          if (fall < parameters%dt_max .and. .not. all_static(parameters)) then
             parameters%dt_max = fall
-            reason = '2 % of the time in which a block falls by the mean edge '//to_string(edge, 4)
+            reason = '1 % of the time in which a block falls by the mean edge '//to_string(edge, 4)
          end if
       end if
       call messages%add(severity%note, 'time step (dt_max) is automatic: '//to_string(parameters%dt_max, 4)//', '// &

@@ -22,6 +22,7 @@ module rockdda_python_api
    use rockdda_io_source, only : source_type, new_source
    use rockdda_io_statistics_file, only : read_statistics_file, read_statistics_source
    use rockdda_io_recognise, only : file_kind
+   use rockdda_run_labelled_text, only : labelled_text
    use rockdda_run_model_input, only : find_files, read_model, read_blocks, recognise_file
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
@@ -74,7 +75,7 @@ contains
    !> Read the files of a run, and cut a geometry.
    subroutine read_files(handle, model, analysis, config, status)
       integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: model, analysis, config   !! analysis empty: model is a folder
+      character(len=*), intent(in) :: model, analysis, config   !! analysis empty: a folder or a labelled file
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
       !f2py threadsafe
@@ -86,7 +87,8 @@ contains
       status = session%status()
    end subroutine read_files
 
-   !> The same from texts in memory; the names are for messages. An empty options file has an empty name.
+   !> The same from texts in memory; the names are for messages. An empty options file has an empty name; without a name
+   !> of the analysis file the options are a labelled file.
    subroutine read_texts(handle, model, analysis, config, model_text, analysis_text, config_text, status)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: model, analysis, config
@@ -97,6 +99,7 @@ contains
       call get_session(handle, session)
       associate (s => session)
          s%input%in_memory = .true.
+         s%input%labelled = len(analysis) == 0
          s%input%model_kind = file_kind%geometry
          s%input%model_file = model
          s%input%analysis_file = analysis
@@ -260,7 +263,8 @@ contains
    !> Prepare a text for `get_text`; returns its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
    !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file,
-   !> 13 content of the options file, 14 messages with one for many of a kind, 15 schema of the options.
+   !> 13 content of the options file, 14 messages with one for many of a kind, 15 schema of the options, 16 the labelled
+   !> file of a model that was read without errors.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which
@@ -285,6 +289,7 @@ contains
          case (12); if (allocated(s%input%config_file)) s%text = s%input%config_file
          case (13); if (allocated(s%input%config_text)) s%text = s%input%config_text
          case (15); s%text = options_schema()
+         case (16); if (s%input%has_blocks .and. s%status() == 0) s%text = labelled_text(s%input)//new_line('a')
          case default
             do i = 1, n_energies
                s%text = s%text//trim(energy_names(i))//new_line('a')

@@ -20,6 +20,8 @@ module rockdda_io_plausibility
    real(wp), parameter :: largest_radian = 1.6_wp
    !> Weight over density is an acceleration; 9.81 m/s2 is 9810 mm/s2.
    real(wp), parameter :: smallest_acceleration = 0.1_wp, largest_acceleration = 2.0e4_wp
+   !> Unit weights differ from density times gravity by less, when one is rounded.
+   real(wp), parameter :: weight_tolerance = 0.02_wp
    !> Largest plausible strain at the bottom under the weight of the whole height.
    real(wp), parameter :: largest_strain = 0.01_wp
    !> Largest plausible penetration at the bottom under the weight of the whole height, over the block size.
@@ -38,6 +40,7 @@ module rockdda_io_plausibility
       procedure :: warn
       procedure :: check_friction
       procedure :: check_weight
+      procedure :: check_gravity
       procedure :: check_modulus
       procedure :: check_stiffness
       procedure :: check_loads
@@ -70,6 +73,7 @@ contains
       end associate
       call inspection%check_friction(parameters)
       call inspection%check_weight(parameters)
+      if (is_set(options%gravity)) call inspection%check_gravity(parameters, options%gravity)
       call inspection%check_modulus(parameters)
       call inspection%check_stiffness(parameters, is_set(options%stiffness))
       call inspection%check_loads(blocks, parameters)
@@ -78,12 +82,20 @@ contains
    end subroutine check_plausibility
 
    !> Add a warning with the file that holds the value.
-   subroutine warn(self, text, from_options)
+   subroutine warn(self, text, from_options, place)
       class(inspection_type), intent(inout) :: self
       character(len=*), intent(in) :: text
       logical, intent(in) :: from_options         !! the options file replaces the value of the analysis file
+      type(origin_type), intent(in), optional :: place !! of the value, empty when the analysis file has it
       type(origin_type) :: origin
+      if (present(place)) then
+         if (place%line > 0) then
+            call self%warnings%add(severity%warning, text, place)
+            return
+         end if
+      end if
       origin%file = self%analysis_file
+      if (len(self%analysis_file) == 0) origin%file = self%options_file
       if (from_options .and. len(self%options_file) > 0) origin%file = self%options_file
       call self%warnings%add(severity%warning, text, origin)
    end subroutine warn
@@ -98,7 +110,7 @@ contains
             if (.not. self%joint_used(k) .or. .not. angle > 0 .or. angle > largest_radian) cycle
             call self%warn('friction angle of joint material '//to_string(k)//' is '//to_string(angle)// &
                       ' degrees: is it in radians? ('//to_string(angle)//' rad are '// &
-                      to_string(angle*180/pi, 3)//' degrees)', .false.)
+                      to_string(angle*180/pi, 3)//' degrees)', .false., parameters%joint_materials(k)%origin)
          end associate
          return
       end do
@@ -120,11 +132,30 @@ contains
                       ' of block material '//to_string(k)//' give an acceleration of '// &
                       to_string(acceleration, 3)// &
                          ', not 9.81: do their units fit together (N with kg, kN with t)?', &
-                      .false.)
+                      .false., m%origin)
          end associate
          return
       end do
    end subroutine check_weight
+
+   !> Check that a unit weight that is given beside a gravity is density times gravity.
+   subroutine check_gravity(self, parameters, gravity)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: gravity            !! of the options
+      integer :: k
+      if (parameters%gravity >= 0) return        ! no material has a weight of its own
+      do k = 1, size(self%block_used)
+         associate (m => parameters%block_materials(k))
+            if (.not. self%block_used(k)) cycle
+            if (abs(m%weight - m%density*gravity) <= weight_tolerance*abs(m%density*gravity)) cycle
+            call self%warn('unit_weight '//to_string(m%weight)//' of block material '//to_string(k)// &
+                           ' is not its density times the gravity of &load, '//to_string(m%density*gravity, 6)// &
+                           ': the unit weight counts', .false., m%origin)
+         end associate
+         return
+      end do
+   end subroutine check_gravity
 
    !> Check that blocks are stiff enough for their own weight.
    subroutine check_modulus(self, parameters)
@@ -140,7 +171,8 @@ contains
             call self%warn('Young''s modulus of block material '//to_string(k)//' is '//to_string(e)// &
                       ': the weight of the model, '//to_string(self%unit_weight, 4)//' times its height '// &
                       to_string(self%height, 4)//', strains such blocks by '//to_string(100*strain, 2)// &
-                      ' %: is E in the unit of stress that fits the weights?', .false.)
+                      ' %: is E in the unit of stress that fits the weights?', .false., &
+                           parameters%block_materials(k)%origin)
          end associate
          return
       end do
