@@ -174,8 +174,8 @@ contains
       if (.not. has_end(parameters%stages(n))) return
       parameters%ends_with_stages = options%labelled .or. .not. all([(is_plain(parameters%stages(i)), i=1, n)])
       if (.not. parameters%ends_with_stages .or. is_set(options%steps) .or. is_set(options%t_end)) return
-      if (parameters%n_steps > 0 .and. parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end of the last stage replaces the '// &
-         'number of steps '//to_string(parameters%n_steps)//' of the analysis file')
+      if (parameters%n_steps > 0 .and. parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end '// &
+         'of the last stage replaces the number of steps '//to_string(parameters%n_steps)//' of the analysis file')
       parameters%n_steps = huge(1)
    end subroutine note_stages
 
