@@ -42,7 +42,7 @@ def test_published_numbers_can_be_read():
 @pytest.mark.parametrize("case", QUICK, ids=[case.identifier for case in QUICK])
 def test_quick_cases_keep_their_promises(case, tmp_path):
     """Every case, in its quick form; at least one promise each, or a truth or a published value to tell."""
-    found = run_here(case, tmp_path / "runs", tmp_path / "figures")
+    found = run_here(case, tmp_path / "runs", tmp_path / "figures", formulation="vertex")
     assert not found["error"], found["error"]
     assert found["energy_residual"] < 1e-6
     numbers = [comparison(values) for values in found["comparisons"]]
@@ -108,8 +108,11 @@ def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
     target = kept(tmp_path, CASES[:3])
     markdown, page = write_report(target, CASES)
     text, html = markdown.read_text(encoding="utf-8"), page.read_text(encoding="utf-8")
-    assert "3 cases, 7 compared numbers" in text and "**4 of 5 are kept**" in text
-    assert "**1 case could not be computed**" in text and "**Not run:** 9.4-crashes" in text
+    first = text.split("## What was compared")[0]
+    assert "| promises kept | 4 of 5 |" in first and "| cases computed | 2 |" in first
+    assert "**Not computed:** [9.3-fails]" in first and "**Not run:** 9.4-crashes" in text
+    assert "**1 broken promise**" in first.split("## Not explained")[1]
+    assert "length" not in text.split("## How this was made")[1]  # no columns of what was not run
     mismatches = text.split("## What does not match")[1].split("##")[0]
     assert "it is wrong" in mismatches and "broken" in mismatches  # the promise
     assert "no such thing in run" in mismatches and str(tmp_path) not in text  # the failure
@@ -126,6 +129,57 @@ def test_report_of_cases_that_agree_differ_and_fail(tmp_path):
     links = re.findall(r'href="#([^"]+)"', html)
     assert links and all(f'id="{name}"' in html for name in links)
     assert html.count('<h2 class="part">') == 2
+
+
+def test_both_formulations_stand_beside_each_other(tmp_path):
+    """Each in folders of its own; text and figures of vertices, numbers of both, columns only where both are there."""
+    target = tmp_path / "report"
+    for formulation in ("vertex", "length"):
+        figures = tmp_path / formulation
+        store(run_here(CASES[0], figures, figures, formulation=formulation), figures, target)
+        assert (target / "data" / formulation / "9.1-agrees.json").is_file()
+        assert (target / "figures" / formulation / "9.1-agrees-line.png").is_file()
+    file = target / "data/length/9.1-agrees.json"
+    record = json.loads(file.read_text(encoding="utf-8"))
+    changed = next(c for c in record["comparisons"] if c["allowed"] is not None and c["truth"])
+    changed["computed"] = 2 * changed["truth"] + 7.0
+    file.write_text(json.dumps(record), encoding="utf-8")
+    assert len(load_records(target, CASES)) == 2 and len(load_records(target, CASES, "length")) == 1
+    text = write_report(target, CASES)[0].read_text(encoding="utf-8")
+    assert "|   | vertex | length |" in text and text.count("### 9.1-agrees") == 1
+    assert "(figures/vertex/9.1-agrees-line.png)" in text and "figures/length" not in text
+    row = next(line for line in text.splitlines() if line.startswith(f"| {changed['quantity']} |"))
+    assert f"{changed['computed']:.5g}" in row.split("|")[3] and "**broken:**" in row
+    assert changed["quantity"] in text.split("## What differs by length")[1].split("\n## ")[0]
+
+
+def test_truths_of_corner_springs_promise_nothing_by_length():
+    from rockdda.validation.corner_springs import CORNERS, as_promised
+
+    spring = Comparison("settlement", 2.0, truth=1.0, truth_source="statics of the chain", allowed=0.01)
+    other = Comparison("speed", 2.0, truth=1.0, truth_source="Newton's law", allowed=0.01)
+    name = "7.1-settling-column"
+    assert as_promised(name, "vertex", spring).agrees is False
+    assert as_promised(name, "length", spring).agrees is None
+    assert as_promised(name, "length", other).agrees is False
+    assert as_promised("closed-newmark", "length", spring).agrees is False
+    assert set(CORNERS) <= {case.identifier for case in all_cases()}
+
+
+def test_a_case_chooses_the_formulation_where_a_model_does_not(tmp_path):
+    record = Record(CASES[0], tmp_path, tmp_path, formulation="length")
+    for given, expected in (
+        ({}, {"formulation": "length"}),
+        ({"stiffness": 1.0}, {"stiffness": 1.0, "formulation": "length"}),
+        ({"preset": "dda_windows"}, {"preset": "dda_windows"}),
+        ({"formulation": "vertex"}, {"formulation": "vertex"}),
+    ):
+        model = rockdda.Model("x", options={"contact": dict(given)})
+        record.choose_formulation(model)
+        assert model.options["contact"] == expected
+    model = rockdda.Model("x")
+    Record(CASES[0], tmp_path, tmp_path).choose_formulation(model)
+    assert not model.options
 
 
 def test_without_weasyprint_there_is_no_pdf_and_nothing_is_run(tmp_path, capsys, monkeypatch):
@@ -198,7 +252,7 @@ def test_the_command_runs_a_case_and_writes_the_report(tmp_path, capsys):
     assert code == 0, err
     summary = json.loads(out)
     assert summary["cases"][0]["status"] == "agrees" and summary["cases"][0]["steps"] > 100
-    assert (tmp_path / "runs/closed-newmark/sine-5000/newmark.dc").is_file()
+    assert (tmp_path / "runs/vertex/closed-newmark/sine-5000/newmark.dc").is_file()
     text = (target / "index.md").read_text(encoding="utf-8")
     assert "closed-newmark" in text and str(tmp_path) not in text + (target / "report.html").read_text(encoding="utf-8")
     (target / "index.md").unlink()
@@ -228,10 +282,10 @@ def test_cases_done_before_ctrl_c_are_kept_and_missing_continues(tmp_path, capsy
     names = ["closed-newmark", "closed-bolt"]
     ran = []
 
-    def pretend(cases, target, *, full, progress, stop_after, **options):
+    def pretend(cases, target, *, full, formulation, progress, stop_after, **options):
         for number, case in enumerate(cases, 1):
             ran.append(case.identifier)
-            record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=full)
+            record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=full, formulation=formulation)
             store(record | {"identifier": case.identifier}, tmp_path / "figures", target)
             progress(number, len(cases), Outcome(case.identifier, "agrees", 1.0, 1, 10))
             if number == stop_after:
@@ -258,7 +312,7 @@ def test_cases_done_before_ctrl_c_are_kept_and_missing_continues(tmp_path, capsy
 def test_errors_are_reported_before_anything_runs(tmp_path, capsys):
     full = tmp_path / "full"
     (full / "data").mkdir(parents=True)
-    record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=True)
+    record = run_here(CASES[0], tmp_path, tmp_path / "figures", full=True, formulation="vertex")
     store(record | {"identifier": "closed-newmark"}, tmp_path / "figures", full)
     (tmp_path / "other").mkdir()
     (tmp_path / "other/thesis.txt").write_text("mine")

@@ -18,6 +18,8 @@ from rockdda.errors import InputError
 from rockdda.study import Study, read_study
 from rockdda.study.runner import collect, run_study
 from rockdda.validation.case import published
+from rockdda.validation.cases import ch7_time_step, closing_family
+from rockdda.validation.tunnels import with_formulation
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
@@ -55,6 +57,30 @@ def test_the_study_of_dda_for_windows_changes_its_rules_only():
         differing = {name: other.values[name] for name in one.values if other.values[name] != one.values[name]}
         assert set(differing) == {"rules"}
         assert "preset = 'peer'" in differing["rules"]
+
+
+def test_rules_name_the_formulation_where_they_do_not_choose():
+    assert with_formulation("", "length") == "  &contact formulation = 'length' /"
+    rules = "  &contact close_tolerance = 2e-4 /"
+    assert with_formulation(rules, "vertex") == "  &contact formulation = 'vertex', close_tolerance = 2e-4 /"
+    for kept in ("  &contact preset = 'peer' /", "  &contact formulation = 'vertex' /"):
+        assert with_formulation(kept, "length") == kept
+    assert with_formulation(rules, "") == rules
+
+
+def test_pairs_of_tunnels_are_of_the_fifty():
+    """The first loosened in the thesis, the second stable."""
+    drawn = closing_family.pairs(19)
+    assert len(set(drawn)) == len(drawn) == 19
+    for pair, loosened in ((drawn[0], True), (drawn[7], True)):
+        heights = []
+        for span, spacing, phi in pair:
+            matrix = published("chapter7")["matrix"]
+            row = published("chapter7")[f"span{span}"]["height"][matrix[f"spacing_{span}"].index(spacing)]
+            heights.append(row[matrix["friction"].index(phi)])
+        assert (heights[0] > 0) is loosened and heights[1] == 0
+    assert ch7_time_step.subset(50) == ch7_time_step.subset(10) + ch7_time_step.subset(50)[10:]
+    assert len(set(ch7_time_step.subset(50))) == 50
 
 
 def test_random_study_has_twenty_realisations_a_cell():

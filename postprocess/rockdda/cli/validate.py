@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import enum
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +20,14 @@ if TYPE_CHECKING:
 __all__ = ["register"]
 
 
+class Formulation(enum.StrEnum):
+    """Which formulations of contacts the cases are run with."""
+
+    BOTH = "both"
+    LENGTH = "length"
+    VERTEX = "vertex"
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command(name="validate")(validate_command)
@@ -31,6 +40,9 @@ def validate_command(
         list[str] | None,
         typer.Option("--case", metavar="ID", help="Only this case; may be repeated.", show_default=False),
     ] = None,
+    formulation: Annotated[
+        Formulation, typer.Option("--formulation", help="Of the contacts: one of them, or both one after the other.")
+    ] = Formulation.VERTEX,
     missing: Annotated[
         bool, typer.Option("--missing", help="Only cases without a result in DIR, to continue after Ctrl-C.")
     ] = False,
@@ -59,7 +71,9 @@ def validate_command(
     """Run the cases of the validation, compare with closed forms and published values, write the report.
 
     DIR/index.md and DIR/report.html are made from what all cases left in DIR/data and DIR/figures; with --case only
-    those cases are run again. After Ctrl-C the finished cases are kept; the same command with --missing continues. Exit
+    those cases are run again. With --formulation length runs that choose neither a formulation of contacts nor a preset
+    have contacts by length, otherwise springs at vertices as in the thesis; the report shows both beside each other
+    where both are there. After Ctrl-C the finished cases are kept; the same command with --missing continues. Exit
     code 0: all promises are kept; 1: some are not; 3: a case could not be computed; 4: stopped.
 
     Examples:
@@ -70,6 +84,8 @@ def validate_command(
 
         rockdda-post validate --case closed-newmark --work runs
 
+        rockdda-post validate --full --formulation both -o validation
+
         rockdda-post validate --report-only --pdf
 
         rockdda-post validate --list
@@ -77,7 +93,7 @@ def validate_command(
     from ..validation import all_cases
     from ..validation.report import write_report
     from ..validation.report_page import needs_for_pdf
-    from ..validation.runner import Outcome, run_cases, select
+    from ..validation.runner import FORMULATIONS, Outcome, run_cases, select
 
     if quick and full:
         raise InputError("--quick and --full exclude each other")
@@ -93,27 +109,37 @@ def validate_command(
         written = write_report(output, known, pdf=pdf)
         print_summary(quiet, as_json, "\n".join(map(str, written)), files=list(map(str, written)))
         return
-    chosen = select(case, full, known)
+    picked = select(case, full, known)
+    names = [name for name in FORMULATIONS if formulation.value in (name, "both")]
     if missing:
-        chosen = _without(output, chosen, full)
+        chosen = {name: _without(output, picked, full, name) for name in names}
     else:
-        _check_folder(output, chosen, full, force)
+        for name in names:
+            _check_folder(output, picked, full, force, name)
+        chosen = dict.fromkeys(names, picked)
+    of = sum(map(len, chosen.values()))
     ended: list[Outcome] = []
     with progress_bar("cases", quiet or as_json) as bar:
 
         def report(done: int, total: int, outcome: Outcome) -> None:
             ended.append(outcome)
             if bar is not None:
-                bar(done, total)
+                bar(len(ended), of)
             elif not (quiet or as_json):
-                typer.echo(f"{done}/{total} {outcome.identifier}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
+                typer.echo(f"{len(ended)}/{of} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
         stop_on_sigterm()
         count = workers or os.cpu_count() or 1
         try:
-            outcomes = run_cases(chosen, output, full=full, work=work, workers=count, progress=report)
+            outcomes = [
+                outcome
+                for name, some in chosen.items()
+                for outcome in run_cases(
+                    some, output, full=full, formulation=name, work=work, workers=count, progress=report
+                )
+            ]
         except KeyboardInterrupt:
-            _report_stopped(output, known, len(ended), len(chosen), quiet)
+            _report_stopped(output, known, len(ended), of, quiet)
             raise
     written = write_report(output, known, pdf=pdf)
     status = {name: sum(o.status == name for o in outcomes) for name in ("agrees", "differs", "failed")}
@@ -121,7 +147,7 @@ def validate_command(
     if not quiet:
         for outcome in outcomes:
             if outcome.status != "agrees":
-                typer.echo(f"{outcome.identifier} {outcome.status}: {outcome.message}", err=True)
+                typer.echo(f"{outcome.name} {outcome.status}: {outcome.message}", err=True)
     seconds = sum(o.seconds for o in outcomes)
     several = {"agrees": "agree", "differs": "differ", "failed": "failed"}
     summary = f"{len(outcomes)} case{'' if len(outcomes) == 1 else 's'}: " + ", ".join(
@@ -142,13 +168,13 @@ def validate_command(
         raise typer.Exit(code)
 
 
-def _without(output: Path, chosen: list[Case], full: bool) -> list[Case]:
+def _without(output: Path, chosen: list[Case], full: bool, formulation: str) -> list[Case]:
     """The cases without a result in the folder, or with one of --quick only where --full is given."""
     from ..validation.runner import load_records
 
     if output.exists() and not (output / "data").is_dir():
         raise InputError("has no results to continue from; leave out --missing", output)
-    there = load_records(output, chosen) if output.is_dir() else []
+    there = load_records(output, chosen, formulation) if output.is_dir() else []
     done = {record["identifier"] for record in there if not record.get("error") and (record.get("full") or not full)}
     return [case for case in chosen if case.identifier not in done]
 
@@ -182,7 +208,7 @@ def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
     print_summary(quiet, as_json, "\n".join(lines), cases=names)
 
 
-def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> None:
+def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool, formulation: str) -> None:
     """InputError if other files, or results of --full by those of --quick, would be overwritten."""
     from ..validation.runner import load_records
 
@@ -197,6 +223,8 @@ def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool) -> 
     if full:
         return
     names = {case.identifier for case in chosen}
-    better = [r["identifier"] for r in load_records(output, chosen) if r.get("full") and r["identifier"] in names]
+    better = [
+        r["identifier"] for r in load_records(output, chosen, formulation) if r.get("full") and r["identifier"] in names
+    ]
     if better:
         raise InputError(f"has results of --full for {', '.join(better)}; --force replaces them by --quick", output)

@@ -112,6 +112,7 @@ class Record:
     folder: Path  #: for the runs of this case
     figures: Path  #: folder of the report's figures
     full: bool = False  #: --full
+    formulation: str = ""  #: of the contacts of all runs that do not choose one; "": the program's default
     workers: int = 1  #: processes that the case may use at a time
     comparisons: list[Comparison] = field(default_factory=list)
     items: list[dict[str, Any]] = field(default_factory=list)  #: words, tables and figures, in order
@@ -177,6 +178,7 @@ class Record:
         """
         folder = self.folder / name
         folder.mkdir(parents=True, exist_ok=True)
+        self.choose_formulation(model)
         model.write(folder, force=True)
         started = clock.monotonic()
         try:
@@ -186,6 +188,11 @@ class Record:
             self.runs += 1
         self.note(results)
         return results
+
+    def choose_formulation(self, model: Model) -> None:
+        """Write the formulation of the record into a model that names neither one nor a preset."""
+        if self.formulation and not {"formulation", "preset"} & set(model.options.get("contact", {})):
+            model.options.setdefault("contact", {})["formulation"] = self.formulation
 
     def note(self, results: Results) -> None:
         """Count the steps of a run, and keep the largest residual of its energy."""
@@ -203,6 +210,7 @@ class Record:
             "title": self.case.title,
             "part": self.case.part,
             "full": self.full,
+            "formulation": self.formulation,
             "comparisons": [asdict(comparison) for comparison in self.comparisons],
             "items": self.items,
             "runs": self.runs,

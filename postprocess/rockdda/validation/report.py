@@ -1,23 +1,27 @@
 # SPDX-License-Identifier: MIT
 """The report of the validation: as Markdown (`index.md`), as a page (`report.html`), and on paper (`report.pdf`).
 
-All are made from the records alone: first one page of summaries for a reviewer, then every case.
+All are made from the records alone: first a short page (reproduced, explained, not explained), then summaries, then
+every case. Where a case has records of both formulations of contacts, text, tables and pictures are those of 'vertex',
+whose springs are those of the thesis, and every compared number stands beside that of 'length'.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, OutputError
 from . import report_words as words
 from .case import Case, Comparison
+from .corner_springs import BY_LENGTH, counts_corners
 from .registry import all_cases
+from .report_entry import Entry, entries_of
+from .report_first import first_page
 from .report_page import page_of, write_pdf
-from .runner import comparison, load_records
+from .runner import load_records
 
 __all__ = ["report_text", "write_report"]
 
@@ -33,52 +37,6 @@ PARTS = {
 MOST_ROWS = 30
 MOST_WORST = 6
 MOST_MISMATCHES = 5  # of a case in the list of differences
-
-
-@dataclass(frozen=True)
-class _Entry:
-    """A record with its comparisons."""
-
-    record: dict[str, Any]
-    comparisons: list[Comparison]
-
-    @property
-    def identifier(self) -> str:
-        return str(self.record["identifier"])
-
-    @property
-    def section(self) -> str:
-        """The section of the thesis that its name begins with, if any."""
-        found = re.match(r"\d+(\.\d+)+", self.identifier)
-        return f"§{found[0]} " if found else ""
-
-    @property
-    def error(self) -> str:
-        return str(self.record.get("error") or "")
-
-    @property
-    def promised(self) -> list[Comparison]:
-        return [c for c in self.comparisons if c.agrees is not None]
-
-    @property
-    def verdict(self) -> str:
-        """Promises that it keeps."""
-        if self.error:
-            return "**failed**"
-        if not self.promised:
-            return "none made"
-        kept = sum(c.agrees is True for c in self.promised)
-        text = f"{kept} of {len(self.promised)}"
-        return text if kept == len(self.promised) else f"**{text}**"
-
-    @property
-    def apart(self) -> list[Comparison]:
-        """Comparisons with a published value that is not met."""
-        return [c for c in self.comparisons if words.notable(c, c.published_error, c.published)]
-
-    @property
-    def link(self) -> str:
-        return f"[{self.identifier}](#{words.anchor(self.identifier)})"
 
 
 def write_report(target: Path, cases: Sequence[Case] | None = None, *, pdf: bool = False) -> list[Path]:
@@ -101,13 +59,13 @@ def write_report(target: Path, cases: Sequence[Case] | None = None, *, pdf: bool
 
 def report_text(records: Sequence[dict[str, Any]], cases: Sequence[Case]) -> str:
     """The report as Markdown."""
-    entries = [_Entry(record, [comparison(c) for c in record["comparisons"]]) for record in records]
+    entries = entries_of(records)
     lines = ["# Validation of RockDDA", ""]
-    lines += _opening(entries)
+    lines += first_page(entries)
     lines += _summary(entries)
     lines += _worst(entries)
-    lines += _unexplained(entries)
     lines += _mismatches(entries)
+    lines += _by_length(entries)
     lines += _conditions(entries, cases)
     for part in dict.fromkeys(str(entry.record["part"]) for entry in entries):
         lines += [f"## {PARTS.get(part, part)}", ""]
@@ -117,53 +75,10 @@ def report_text(records: Sequence[dict[str, Any]], cases: Sequence[Case]) -> str
     return "\n".join(lines).rstrip() + "\n"
 
 
-# -- the first page --------------------------------------------------------------------------------------------------
+# -- summaries ------------------------------------------------------------------------------------------------------
 
 
-def _opening(entries: Sequence[_Entry]) -> list[str]:
-    numbers = [c for entry in entries for c in entry.comparisons]
-    promised = [c for c in numbers if c.agrees is not None]
-    kept = sum(c.agrees is True for c in promised)
-    failed = [entry for entry in entries if entry.error]
-    published = [c for c in numbers if c.published_error is not None]
-    apart = [c for c in published if words.notable(c, c.published_error, c.published)]
-    text = (
-        f"{words.counted(len(entries), 'case')}, {words.counted(len(numbers), 'compared number')}: "
-        f"{sum(c.truth is not None for c in numbers)} against a closed form or an independent numerical solution that "
-        f"has no DDA in it (the *truth*), {sum(c.published is not None for c in numbers)} against published values. "
-        f"The cases promise {words.counted(len(promised), 'agreement')} within stated bounds; "
-        f"**{kept} of {len(promised)} are kept**"
-    )
-    text += (
-        f", and **{words.counted(len(failed), 'case')} could not be computed**."
-        if failed
-        else "; every case was computed."
-    )
-    if published:
-        text += (
-            f" Of the published values, {len(published) - len(apart)} of {len(published)} are met within "
-            f"{words.percent(words.NOTABLE)}"
-        )
-        text += (
-            f"; the other {len(apart)} differ: {sum(words.unexplained(c) for c in apart)} are not explained, the rest "
-            "have a note of what is known."
-            if apart
-            else "."
-        )
-    return [
-        text,
-        "",
-        "Errors are (RockDDA - truth)/truth, differences (RockDDA - published)/published, unless a scale is given. A "
-        "promise is a bound on the error against the truth, or, where there is none, on the difference to the "
-        "published value; the case says where it comes from. No "
-        "parameter was tuned to meet a published value: what does not match is listed below with its explanation, or "
-        "is said to be unexplained. The thesis is Tsesarsky (2005); its curves that are not in its text or tables are "
-        "not compared. Works cited: docs/bibliography.md.",
-        "",
-    ]
-
-
-def _summary(entries: Sequence[_Entry]) -> list[str]:
+def _summary(entries: Sequence[Entry]) -> list[str]:
     rows = []
     for entry in entries:
         worst = words.largest(entry.comparisons, "error")
@@ -175,17 +90,23 @@ def _summary(entries: Sequence[_Entry]) -> list[str]:
                 words.sources(entry.comparisons),
                 words.error_text(worst, worst.error) if worst else "–",
                 words.promise_text(worst) if worst and worst.allowed is not None else "–",
-                entry.verdict,
+                entry.verdict(entry.record),
+                entry.verdict(entry.beside),
                 words.near(entry.comparisons),
+                words.near(entry.others) if entry.beside else "–",
                 str(unknown) if compared else "–",
             ]
         )
-    head = ["case", "truth", "worst error", "promised for it", "promises kept"]
-    head += [f"published within {words.percent(words.NOTABLE)}", "not explained"]
+    near = f"published within {words.percent(words.NOTABLE)}"
+    head = ["case", "truth", "worst error", "promised for it", "promises kept", "by length", near, "by length"]
+    head += ["not explained"]
+    if all(entry.beside is None for entry in entries):
+        rows = [[*row[:5], row[6], row[8]] for row in rows]
+        head = [*head[:5], head[6], head[8]]
     return ["## What was compared", "", *words.table(head, rows), ""]
 
 
-def _worst(entries: Sequence[_Entry]) -> list[str]:
+def _worst(entries: Sequence[Entry]) -> list[str]:
     """The largest errors against the truth, relative ones."""
     found = [(entry, c) for entry in entries for c in entry.comparisons if c.error is not None and c.scale != 1]
     found.sort(key=lambda pair: -abs(words.finite(pair[1].error)))
@@ -206,17 +127,7 @@ def _worst(entries: Sequence[_Entry]) -> list[str]:
     return ["## The worst errors against the truth", "", *words.table(head, rows), ""]
 
 
-def _unexplained(entries: Sequence[_Entry]) -> list[str]:
-    """Differences from published values without an explanation."""
-    found = [(entry, sum(words.unexplained(c) for c in entry.apart), len(entry.apart)) for entry in entries]
-    told = [f"{unknown} of {apart} in {entry.link}" for entry, unknown, apart in found if unknown]
-    lines = ["## What is not explained", ""]
-    if not told:
-        return [*lines, "Nothing: no published value differs without a note of why.", ""]
-    return [*lines, f"Of published values that differ: {', '.join(told)}. All of them are listed with their cases.", ""]
-
-
-def _mismatches(entries: Sequence[_Entry]) -> list[str]:
+def _mismatches(entries: Sequence[Entry]) -> list[str]:
     """Broken promises and large differences, the worst of each case."""
     rows = []
     for entry in entries:
@@ -241,7 +152,7 @@ def _mismatches(entries: Sequence[_Entry]) -> list[str]:
     return [*lines, *words.table(head, rows), ""]
 
 
-def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str, str]]:
+def _mismatches_of(entry: Entry) -> list[tuple[bool, float, str, str, str, str, str]]:
     """Rows that begin with their sort keys: kept promises after broken ones, small after large differences."""
     rows = []
     for c in entry.comparisons:
@@ -264,7 +175,38 @@ def _mismatches_of(entry: _Entry) -> list[tuple[bool, float, str, str, str, str,
     return rows
 
 
-def _builds(entries: Sequence[_Entry]) -> list[str]:
+def _by_length(entries: Sequence[Entry]) -> list[str]:
+    """Promises that contacts by length do not keep, and cases that could not be computed with them."""
+    rows = []
+    for entry in entries:
+        if entry.beside and entry.beside.get("error"):
+            rows.append([entry.link, "the case could not be computed", "–", "–", "–", "–", str(entry.beside["error"])])
+        for at_corners, c in entry.pairs():
+            if c is not None and c.agrees is False:
+                rows.append(
+                    [
+                        entry.link, c.quantity, words.computed_number(at_corners) if at_corners else "–",
+                        words.computed_number(c), words.number(c.truth, c.unit) if c.truth is not None else "–",
+                        f"{words.error_text(c, c.error)}, promised {words.promise_text(c)}",
+                        BY_LENGTH.get(entry.identifier, "not explained"),
+                    ]
+                )  # fmt: skip
+    if all(entry.beside is None for entry in entries):
+        return []
+    lines = ["## What differs by length", ""]
+    free = sum(counts_corners(entry.identifier, c) for entry in entries for c in entry.others)
+    text = (
+        f"{words.counted(free, 'truth')} {'counts' if free == 1 else 'count'} springs of g0 at corners. By length a "
+        "face has a stiffness per length, g0 over the mean edge length of all blocks, abutments included: it is "
+        "softer, by the longer edges and because the middle of a face bends less than its ends. These make no promise. "
+    )
+    if not rows:
+        return [*lines, text + "Of the others none is broken.", ""]
+    head = ["case", "quantity", "vertex", "length", "truth", "error by length", "why"]
+    return [*lines, text + "Of the others these are broken:", "", *words.table(head, rows), ""]
+
+
+def _builds(entries: Sequence[Entry]) -> list[str]:
     """Builds of the program that computed the numbers, as far as recorded."""
     builds: dict[str, list[str]] = {}
     for entry in entries:
@@ -277,7 +219,7 @@ def _builds(entries: Sequence[_Entry]) -> list[str]:
     return [f"- Builds, by the first digits of the SHA-256 of the compiled part: {'; '.join(told)}{rest}."]
 
 
-def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
+def _conditions(entries: Sequence[Entry], cases: Sequence[Case]) -> list[str]:
     """Program, machine and settings behind the numbers."""
     full = [entry for entry in entries if entry.record.get("full")]
     quick = [entry for entry in entries if not entry.record.get("full")]
@@ -329,31 +271,32 @@ def _conditions(entries: Sequence[_Entry], cases: Sequence[Case]) -> list[str]:
 # -- a case ----------------------------------------------------------------------------------------------------------
 
 
-def _case(entry: _Entry) -> list[str]:
+def _case(entry: Entry) -> list[str]:
     record = entry.record
     mode = "--full" if record.get("full") else "--quick"
     lines = [f'<a id="{words.anchor(entry.identifier)}"></a>', "", f"### {entry.identifier}: {record['title']}", ""]
     if entry.error:
         lines += [f"**The case could not be computed:** {words.cell(entry.error)}", ""]
-    tables = 0
+    figures = f"figures/{entry.formulation}" if entry.formulation else "figures"
+    if entry.formulation == "length":
+        lines += ["*By length only.*", ""]
     for item in record["items"]:
         if item["kind"] == "text":
             lines += [re.sub(r"^#{1,3} ", "#### ", item["text"], flags=re.M), ""]
         elif item["kind"] == "figure":
             lines += [
-                f"![{words.alternative(item['caption'])}](figures/{item['file']})",
+                f"![{words.alternative(item['caption'])}]({figures}/{item['file']})",
                 "",
                 f"*{item['caption'].strip()}*",
                 "",
             ]
         elif item["kind"] == "table":
-            tables += 1
             rest = len(item["rows"]) - MOST_ROWS
             more = f" The first {MOST_ROWS} of {len(item['rows'])} rows." if rest > 0 else ""
-            lines += [f"*{item['caption'].strip()}{more} ([CSV](figures/{item['file']}))*", ""]
+            lines += [f"*{item['caption'].strip()}{more} ([CSV]({figures}/{item['file']}))*", ""]
             lines += [*words.table(item["columns"], item["rows"][:MOST_ROWS]), ""]
     if entry.comparisons:
-        lines += [*_comparisons(entry.comparisons), ""]
+        lines += [*_comparisons(entry), ""]
     made = f"`rockdda-post validate {mode} --case {entry.identifier}`: {words.counted(record['runs'], 'run')}, "
     made += f"{words.counted(record['steps'], 'time step')}, {words.duration(record.get('seconds', 0.0))}"
     if record["runs"]:
@@ -362,14 +305,14 @@ def _case(entry: _Entry) -> list[str]:
     return [*lines, made + ".", ""]
 
 
-def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
-    """All numbers of a case; columns that would be empty are left out."""
-    head = ["quantity", "RockDDA", "truth", "error", "promised", "published", "difference", "explanation"]
+def _comparisons(entry: Entry) -> list[str]:
+    """All numbers of a case, those by length beside them; columns that would be empty are left out."""
+    head = ["quantity", entry.formulation or "RockDDA", "length", "truth", "error", "error by length", "promised"]
+    head += ["published", "difference", "difference by length", "explanation"]
     rows = []
-    for c in comparisons:
-        truth = (
-            f"{words.number(c.truth, c.unit)} ({c.truth_source})" if c.truth_source else words.number(c.truth, c.unit)
-        )
+    for here, beside in entry.pairs():
+        c = here or beside
+        assert c is not None
         published = (
             {"upper": "≤ ", "lower": "≥ "}.get(c.bound, "")
             + words.number(c.published, c.unit)
@@ -378,14 +321,27 @@ def _comparisons(comparisons: Sequence[Comparison]) -> list[str]:
         rows.append(
             [
                 c.quantity,
-                words.computed_number(c),
-                truth if c.truth is not None else "–",
-                words.error_text(c, c.error),
-                words.broken_mark(c) + words.promise_text(c),
+                words.computed_number(here) if here else "–",
+                words.computed_number(beside) if beside else "–",
+                _truth(c, beside),
+                words.error_text(here, here.error) if here else "–",
+                words.broken_mark(beside) + words.error_text(beside, beside.error) if beside else "–",
+                words.broken_mark(here) + words.promise_text(here) if here else "–",
                 published if c.published is not None else "–",
-                words.difference_text(c),
+                words.difference_text(here) if here else "–",
+                words.difference_text(beside) if beside else "–",
                 c.explanation or "–",
             ]
         )
     kept = [k for k in range(len(head)) if k < 2 or any(row[k] != "–" for row in rows)]
     return words.table([head[k] for k in kept], [[row[k] for k in kept] for row in rows])
+
+
+def _truth(c: Comparison, beside: Comparison | None) -> str:
+    """With its source, and the one by length where it is another."""
+    if c.truth is None:
+        return "–"
+    text = words.number(c.truth, c.unit)
+    if beside is not None and beside.truth is not None and words.number(beside.truth, c.unit) != text:
+        text += f", by length {words.number(beside.truth, c.unit)}"
+    return text + (f" ({c.truth_source})" if c.truth_source else "")

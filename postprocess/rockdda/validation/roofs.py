@@ -18,6 +18,8 @@ from ..results import Results
 from ..simulation import Simulation
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .case import Record
 
 __all__ = [
@@ -27,6 +29,7 @@ __all__ = [
     "compare_falls",
     "deepest_fall",
     "follow",
+    "follow_files",
     "joint_positions",
     "judge",
     "mean_fall",
@@ -133,7 +136,13 @@ def follow(record: Record, model: Model, name: str, until: float, sunk: float = 
     folder = record.folder / name
     folder.mkdir(parents=True, exist_ok=True)
     model.options.setdefault("run", {})["t_end"] = until
+    record.choose_formulation(model)
     model.write(folder, force=True)
+    return follow_files(record, folder, name, sunk)
+
+
+def follow_files(record: Record, folder: Path, name: str, sunk: float = math.inf) -> Results:
+    """The same for a model in files, to the end that these give."""
     started = clock.monotonic()
     simulation = Simulation(folder, output=folder / f"{name}.h5", force=True, threads=1)
     try:

@@ -29,14 +29,17 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError, OutputError, RockddaError
 from ..native import VERSION, Session, load
 from .case import Case, Comparison, Record
+from .corner_springs import as_promised
 from .registry import all_cases
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 PACKAGE = __name__.partition(".")[0]
+#: of contacts, in the order of the report
+FORMULATIONS = ("vertex", "length")
 
-__all__ = ["Outcome", "load_records", "run_cases", "run_here", "select", "store"]
+__all__ = ["FORMULATIONS", "Outcome", "comparisons_of", "load_records", "run_cases", "run_here", "select", "store"]
 
 #: Called when a case has ended: cases ended, cases in all, how it ended.
 Progress = Callable[[int, int, "Outcome"], None]
@@ -52,14 +55,21 @@ class Outcome:
     runs: int
     steps: int
     message: str = ""
+    formulation: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the case, with its formulation where one was chosen."""
+        return f"{self.identifier} ({self.formulation})" if self.formulation else self.identifier
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> Outcome:
         """From the record of a case."""
-        broken = [c["quantity"] for c in record["comparisons"] if comparison(c).agrees is False]
+        broken = [c.quantity for c in comparisons_of(record) if c.agrees is False]
         message = record.get("error", "") or "; ".join(broken)
         status = "failed" if record.get("error") else "differs" if broken else "agrees"
-        return cls(record["identifier"], status, record["seconds"], record["runs"], record["steps"], message)
+        numbers = (record["seconds"], record["runs"], record["steps"])
+        return cls(record["identifier"], status, *numbers, message, str(record.get("formulation") or ""))
 
 
 def select(identifiers: Sequence[str] | None, full: bool, cases: Sequence[Case] | None = None) -> list[Case]:
@@ -78,10 +88,12 @@ def select(identifiers: Sequence[str] | None, full: bool, cases: Sequence[Case] 
     return [case for case in cases if case.identifier in identifiers]
 
 
-def run_here(case: Case, folder: Path, figures: Path, full: bool = False, workers: int = 1) -> dict[str, Any]:
+def run_here(
+    case: Case, folder: Path, figures: Path, full: bool = False, workers: int = 1, formulation: str = ""
+) -> dict[str, Any]:
     """Run a case in this process. An error of the case is kept in its record."""
     started = _work()
-    record = Record(case, folder, figures, full, workers)
+    record = Record(case, folder, figures, full, formulation, workers)
     error = ""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -103,6 +115,7 @@ def run_cases(
     target: Path,
     *,
     full: bool = False,
+    formulation: str = "",
     work: Path | None = None,
     workers: int = 1,
     module: str | None = None,
@@ -110,7 +123,8 @@ def run_cases(
 ) -> list[Outcome]:
     """Run cases in separate processes, `workers` at a time, and keep their records in a folder.
 
-    work: where the input files and results of the runs are kept; without it they are removed. module: where the cases
+    formulation: of the contacts, for all runs that choose neither one nor a preset; "": the program's default. work:
+    where the input files and results of the runs are kept; without it they are removed. module: where the cases
     are found by their names, if not among all.
     """
     outcomes: list[Outcome] = []
@@ -119,10 +133,10 @@ def run_cases(
         place = work
         if place is None:
             place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rockdda-validate-")))
-        for case, found in _run_all(cases, place.absolute(), full, workers, module):
-            store(found, place / case.identifier / "figures", target)
+        for case, found in _run_all(cases, place.absolute() / formulation, full, formulation, workers, module):
+            store(found, place / formulation / case.identifier / "figures", target)
             if work is None:
-                shutil.rmtree(place / case.identifier, ignore_errors=True)
+                shutil.rmtree(place / formulation / case.identifier, ignore_errors=True)
             outcomes.append(Outcome.of(found))
             if progress is not None:
                 progress(len(outcomes), len(cases), outcomes[-1])
@@ -131,7 +145,7 @@ def run_cases(
 
 
 def _run_all(
-    cases: Sequence[Case], place: Path, full: bool, workers: int, module: str | None
+    cases: Sequence[Case], place: Path, full: bool, formulation: str, workers: int, module: str | None
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Cases with their records, as they end."""
     rockdda = sys.modules[PACKAGE]
@@ -146,7 +160,8 @@ def _run_all(
                 folder = place / case.identifier
                 shutil.rmtree(folder, ignore_errors=True)
                 _make(folder)
-                job = (case.identifier, module, folder, full, share, list(rockdda.__path__), os.getpid())
+                package = list(rockdda.__path__)
+                job = (case.identifier, module, folder, full, formulation, share, package, os.getpid())
                 process = context.Process(target=_child, args=job)
                 with _without_interrupts():  # Ctrl-C is deferred until the child handles signals
                     process.start()
@@ -158,7 +173,7 @@ def _run_all(
                 if ended.exitcode == 0 and file.is_file():
                     found = _read(file)
                 else:
-                    empty = Record(case, place, place, full).as_dict()
+                    empty = Record(case, place, place, full, formulation).as_dict()
                     error = f"the process of the case ended with exit code {ended.exitcode}"
                     failure = {"error": error, "seconds": round(clock.monotonic() - started, 1), "version": _version()}
                     found = empty | failure
@@ -180,7 +195,14 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def _child(
-    identifier: str, module: str | None, folder: Path, full: bool, workers: int, package: list[str], parent: int
+    identifier: str,
+    module: str | None,
+    folder: Path,
+    full: bool,
+    formulation: str,
+    workers: int,
+    package: list[str],
+    parent: int,
 ) -> None:
     """One case, in a separate process."""
     rockdda = sys.modules[PACKAGE]
@@ -194,33 +216,47 @@ def _child(
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         cases = all_cases() if module is None else importlib.import_module(module).CASES
         case = next(case for case in cases if case.identifier == identifier)
-        _write(folder / "record.json", run_here(case, folder, folder / "figures", full, workers))
+        _write(folder / "record.json", run_here(case, folder, folder / "figures", full, workers, formulation))
 
 
 def store(record: dict[str, Any], figures: Path, target: Path) -> None:
-    """Keep the record of a case, `data/ID.json`, and its files in `figures`, in place of earlier ones."""
-    file = target / "data" / f"{record['identifier']}.json"
+    """Keep the record of a case, `data/ID.json`, and its files in `figures`, in place of earlier ones.
+
+    Those of a case with a given formulation are in the folders of its name, `data/length/ID.json`, `figures/length`.
+    """
+    formulation = str(record.get("formulation") or "")
+    file = target / "data" / formulation / f"{record['identifier']}.json"
+    kept = target / "figures" / formulation
     _make(file.parent)
     for name in _files(_read(file)) if file.is_file() else []:
-        (target / "figures" / name).unlink(missing_ok=True)
+        (kept / name).unlink(missing_ok=True)
     for name in _files(record):
-        _make(target / "figures")
+        _make(kept)
         if (figures / name).is_file():
-            shutil.copyfile(figures / name, target / "figures" / name)
+            shutil.copyfile(figures / name, kept / name)
     _write(file, record)
 
 
-def load_records(target: Path, cases: Sequence[Case] | None = None) -> list[dict[str, Any]]:
-    """All records in a folder, in the order of the cases; those of no case are last."""
+def load_records(
+    target: Path, cases: Sequence[Case] | None = None, formulation: str | None = None
+) -> list[dict[str, Any]]:
+    """All records in a folder, in the order of the cases; those of no case are last. formulation: only those of one."""
     cases = all_cases() if cases is None else cases
     order = {case.identifier: number for number, case in enumerate(cases)}
-    records = [_read(file) for file in sorted((target / "data").glob("*.json"))]
+    folders = [name for name in ("", *FORMULATIONS) if formulation in (None, name)]
+    records = [_read(file) for name in folders for file in sorted((target / "data" / name).glob("*.json"))]
     return sorted(records, key=lambda r: order.get(r["identifier"], len(order)))
 
 
 def comparison(values: dict[str, Any]) -> Comparison:
     """A comparison from its record."""
     return Comparison(**{field.name: values[field.name] for field in fields(Comparison) if field.name in values})
+
+
+def comparisons_of(record: dict[str, Any]) -> list[Comparison]:
+    """The comparisons of a record, with the promises that its formulation makes."""
+    formulation = str(record.get("formulation") or "")
+    return [as_promised(record["identifier"], formulation, comparison(values)) for values in record["comparisons"]]
 
 
 def _files(record: dict[str, Any]) -> list[str]:

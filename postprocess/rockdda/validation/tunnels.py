@@ -67,9 +67,18 @@ def mean_displacement(results: Results) -> FloatArray:
     return np.trapezoid(moved[late], times[late], axis=0) / (times[late][-1] - times[late][0])
 
 
-def cells(record: Record, file: str, numbers: Callable[[dict[str, Any]], bool] = lambda values: True) -> list[Cell]:
-    """The cases of a study that are wanted; those that are not done are run."""
-    study = _study(record, file)
+def cells(
+    record: Record,
+    file: str,
+    numbers: Callable[[dict[str, Any]], bool] = lambda values: True,
+    changes: Mapping[str, Any] | None = None,
+    label: str = "",
+) -> list[Cell]:
+    """The cases of a study that are wanted; those that are not done are run.
+
+    changes: values in place of those of the study, which are kept in a folder of their own, named by `label`.
+    """
+    study = _study(record, file, changes, label)
     wanted = tuple(case for case in study.cases if numbers(dict(case.values)))
     study = dataclasses.replace(study, cases=wanted)
     run_study(study, workers=record.workers)
@@ -111,13 +120,28 @@ def _cell(values: dict[str, Any], file: Path, seconds: float) -> Cell:
         return Cell(values, loosening_of(results), results.n_blocks, rounds, results["history/time"][-1], seconds, file)
 
 
-def _study(record: Record, file: str) -> Study:
+def with_formulation(rules: str, formulation: str) -> str:
+    """Options of a tunnel that name a formulation, unless they name one or a preset."""
+    if not formulation or "preset" in rules or "formulation" in rules:
+        return rules
+    if not rules.strip():
+        return f"  &contact formulation = '{formulation}' /"
+    return rules.replace("&contact", f"&contact formulation = '{formulation}',", 1)
+
+
+def _study(record: Record, file: str, changes: Mapping[str, Any] | None = None, label: str = "") -> Study:
     source = Path(__file__).parents[3] / "inputs" / file
     if not source.is_file():
         raise RockddaError(f"{source} is missing: the studies are part of the source, not of the installed package")
     study = read_study(source)
     kept = Path(os.environ.get("ROCKDDA_STUDIES", record.folder))
-    return dataclasses.replace(study, output=kept.absolute() / source.stem)
+    changed = []
+    for case in study.cases:
+        values = {**case.values, **(changes or {})}
+        values["rules"] = with_formulation(str(values.get("rules", "")), record.formulation)
+        changed.append(dataclasses.replace(case, values=values))
+    name = "-".join(filter(None, (source.stem, record.formulation, label)))
+    return dataclasses.replace(study, cases=tuple(changed), output=kept.absolute() / name)
 
 
 def chain(width: FloatArray, spacing: float, stiffness: float) -> tuple[float, FloatArray]:

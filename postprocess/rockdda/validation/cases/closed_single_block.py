@@ -96,7 +96,7 @@ def first_motion(results: Results, incline: float, width: float) -> tuple[float,
 
 def _settled(model: Model, seconds: float) -> Model:
     """Settles without inertia first, in steps that are long enough to come to rest in that stage."""
-    model.dt_max = 2e-3
+    model.dt_max = 5e-3
     model.steps = SETTLING + round(seconds / model.dt_max)
     model.options["stage"] = [{"until_step": SETTLING, "k01": 0.0}, {"k01": 1.0}]
     return model
