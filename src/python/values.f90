@@ -296,6 +296,7 @@ contains
       associate (t => session%run%sim%contacts)
          do c = 1, n
             point(:, c) = session%run%sim%state%vertices(:, t%vertex(c))
+            if (t%station(c) > 0) point(:, c) = t%point(:, c)
             block(:, c) = [t%block_a(c), t%block_b(c)] - 1
          end do
          force = session%force(:, 1:n)
