@@ -174,7 +174,7 @@ contains
       self%miss(c) = 0
       self%normal_force(c) = 0
       gap = self%gap(c)
-      if (old == contact_state%open .and. gap >= -settings%close_tolerance) return
+      if (old == contact_state%open .and. gap >= closing_gap(settings, table%offset(c))) return
       call gather(self, table, c, joint)
       joint%friction = self%friction_used(c)
       is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
@@ -329,7 +329,7 @@ contains
       do c = 1, table%n
          gap_there = gap(c) + a*(self%gap(c) - gap(c))
          force(:, c) = 0
-         if (self%state(c) == contact_state%open .and. gap_there >= -settings%close_tolerance) cycle
+         if (self%state(c) == contact_state%open .and. gap_there >= closing_gap(settings, table%offset(c))) cycle
          p = max(1, table%partner(c))
          partner_gap = gap(p) + a*(self%gap(p) - gap(p))
          call gather(self, table, c, joint)
@@ -378,6 +378,15 @@ contains
       end if
    end function stays_closed
 
+   !> Gap of the springs below which an open contact closes. The tolerance counts from where the blocks touch: what the
+   !> offset has used up of it is gone.
+   pure real(wp) function closing_gap(settings, offset)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: offset   !! gap that is free of force [length]
+      closing_gap = -max(settings%close_tolerance + min(0.0_wp, offset), &
+                         min(settings%close_tolerance, settings%open_tolerance))
+   end function closing_gap
+
    !> Does an open contact close with this motion?
    pure logical function closes(self, table, settings, c, gap, partner_gap)
       type(open_close_type), intent(in) :: self
@@ -387,7 +396,7 @@ contains
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
       integer :: p
       closes = .false.
-      if (gap >= -settings%close_tolerance) return
+      if (gap >= closing_gap(settings, table%offset(c))) return
       p = table%partner(c)
       if (p > 0) then
          ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
