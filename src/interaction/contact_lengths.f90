@@ -24,8 +24,11 @@ contains
       type(moving_block_type), intent(in) :: a, b    !! its blocks
       real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
       real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
-      real(wp) :: other_e(6, 2), other_g(6, 2), half(2)
-      associate (p => table%point(:, c), gap => table%distance(c), n => table%normal(:, c), share => table%share(c))
+      real(wp) :: other_e(6, 2), other_g(6, 2), half(2), p(2), n(2)
+      ! sums of sections of the table would be temporary arrays on the heap
+      p = table%point(:, c)
+      n = table%normal(:, c)
+      associate (gap => table%distance(c), share => table%share(c))
          if (share <= 0) then
             call view_from(a, b, p, gap, n, e, g)
          else if (share >= 1) then
@@ -59,8 +62,11 @@ contains
       real(wp), intent(in) :: centroid_a(2), centroid_b(2)   !! at the start of the step [length]
       real(wp), intent(in) :: d_a(6), d_b(6)
       real(wp) :: lengths(2)                                 !! [length]
-      real(wp) :: half(2)
-      associate (p => table%point(:, c), gap => table%distance(c), n => table%normal(:, c), share => table%share(c))
+      real(wp) :: half(2), p(2), n(2)
+      ! sums of sections of the table would be temporary arrays on the heap
+      p = table%point(:, c)
+      n = table%normal(:, c)
+      associate (gap => table%distance(c), share => table%share(c))
          if (share <= 0) then
             lengths = end_lengths(p, gap, n, centroid_a, centroid_b, d_a, d_b)
          else if (share >= 1) then
