@@ -36,7 +36,7 @@ TOPICS: dict[str, tuple[str, Callable[[bool], list[Row]]]] = {
 }
 HEAD = """# Contact by length: what it shows
 
-Every row is a model, run with `&contact formulation = 'length' /`, and a truth: a closed form, limit analysis or an
+Every row is a model, run with contacts by length, the default, and a truth: a closed form, limit analysis or an
 invariant. The table is made by `benchmarks/contact_by_length.py`; what is not met is shown as not met.
 
 - T20 at low g0: the weight acts at once, the block bounces, and friction lags while the shear spring is loaded.

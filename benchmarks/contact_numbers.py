@@ -59,6 +59,7 @@ class Study:
     g1_over: tuple[float, ...] = G1
     g2: tuple[float, ...] = G2
     base: tuple[float, float, float] = BASE
+    formulation: str = "vertex"  # with 'length', twice the g0 makes joints of mean length as stiff
 
 
 def _moved(results: h5py.File) -> float:
@@ -128,10 +129,11 @@ STUDIES = {
         5e-4,
         0.75,
         False,
-        g0=(0.025, 0.05, 0.1, 1.0),
+        g0=(0.25, 0.5, 1.0, 10.0),
         g1_over=(0.5, 1.0, 2.0),
         g2=(5e-4, 2e-3, 1e-2),
-        base=(0.05, 1.0, 5e-4),
+        base=(0.5, 1.0, 5e-4),
+        formulation="length",
     ),
 }
 
@@ -155,7 +157,7 @@ def run(name: str, g0: float, g1: float, g2: float, program: Path) -> dict[str, 
             files = [ROOT / "inputs" / name / f"{name}{suffix}" for suffix in (".dc", ".df")]
         steps, end = (f"steps = {study.end:.0f}", "") if study.static else ("steps = 100000", f"t_end = {study.end}")
         (place / "options.nml").write_text(
-            f"&contact stiffness = {g0 * study.youngs_modulus} /\n"
+            f"&contact formulation = '{study.formulation}', stiffness = {g0 * study.youngs_modulus} /\n"
             f"&time dt_max = {g1 * study.g1}, displacement_ratio = {g2} /\n"
             f"&run {', '.join(filter(None, (steps, end)))}, save_every = 1000000 /\n&output contacts = .false. /\n"
         )

@@ -184,7 +184,7 @@ def layered_roof() -> Model:
         "roof of eight layers in bond, 10 m span, under horizontal stress, static (m, kg, s, N)",
         edge_node_distance=0.001,
         k01=0,
-        steps=60,
+        steps=80,
         dt=0.02,
         displacement_ratio=0.01,
         rocks=[Rock(stress=(-4e5, 0, 0)), Rock()],

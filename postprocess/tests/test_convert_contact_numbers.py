@@ -51,12 +51,12 @@ def test_no_other_page_or_message_has_a_rule_of_its_own():
 
 def test_the_page_has_the_numbers_of_the_program():
     text = PAGE.read_text(encoding="utf-8")
-    assert constant("automatic_over_e") == 1
-    assert "the automatic choice (0) takes the largest E" in text
+    assert constant("automatic_over_e") == 2
+    assert "the automatic choice (0) takes twice the largest E of the model" in text
     assert f"({constant('preset_over_e'):g} times that with `preset = 'dda_windows'`" in text
     assert f"not above {constant('highest_over_e'):g} E" in text
     assert f"g0 when it is above {constant('far_over_e'):g} E" in text
-    assert f"at most {constant('highest_omega'):g}·L·√(ρ/(2 g0))" in text
+    assert f"at most {constant('highest_omega'):g}·L·√(ρ/g0)" in text
     assert f"| {constant('share_of_edge'):g}·L/w0" in text
     assert f"| not above {constant('largest_ratio'):g} |" in text
     assert Model().displacement_ratio == constant("largest_ratio")
@@ -71,7 +71,7 @@ def test_the_table_of_joint_stiffness_follows_from_the_rule():
     for row in rows:
         name, *cells = [cell.strip() for cell in row.strip("|").split("|")]
         stiffness = float(name.split()[0]) * 1e9
-        assert [float(cell) for cell in cells] == pytest.approx([stiffness * edge / 2 for edge in edges], rel=1e-12)
+        assert [float(cell) for cell in cells] == pytest.approx([stiffness * edge for edge in edges], rel=1e-12)
 
 
 def test_the_measured_tables_are_those_of_the_results(measured):
@@ -96,12 +96,12 @@ def run(program: str, *arguments: object, cwd: Path) -> dict:
     return json.loads(subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False).stdout)
 
 
-def test_the_automatic_stiffness_is_the_largest_modulus(program, tmp_path):
+def test_the_automatic_stiffness_is_twice_the_largest_modulus(program, tmp_path):
     (tmp_path / "o.nml").write_text("&contact stiffness = 0 /\n")
     done = run(program, "run", INPUTS / "stack/stack.dc", INPUTS / "stack/stack.df", "--config", "o.nml", cwd=tmp_path)
     assert done["status"] == "done"
     told = "\n".join(message["message"] for message in done["messages"])
-    assert "contact stiffness (g0) is automatic: the largest E = 1e+10" in told
+    assert "contact stiffness (g0) is automatic: twice the largest E = 2e+10" in told
     with h5py.File(tmp_path / "stack.h5") as results:  # all at rest: the supports carry the weight
         assert results["history/fixed_force"][-1, :, 1].sum() == pytest.approx(220725, rel=1e-9)
 
@@ -109,10 +109,17 @@ def test_the_automatic_stiffness_is_the_largest_modulus(program, tmp_path):
 @pytest.mark.parametrize(
     ("options", "warning"),
     [
-        ("&contact stiffness = 1.01e12 /", "the contact stiffness (g0) is 101 times the largest E: take half"),
+        (
+            "&contact stiffness = 2.01e12 /",
+            "the contact stiffness (g0) is 201 times the largest E: take the joint stiff",
+        ),
+        (
+            "&contact formulation = 'vertex', stiffness = 1.01e12 /",
+            "the contact stiffness (g0) is 101 times the largest E: take half",
+        ),
         # five cubes on a base 1 high: w0 = 3, the mean edge is 1.25
         ("&time displacement_ratio = 0.42 /", "g2 = 0.00833333 is advised"),
-        ("&contact stiffness = 1e12 / \n &time displacement_ratio = 0.41 /", None),
+        ("&contact stiffness = 2e12 / \n &time displacement_ratio = 0.41 /", None),
     ],
 )
 def test_numbers_far_from_the_rule_are_named(program, tmp_path, options, warning):
@@ -127,10 +134,10 @@ def test_numbers_far_from_the_rule_are_named(program, tmp_path, options, warning
 
 
 def test_numbers_of_the_template():
-    # k_n L/2 = 2e9*0.5; L sqrt(rho/(2 g0)) = 1.118e-3; 0.02 L/10
-    assert contact_numbers(1.0, 10.0, 2500.0, 5e9) == pytest.approx((1e9, 1e-3, 2e-3))
-    # not above E, not above 0.01
-    assert contact_numbers(10.0, 10.0, 2500.0, 5e9) == pytest.approx((5e9, 5e-3, 0.01))
+    # k_n L = 2e9; L sqrt(rho/g0) = 1.118e-3; 0.02 L/10
+    assert contact_numbers(1.0, 10.0, 2500.0, 5e9) == pytest.approx((2e9, 1e-3, 2e-3))
+    # not above 2 E, not above 0.01
+    assert contact_numbers(10.0, 10.0, 2500.0, 5e9) == pytest.approx((1e10, 5e-3, 0.01))
 
 
 def trace_map(seed: int) -> dict:
@@ -158,12 +165,14 @@ def trace_map(seed: int) -> dict:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_trace_maps_run_with_the_template(program, tmp_path, seed):
-    """With g0 = 50 E and 5 ms no such map got beyond its first step."""
+    """With g0 = 50 E, contacts at vertices and 5 ms no such map got beyond its first step."""
     (tmp_path / "map.geojson").write_text(json.dumps(trace_map(seed)))
     convert(tmp_path / "map.geojson", tmp_path / "map", template=True)
     done = run(program, "run", "map.dc", "map.df", "--steps", 12, "--threads", 1, cwd=tmp_path)
     assert done["status"] == "done" and done["blocks"] > 200
-    (tmp_path / "old.nml").write_text("&contact stiffness = 2.5e11 / \n &time dt_max = 0.005, dt_min = 5e-5 /\n")
+    (tmp_path / "old.nml").write_text(
+        "&contact formulation = 'vertex', stiffness = 2.5e11 / \n &time dt_max = 0.005, dt_min = 5e-5 /\n"
+    )
     done = run(program, "run", "map.dc", "map.df", "--config", "old.nml", "--force", "--threads", 1, cwd=tmp_path)
     assert done["status"] == "error" and done["steps"] == 0
 

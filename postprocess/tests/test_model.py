@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("native")
 
 def brick(name="brick"):
     """A block 1 x 1 on a base 3 x 1 that is fixed along a line, pushed and pulled; every kind of thing is there."""
-    model = rockdda.Model(name, e0=1e-3, steps=20, dt_max=0.005, stiffness=1e8)
+    model = rockdda.Model(name, e0=1e-3, steps=20, dt_max=0.005, stiffness=1e9)
     model.add_line((1.0, 1.0), (1.0, 2.0), joint=2)
     model.add_polygon([(0, 0), (3, 0), (3, 1), (0, 1)])
     model.add_lines([[2, 1, 2, 2], [1, 2, 2, 2]], joint=[2, 1])

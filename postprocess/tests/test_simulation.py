@@ -336,9 +336,9 @@ def test_a_stretched_bond_is_kept_at_rest(tmp_path):
     model.add_block_material(density=2500, gravity=9.81, youngs_modulus=1e10, poisson_ratio=0.25)
     model.add_joint_material(friction_angle=30, cohesion=1e6, tension=1e6)
     weight, stretch = 2500 * 9.81, 1e-3
-    model.stiffness = weight / (2 * stretch)
+    model.stiffness = weight / stretch  # of the joint, which is as long as the mean edge
     results = model.run(output=tmp_path / "hanging.h5")
-    assert results["history/contacts"][-1].tolist() == [0, 0, 2]
+    assert results["history/contacts"][-1].tolist() == [0, 0, 3]
     hanging, above = results["history/measured_displacement"][-1, :, 1]
     assert above - hanging == pytest.approx(stretch, rel=0.01)  # and the strain of the blocks near the joint
 
@@ -350,12 +350,12 @@ FALL = """0.01 8 0 0 0 2 0 0 0
 
 
 def test_energy_from_nowhere_is_a_warning_or_an_error(tmp_path):
-    # the contact closes late, with an overlap whose energy nothing has put in
+    # contacts at vertices close late, with an overlap whose energy nothing has put in
     (tmp_path / "fall.dc").write_text(FALL, encoding="utf-8")
     (tmp_path / "fall.df").write_text(
         "1 40 1 1 0.02 0.01 1e8 0 0\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n", encoding="utf-8"
     )
-    (tmp_path / "late.nml").write_text("&contact close_tolerance = 0.005 /\n", encoding="utf-8")
+    (tmp_path / "late.nml").write_text("&contact formulation = 'vertex', close_tolerance = 0.005 /\n", encoding="utf-8")
     model = (tmp_path / "fall.dc", tmp_path / "fall.df")
     settings = {"config": tmp_path / "late.nml", "output": tmp_path / "fall.h5", "force": True}
     with pytest.warns(rockdda.InputWarning, match="energy from nowhere"):

@@ -52,7 +52,7 @@ v = [2.0, 3.0]
 [constants]
 steps = 300
 dt = 0.005
-stiffness = 1e8
+stiffness = 1e10
 
 [results.distance]
 dataset = "history/measured_displacement"
@@ -295,7 +295,7 @@ def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypat
 
 
 def test_one_case_says_why_it_failed(folder, capfd):
-    (folder / "slide.toml").write_text(STUDY.replace("1e8", '"soft"'))
+    (folder / "slide.toml").write_text(STUDY.replace("1e10", '"soft"'))
     assert cli.main(["study", str(folder / "slide.toml"), "--case", "2"]) == 3
     captured = capfd.readouterr()
     assert "found 'soft'" in captured.err

@@ -7,15 +7,14 @@ module rockdda_model_automatic_numbers
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_contact_numbers, only : mean_edge, advised_ratio, advised_step
+   use rockdda_model_contact_numbers, only : mean_edge, advised_ratio, advised_step, automatic_over_e, &
+      springs_of_joint
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
    public :: choose_numbers
 
-   !> Contact stiffness over the largest E: a joint of length L has k_n = 2 E/L in both formulations.
-   real(wp), parameter :: over_e_by_length = 2.0_wp, over_e_by_vertex = 1.0_wp
    !> Share of the time in which a block falls by its own size that a step takes at most.
    real(wp), parameter :: share_of_fall = 0.01_wp
    !> Factor of the time step where all of the run is static.
@@ -66,12 +65,12 @@ contains
          reason = 'the largest normal stiffness of the joints, '//to_string(k_n, 4)//', times the mean edge of '// &
                   to_string(edge, 4)//'; it holds fixed points, joints have their own'
       else if (parameters%by_length) then
-         parameters%normal_stiffness = over_e_by_length*e_max
+         parameters%normal_stiffness = automatic_over_e*e_max
          reason = 'twice the largest E of the blocks, so that a joint of the mean length '//to_string(edge, 4)// &
                   ' without normal_stiffness has '//to_string(parameters%normal_stiffness/edge, 4)// &
                   ' per length and closes by half of what the block behind it is compressed'
       else
-         parameters%normal_stiffness = over_e_by_vertex*e_max
+         parameters%normal_stiffness = automatic_over_e/springs_of_joint(.false.)*e_max
          reason = 'the largest E of the blocks, at both ends of a joint, so that it closes by half of what the '// &
                   'block behind it is compressed'
       end if
@@ -128,7 +127,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       real(wp) :: of_run
       integer :: i
-      of_run = parameters%normal_stiffness/edge*merge(1.0_wp, 2.0_wp, parameters%by_length)
+      of_run = springs_of_joint(parameters%by_length)*parameters%normal_stiffness/edge
       k_n = 0
       do i = 1, size(parameters%joint_materials)
          if (.not. any(blocks%edge_joint == i)) cycle

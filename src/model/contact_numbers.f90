@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The rule for contact stiffness (g0), time step (g1) and displacement ratio (g2): docs/contact-numbers.md.
 !>
-!> A face between two blocks has two contacts of stiffness g0, so that a joint of normal stiffness k_n per area is
-!> modelled with g0 = k_n L/2, L the mean length of edges. All numbers that the program advises on come from here.
+!> A joint of mean length L and normal stiffness k_n per area has k_n L in all: by length, g0 = k_n L; with formulation
+!> 'vertex' two contacts of g0 each, so that g0 = k_n L/2. All numbers that the program advises on come from here.
 module rockdda_model_contact_numbers
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -10,18 +10,19 @@ module rockdda_model_contact_numbers
    implicit none
    private
    public :: automatic_over_e, preset_over_e, highest_over_e, far_over_e, highest_omega
-   public :: mean_edge, advised_time_step, advised_step, advised_ratio, largest_ratio, stiffness_advice
+   public :: mean_edge, springs_of_joint, advised_time_step, advised_step, advised_ratio, largest_ratio, &
+      stiffness_advice
 
-   !> Automatic contact stiffness over the largest E: a closed joint of length L then has k_n = 2 E/L, as tight joints
-   !> in hard rock have, and is compressed half as much as a square block of side L.
-   real(wp), parameter :: automatic_over_e = 1.0_wp
-   !> The same with the preset dda_windows, as DDA for Windows begins.
+   !> Automatic stiffness of a joint of mean length over the largest E: k_n = 2 E/L, as tight joints in hard rock have;
+   !> a joint is compressed half as much as a square block of side L.
+   real(wp), parameter :: automatic_over_e = 2.0_wp
+   !> Automatic g0 over the largest E with the preset dda_windows, as DDA for Windows begins.
    real(wp), parameter :: preset_over_e = 50.0_wp
-   !> Beyond this multiple of E displacements hardly change, but steps are cut.
-   real(wp), parameter :: highest_over_e = 10.0_wp
+   !> Joints stiffer than this multiple of E hardly change displacements, but steps are cut.
+   real(wp), parameter :: highest_over_e = 20.0_wp
    !> Beyond this multiple of E a warning is given.
-   real(wp), parameter :: far_over_e = 100.0_wp
-   !> Largest advised dt sqrt(2 g0/m), m the mass of a square block with the mean edge.
+   real(wp), parameter :: far_over_e = 200.0_wp
+   !> Largest advised dt sqrt(k/m), k the stiffness of a joint, m the mass of a square block with the mean edge.
    real(wp), parameter :: highest_omega = 10.0_wp
    !> Advised displacement of a step over the mean length of edges, and upper limit of the ratio g2 itself.
    real(wp), parameter :: share_of_edge = 0.02_wp, largest_ratio = 0.01_wp
@@ -44,11 +45,18 @@ contains
       mean_edge = mean_edge/blocks%n_vertices()
    end function mean_edge
 
-   !> The longest advised time step, for springs of this stiffness.
+   !> How many springs of g0 a joint of mean length has.
+   pure real(wp) function springs_of_joint(by_length)
+      logical, intent(in) :: by_length   !! formulation 'length'
+      springs_of_joint = merge(1.0_wp, 2.0_wp, by_length)
+   end function springs_of_joint
+
+   !> The longest advised time step, for joints of this stiffness.
    pure real(wp) function advised_time_step(edge, density, stiffness)
       real(wp), intent(in) :: edge        !! mean length of edges [length]
-      real(wp), intent(in) :: density, stiffness
-      advised_time_step = highest_omega*edge*sqrt(density/(2*stiffness))
+      real(wp), intent(in) :: density
+      real(wp), intent(in) :: stiffness   !! of a joint of mean length [force/length]
+      advised_time_step = highest_omega*edge*sqrt(density/stiffness)
    end function advised_time_step
 
    !> The same for joints of this normal stiffness per length.
@@ -56,7 +64,7 @@ contains
       real(wp), intent(in) :: edge        !! mean length of edges [length]
       real(wp), intent(in) :: density     !! mass per area
       real(wp), intent(in) :: k_n         !! stress/length
-      advised_step = advised_time_step(edge, density, 0.5_wp*k_n*edge)
+      advised_step = advised_time_step(edge, density, k_n*edge)
    end function advised_step
 
    !> The advised g2, for edges of this mean length in a model of the length scale w0.
@@ -67,10 +75,25 @@ contains
    end function advised_ratio
 
    !> The rule for g0, to end a message with.
-   pure function stiffness_advice() result(text)
+   pure function stiffness_advice(by_length) result(text)
+      logical, intent(in) :: by_length   !! formulation 'length'
       character(len=:), allocatable :: text
-      text = 'take half the joint stiffness times the edge length, or E (g0 = 0), at most '// &
-             to_string(nint(highest_over_e))//' E'
+      character(len=:), allocatable :: share
+      share = 'half '
+      if (by_length) share = ''
+      text = 'take '//share//'the joint stiffness times the edge length, or '// &
+             multiple_of_e(automatic_over_e)//' (g0 = 0), at most '//multiple_of_e(highest_over_e)
+
+   contains
+
+      !> Such a multiple of E for all springs of a joint, as g0.
+      pure function multiple_of_e(ratio) result(words)
+         real(wp), intent(in) :: ratio
+         character(len=:), allocatable :: words
+         words = 'E'
+         if (nint(ratio/springs_of_joint(by_length)) /= 1) &
+            words = to_string(nint(ratio/springs_of_joint(by_length)))//' E'
+      end function multiple_of_e
    end function stiffness_advice
 
 end module rockdda_model_contact_numbers

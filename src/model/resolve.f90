@@ -11,7 +11,7 @@ module rockdda_model_resolve
    use rockdda_model_joint_options, only : take_joint_options
    use rockdda_model_material_options, only : take_block_options, take_point_tables
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
-      stiffness_advice
+      stiffness_advice, springs_of_joint
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
@@ -205,21 +205,23 @@ contains
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: text
-      real(wp) :: e_max
+      real(wp) :: e_max, springs
+      springs = springs_of_joint(parameters%by_length)
       e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
       if (parameters%normal_stiffness <= 0) then
          if (parameters%peer_contacts) then
             parameters%normal_stiffness = preset_over_e*e_max
             text = to_string(preset_over_e)//' times the largest E, as the preset has it, = '
          else
-            parameters%normal_stiffness = automatic_over_e*e_max
-            text = 'the largest E = '
+            parameters%normal_stiffness = automatic_over_e/springs*e_max
+            text = trim(merge('twice the largest E', 'the largest E      ', parameters%by_length))//' = '
          end if
          call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
                            to_string(parameters%normal_stiffness)//', constant in the run')
-      else if (parameters%normal_stiffness > far_over_e*e_max) then
+      else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
          call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
-                           to_string(parameters%normal_stiffness/e_max)//' times the largest E: '//stiffness_advice())
+                           to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
+                           stiffness_advice(parameters%by_length))
       end if
       parameters%shear_stiffness = parameters%normal_stiffness/settings%shear_ratio
       parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor

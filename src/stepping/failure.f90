@@ -11,7 +11,7 @@ module rockdda_stepping_failure
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_contact_numbers, only : highest_over_e, mean_edge, advised_time_step, advised_ratio, &
-      stiffness_advice
+      stiffness_advice, springs_of_joint
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -265,12 +265,13 @@ contains
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: block   !! the thinnest block that the message names; 0: none
       character(len=:), allocatable, intent(inout) :: text
-      real(wp) :: ratio, dt, moved, width
+      real(wp) :: ratio, dt, moved, width, springs
+      springs = springs_of_joint(parameters%by_length)
       ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
-      if (ratio > highest_over_e) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
-                                              ' times the largest E: '//stiffness_advice())
+      if (ratio > highest_over_e/springs) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
+                                                      ' times the largest E: '//stiffness_advice(parameters%by_length))
       dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
-                             parameters%normal_stiffness)
+                             springs*parameters%normal_stiffness)
       if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//to_string(parameters%dt_max)// &
                                               ' is long for this block size and contact stiffness: at most '// &
                                               to_string(dt)//' is advised')

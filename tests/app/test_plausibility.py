@@ -67,9 +67,10 @@ class Plausibility(ProgramTest):
         self.check("The last number of the file, 0, is then read as an SOR factor", text, file="x.df:3:1")
         self.assertEqual(self.warnings(PEER_ANALYSIS + "9\n"), [])
 
-    def test_automatic_stiffness_is_e_and_that_of_the_preset_50_e(self):
+    def test_automatic_stiffness_is_2_e_and_that_of_the_preset_50_e(self):
         for options, stiffness in (
-            ("", 1e8),
+            ("", 2e8),
+            ("&contact formulation = 'vertex' /\n", 1e8),
             ("&contact preset = 'dda_windows' /\n", 5e9),
             ("&contact preset = 'peer' /\n", 5e9),
         ):

@@ -24,10 +24,17 @@ RISING = """\
 """
 
 
+def distance(point, corners):
+    """Distance of a point from an outline."""
+    along = np.roll(corners, -1, axis=0) - corners
+    share = np.clip(((point - corners) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
+    return np.hypot(*(corners + share[:, None] * along - point).T).min()
+
+
 class Layout(ResultsTest):
     """Names, shapes and types, and how the tables fit together."""
 
-    def check(self, *arguments, fixed, loading, measured, save_every, bolts=0):
+    def check(self, *arguments, fixed, loading, measured, save_every, bolts=0, vertices=False):
         data, attributes = self.run_model(*arguments, "--save-every", str(save_every))
         nb = len(data["model/block_material"])
         nv = len(data["model/vertices"])
@@ -95,7 +102,7 @@ class Layout(ResultsTest):
         self.check_attributes(attributes)
         self.check_blocks(data, attributes)
         self.check_history(data)
-        self.check_contacts(data)
+        self.check_contacts(data, vertices)
         last = data["history/step"][-1]
         steps = sorted({*range(0, last + 1, save_every), last})
         self.assertEqual(data["frames/step"].tolist(), steps)
@@ -149,7 +156,7 @@ class Layout(ResultsTest):
         rows = data["frames/step"][1:] - 1
         self.assertTrue(np.array_equal(data["frames/time"][1:], data["history/time"][rows]))
 
-    def check_contacts(self, data):
+    def check_contacts(self, data, vertices):
         offset, state = data["frames/contact_offset"], data["frames/contact_state"]
         blocks, force, point = (data["frames/contact_" + k] for k in ("blocks", "force", "point"))
         self.assertEqual((offset[0], offset[-1]), (0, len(state)))
@@ -168,15 +175,20 @@ class Layout(ResultsTest):
         self.assertLessEqual(
             np.abs(np.hypot(normal, shear) * length - expected).max(initial=0), 1e-14 * expected.max(initial=0)
         )
-        first = data["model/vertex_offset"]
+        first, opening = data["model/vertex_offset"], data["frames/contact_opening"]
         for k, step in enumerate(data["frames/step"]):
             rows = slice(offset[k], offset[k + 1])
             if step > 0:
                 numbers = np.bincount(state[rows], minlength=3)
                 self.assertEqual(numbers.tolist(), data["history/contacts"][step - 1].tolist())
-            for (a, _), p in zip(blocks[rows], point[rows], strict=True):
-                corners = data["frames/vertices"][k, first[a] : first[a + 1]]
-                self.assertTrue((corners == p).all(axis=1).any(), "a vertex of the first block")
+            for pair, p, gap in zip(blocks[rows], point[rows], opening[rows], strict=True):
+                corners = [data["frames/vertices"][k, first[b] : first[b + 1]] for b in pair]
+                if vertices:
+                    self.assertTrue((corners[0] == p).all(axis=1).any(), "a vertex of the first block")
+                # rounding at coordinates below 100; the opening is measured along the normal of one of the edges
+                near = (1 + 1e-6) * abs(gap) + 1e-11
+                self.assertLess(distance(p, corners[0]), near, "on the first block, or in the gap")
+                self.assertLess(distance(p, corners[1]), near, "on the second block, or in the gap")
 
     def test_own_model(self):
         data, attributes = self.check("block.dc", "block.df", fixed=2, loading=1, measured=1, save_every=3)
@@ -184,6 +196,11 @@ class Layout(ResultsTest):
         self.assertEqual(attributes["model/loading_points"]["block"].tolist(), [1])
         self.assertEqual(attributes["model/fixed_points"]["block"].tolist(), [0, 0])
         self.assertEqual(data["model/edge_joint"].tolist(), [1] * 8)
+
+    def test_contacts_at_vertices(self):
+        self.path("vertex.nml").write_text("&contact formulation = 'vertex' /\n")
+        arguments = ("block.dc", "block.df", "--config", "vertex.nml")
+        self.check(*arguments, fixed=2, loading=1, measured=1, save_every=3, vertices=True)
 
     def test_pushed_block(self):
         arguments = (INPUTS / "pushed_block", "--steps", "50")

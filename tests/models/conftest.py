@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from model_runs import INPUTS, Run, find_program, run_program
+from model_runs import INPUTS, Run, copy_with, find_program, run_program
 
 
 @pytest.fixture(scope="session")
@@ -20,18 +20,21 @@ def program() -> Path:
 
 @pytest.fixture(scope="session")
 def run_model(program, tmp_path_factory):
-    """run_model(name) -> Run, computed once per session."""
+    """run_model(name, options) -> Run, computed once per session; options are added to those of the model."""
     folder = tmp_path_factory.mktemp("models")
-    done: dict[str, Run] = {}
+    done: dict[tuple[str, str], Run] = {}
 
-    def run(name: str) -> Run:
-        if name not in done:
-            results = folder / f"{name}.h5"
-            outcome = run_program(program, ["run", str(INPUTS / name), "-o", str(results), "--quiet"], folder)
+    def run(name: str, options: str = "") -> Run:
+        if (name, options) not in done:
+            place = folder / str(len(done))
+            place.mkdir()
+            model = copy_with(name, options, place) if options else INPUTS / name
+            results = place / f"{name}.h5"
+            outcome = run_program(program, ["run", str(model), "-o", str(results), "--quiet"], place)
             assert outcome.returncode == 0, f"{name}\n{outcome.stdout}{outcome.stderr}"
-            done[name] = Run(results)
-            assert done[name].complete == 1
-        return done[name]
+            done[name, options] = Run(results)
+            assert done[name, options].complete == 1
+        return done[name, options]
 
     return run
 

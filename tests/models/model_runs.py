@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -67,11 +69,30 @@ class Run:
         """Of all blocks, when all have 2500 kg per area."""
         return 2500.0 * G * float(self["model/block_area"].sum())
 
+    def mean_edge(self) -> float:
+        """Mean length of all edges at the start: a joint of this length has the stiffness g0."""
+        offset, corners = self["model/vertex_offset"], self["frames/vertices"][0]
+        outlines = (corners[first:last] for first, last in itertools.pairwise(offset))
+        return float(np.concatenate([np.hypot(*(np.roll(one, -1, axis=0) - one).T) for one in outlines]).mean())
+
+    def joint_stiffness(self, g0: float) -> float:
+        """Normal stiffness of joints per area that g0 stands for; 2/5 of it in shear."""
+        return g0 / self.mean_edge()
+
     def relative_residual(self) -> float:
         """Largest residual of the energy ledger over the largest energy in it."""
         energy = np.abs(self["history/energy"])
         residual = self.columns.index("residual")
         return energy[:, residual].max() / np.delete(energy, residual, axis=1).max()
+
+
+def copy_with(name: str, options: str, folder: Path) -> Path:
+    """A copy of a model with further options."""
+    copy = folder / name
+    shutil.copytree(INPUTS / name, copy)
+    with (copy / f"{name}.nml").open("a", encoding="utf-8") as file:
+        file.write(f"\n{options}\n")
+    return copy
 
 
 def run_program(program: Path, arguments: list[str], folder: Path) -> subprocess.CompletedProcess:

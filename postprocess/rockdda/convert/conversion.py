@@ -301,8 +301,8 @@ TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
 
 def contact_numbers(edge: float, half_height: float, density: float, modulus: float) -> tuple[float, float, float]:
     """g0, g1 and g2 of a dynamic run by the rule, with one digit. `edge` is the mean length of edges."""
-    stiffness = min(TEMPLATE_JOINT_STIFFNESS * edge / 2, modulus)
-    step = edge * math.sqrt(density / (2 * stiffness))  # a tenth of the longest advised, for splinters
+    stiffness = min(TEMPLATE_JOINT_STIFFNESS * edge, 2 * modulus)
+    step = edge * math.sqrt(density / stiffness)  # a tenth of the longest advised, for splinters
     ratio = min(0.01, 0.02 * edge / half_height)
     return _one_digit(stiffness), _one_digit(min(step, TEMPLATE_TIME)), _one_digit(ratio)
 
