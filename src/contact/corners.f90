@@ -51,7 +51,8 @@ contains
       real(wp), intent(in) :: radius                       !! share of the shortest edge
       type(corner_type), intent(out) :: corner
       real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share, part
-      integer :: edge(4), vertex(4), side(4), chosen(2), k, n_sides
+      integer :: edge(4), vertex(4), side(4), chosen(2), i, k, n_sides, v
+      logical :: is_along(4)
       logical :: passes
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
       vertex = [a, a, b, b]
@@ -88,12 +89,17 @@ contains
       end if
       do k = 1, 2
          if (corner%edge(k) == 0) cycle
-         part = merge(1 - share, share, k == 1)
-         corner%weight = corner%weight + &
-                         part*vertex_weight(corner%vertex(k), corner%edge(k), vertices(:, corner%vertex(k)), &
-                                            vertices, topology, outlines, cosine)
-         corner%point = corner%point + part*vertices(:, corner%vertex(k))
-         if (corner%vertex(k) == b) corner%share = corner%share + part
+         ! of edges of both blocks that lie along one side each takes its part, whichever block comes first
+         is_along(1:n_sides) = matmul(normal(:, chosen(k)), normal(:, side(1:n_sides))) >= 1 - same_side
+         part = merge(1 - share, share, k == 1)/count(is_along(1:n_sides))
+         do i = 1, n_sides
+            if (.not. is_along(i)) cycle
+            v = vertex(side(i))
+            corner%weight = corner%weight + part*vertex_weight(v, edge(side(i)), vertices(:, v), vertices, topology, &
+                                                               outlines, cosine)
+            corner%point = corner%point + part*vertices(:, v)
+            if (v == b) corner%share = corner%share + part
+         end do
       end do
    end subroutine meet_corners
 
