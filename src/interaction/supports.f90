@@ -7,6 +7,7 @@
 !> rockdda_interaction_finite_rotation.
 module rockdda_interaction_supports
    use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
@@ -16,6 +17,7 @@ module rockdda_interaction_supports
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : table_value
+   use rockdda_interaction_support_stiffness, only : support_stiffness
    implicit none
    private
    public :: supports_type, add_point_spring, support_energy
@@ -25,6 +27,7 @@ module rockdda_interaction_supports
       real(wp), allocatable :: target_start(:, :)  !! (2, nf) prescribed displacement at the step's start
       real(wp), allocatable :: target_end(:, :)    !! (2, nf) and at its end
       real(wp), allocatable :: force(:, :)         !! (2, nf) on the blocks, of the last accepted step
+      real(wp), allocatable :: stiffness(:)        !! (nf) of the springs [force/length]
    contains
       procedure :: init
       procedure :: add_to_blocks
@@ -73,12 +76,19 @@ contains
       external = -p*dot_product(x1, dx)
    end subroutine support_energy
 
-   !> Room for all fixed points.
-   pure subroutine init(self, n_fixed)
+   !> Room for all fixed points, and their stiffness.
+   pure subroutine init(self, blocks, parameters)
       class(supports_type), intent(inout) :: self
-      integer, intent(in) :: n_fixed
-      if (allocated(self%force)) deallocate (self%target_start, self%target_end, self%force)
+      type(block_system_type), intent(in) :: blocks      !! at the start
+      type(parameters_type), intent(in) :: parameters
+      integer :: n_fixed, p
+      n_fixed = blocks%fixed%n
+      if (allocated(self%force)) deallocate (self%target_start, self%target_end, self%force, self%stiffness)
       allocate (self%target_start(2, n_fixed), self%target_end(2, n_fixed), self%force(2, n_fixed), source=0.0_wp)
+      allocate (self%stiffness(n_fixed))
+      do p = 1, n_fixed
+         self%stiffness(p) = support_stiffness(blocks, parameters, blocks%fixed%block(p))
+      end do
    end subroutine init
 
    !> Prescribed displacement of a fixed point at a time; zero without a table.
@@ -107,7 +117,7 @@ contains
          b = context%blocks%fixed%block(p)
          before = equations%block_load(:, b)
          moved = context%state%fixed_position(:, p) - context%blocks%fixed%position(:, p)
-         call add_point_spring(context%parameters%fixed_stiffness, context%state%fixed_position(:, p), &
+         call add_point_spring(self%stiffness(p), context%state%fixed_position(:, p), &
                                context%moving(b), moved, self%target_end(:, p), &
                                equations%block_matrix(:, :, b), equations%block_load(:, b))
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
@@ -146,7 +156,7 @@ contains
          end associate
          scale = norm2(equations%block_load(1:2, b))
          if (scale > 0) equations%block_off(b) = max(equations%block_off(b), &
-                                                     context%parameters%fixed_stiffness*maxval(abs(off))/scale)
+                                                     self%stiffness(p)*maxval(abs(off))/scale)
       end do
    end subroutine measure_placement
 
@@ -167,8 +177,8 @@ contains
          end if
          call support_stretch(self, p, context, d, x0, x1)
          pulled = self%target_end(:, p) - self%target_start(:, p)
-         call support_energy(context%parameters%fixed_stiffness, x0, x1, pulled, stored, lost, external)
-         start_energy = 0.5_wp*context%parameters%fixed_stiffness*(x0(1)**2 + x0(2)**2)
+         call support_energy(self%stiffness(p), x0, x1, pulled, stored, lost, external)
+         start_energy = 0.5_wp*self%stiffness(p)*(x0(1)**2 + x0(2)**2)
          call balance%add(energy%geometry, start_energy - balance%fixed_energy(p))
          balance%fixed_energy(p) = start_energy + stored
          call balance%add(energy%dissipated, lost)
@@ -187,7 +197,7 @@ contains
       do p = 1, context%blocks%fixed%n
          if (context%released(p)) cycle
          call support_stretch(self, p, context, d, x0, x1)
-         self%force(:, p) = -context%parameters%fixed_stiffness*x1
+         self%force(:, p) = -self%stiffness(p)*x1
       end do
    end subroutine commit
 

@@ -111,7 +111,7 @@ contains
       call start_state(blocks, parameters, self%state, self%initial_stress)
       call new_contact_topology(blocks, self%topology)
       call self%families%elasticity%init(parameters)
-      call self%families%supports%init(blocks%fixed%n)
+      call self%families%supports%init(blocks, parameters)
       call self%families%bolts%init(blocks%bolts)
       call self%families%boundaries%init(blocks, parameters, self%initial_stress, problems)
       call new_step_control(parameters, blocks%fixed%n, self%control)
