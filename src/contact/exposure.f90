@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What a vertex cannot strike, with contact by length.
+!> What a vertex cannot strike, with contact by length and with vertices on edges, but for presets.
 !>
-!>          |      A       |            A rides on C and comes to D. Its corner v lies a little below the corner of D,
-!>          by
+!>          |      A       |            A rides on C and comes to D. Its corner v lies a little below that of D, by
 !>          |______________v____        the compression of the springs or as rough as the drawing is. The side of D is
 !>                 C    | |    D        covered by C, and lies below the edge of A that C bears: v passes over it.
 !>
@@ -12,38 +11,57 @@
 !>     edge.
 module rockdda_contact_exposure
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward
-   use rockdda_contact_intervals, only : interval_type
+   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
    implicit none
    private
    public :: exposure_type
 
+   !> Edges bear on each other when they overlap by this share of the shorter one, whatever the tolerance.
+   real(wp), parameter :: bearing_share = 0.25_wp
+
    type :: exposure_type
-      real(wp) :: tolerance = 0                      !! [length]
+      real(wp) :: tolerance = 0                      !! of all edges [length]
+      real(wp), allocatable :: own(:)                !! (nv) and of those of its block, where it is larger [length]
       logical, allocatable :: is_borne(:)            !! (nv) another block's edge lies against the edge
       real(wp), allocatable :: low(:), high(:)       !! (nv) stretch of the edge that is covered; low > high: none
    contains
       procedure :: clear
       procedure :: cover
       procedure :: is_hidden
+      procedure :: is_passed
+      procedure :: between
    end type exposure_type
 
 contains
 
    !> No edge is covered.
-   pure subroutine clear(self, n_vertices, tolerance)
+   pure subroutine clear(self, n_vertices, tolerance, sunk, block)
       class(exposure_type), intent(inout) :: self
       integer, intent(in) :: n_vertices
-      real(wp), intent(in) :: tolerance   !! [length]
+      real(wp), intent(in) :: tolerance            !! [length]
+      real(wp), intent(in), optional :: sunk(:)    !! (blocks) tolerance of what touches a block [length]
+      integer, intent(in), optional :: block(:)    !! (nv) owner of each vertex
       self%tolerance = tolerance
       if (.not. allocated(self%is_borne)) then
-         allocate (self%is_borne(n_vertices), self%low(n_vertices), self%high(n_vertices))
+         allocate (self%is_borne(n_vertices), self%low(n_vertices), self%high(n_vertices), self%own(n_vertices))
       end if
+      self%own = 0
+      if (present(sunk) .and. present(block)) self%own = sunk(block)
       self%is_borne = .false.
       self%low = huge(1.0_wp)
       self%high = -huge(1.0_wp)
    end subroutine clear
+
+   !> Tolerance between edges, or vertices, of two blocks.
+   pure real(wp) function between(self, f, e)
+      class(exposure_type), intent(in) :: self
+      integer, intent(in) :: f, e
+      between = max(self%tolerance, self%own(f), self%own(e))
+   end function between
 
    !> Edges f and e face each other on an interval.
    pure subroutine cover(self, f, e, interval, is_tied)
@@ -51,14 +69,16 @@ contains
       integer, intent(in) :: f, e
       type(interval_type), intent(in) :: interval
       logical, intent(in) :: is_tied       !! covers however far it is stretched
-      if (min(interval%gap_low, interval%gap_high) > self%tolerance .and. .not. is_tied) return
+      real(wp) :: tolerance
+      tolerance = self%between(f, e)
+      if (min(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
       self%is_borne(f) = .true.
       self%is_borne(e) = .true.
-      if (max(interval%gap_low, interval%gap_high) > self%tolerance .and. .not. is_tied) return
-      call widen(self%low(e), self%high(e), interval%low, interval%high, self%tolerance)
+      if (max(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
+      call widen(self%low(e), self%high(e), interval%low, interval%high, tolerance)
       ! along f, which runs the other way
       call widen(self%low(f), self%high(f), interval%start - interval%high, interval%start - interval%low, &
-                 self%tolerance)
+                 tolerance)
    end subroutine cover
 
    !> Join a stretch to one that it touches; of two that do not touch the longer stays.
@@ -85,6 +105,8 @@ contains
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
+      real(wp) :: tolerance
+      tolerance = self%between(v, e)
       is_hidden = s >= self%low(e) - margin(self%low(e)) .and. &
                   s <= self%high(e) + margin(outlines%length(e) - self%high(e))
       if (.not. is_hidden) is_hidden = is_below(topology%edge_in(v))
@@ -96,7 +118,7 @@ contains
       !> not hidden.
       pure real(wp) function margin(rest)
          real(wp), intent(in) :: rest   !! of the edge beyond the end [length]
-         margin = merge(self%tolerance, -self%tolerance, rest <= self%tolerance)
+         margin = merge(tolerance, -tolerance, rest <= tolerance)
       end function margin
 
       !> Does edge e lie on the outer side of an edge that is borne?
@@ -106,10 +128,53 @@ contains
          is_below = .false.
          if (.not. self%is_borne(f)) return
          n = outward(outlines%tangent(:, f))
-         is_below = dot_product(vertices(:, e) - vertices(:, f), n) >= -self%tolerance .and. &
-                    dot_product(vertices(:, topology%next(e)) - vertices(:, f), n) >= -self%tolerance
+         is_below = dot_product(vertices(:, e) - vertices(:, f), n) >= -tolerance .and. &
+                    dot_product(vertices(:, topology%next(e)) - vertices(:, f), n) >= -tolerance
       end function is_below
 
    end function is_hidden
+
+   !> Does vertex v pass over edge e, with contacts of vertices on edges? A vertex of an edge that lies against e, by
+   !> more than the tolerance, bears on it. A shorter overlap is the depth to which blocks stand in the surface that
+   !> they slide over: the vertex passes when it, or the vertex at the other end of the overlap, is hidden. A contact
+   !> that was closed at the end of the last step stays.
+   pure logical function is_passed(self, v, e, vertices, topology, outlines, cosine, previous, history)
+      class(exposure_type), intent(in) :: self
+      integer, intent(in) :: v, e
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in) :: cosine                       !! of the angle tolerance
+      type(contact_table_type), intent(in) :: previous     !! last step's table
+      type(contact_history_type), intent(in) :: history    !! its index
+      type(interval_type) :: interval
+      real(wp) :: enough
+      integer :: f, k, row
+      is_passed = .false.
+      do k = 1, 2
+         f = merge(topology%edge_in(v), topology%edge_out(v), k == 1)
+         if (.not. is_facing(f, e, outlines, cosine)) cycle
+         call measure_interval(f, e, vertices, topology, outlines, interval)
+         enough = min(self%between(f, e), bearing_share*min(outlines%length(f), outlines%length(e)))
+         if (interval%high - interval%low > enough) return
+         if (interval%vertex_low == 0) cycle
+         is_passed = is_passed .or. hides(interval%vertex_low, interval%edge_low) .or. &
+                     hides(interval%vertex_high, interval%edge_high)
+      end do
+      if (.not. is_passed) is_passed = hides(v, e)
+      if (.not. is_passed) return
+      row = history%find(previous, v, e)
+      if (row > 0) is_passed = previous%state(row) == contact_state%open
+
+   contains
+
+      !> Is edge b hidden from vertex a?
+      pure logical function hides(a, b)
+         integer, intent(in) :: a, b
+         hides = self%is_hidden(a, b, dot_product(vertices(:, a) - vertices(:, b), outlines%tangent(:, b)), vertices, &
+                                topology, outlines)
+      end function hides
+
+   end function is_passed
 
 end module rockdda_contact_exposure

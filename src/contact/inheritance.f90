@@ -6,7 +6,8 @@
 !> slides from one block to the next begins a new interval with the pressure of the one it leaves.
 !>
 !> A row that is found at depth begins with a gap that is free of force, its offset, so that it gives no energy; the
-!> offset goes back to zero as the blocks leave each other.
+!> offset goes back to zero as the blocks leave each other. The same holds for vertices on edges, but for presets, which
+!> keep the ways of the programs that they stand for: there a row begins with the force of its depth.
 module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
@@ -16,6 +17,9 @@ module rockdda_contact_inheritance
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_corners, only : corner_station
+   use rockdda_contact_intervals, only : is_facing
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_search_limits, only : search_limits_type
    implicit none
    private
    public :: hand_on_history, inheritance_work_type
@@ -35,26 +39,27 @@ contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
-   subroutine hand_on_history(previous, history, topology, list, order, by_length, first_step, touch, &
-                              is_tied, work, table)
+   subroutine hand_on_history(previous, history, topology, outlines, list, order, limits, first_step, touch, work, &
+                              table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines     !! of the vertices now
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:)
-      logical, intent(in) :: by_length
+      type(search_limits_type), intent(in) :: limits
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
-      logical, intent(in) :: is_tied(:)     !! (joints) intact rock
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
       logical :: is_own
       call make_room(work, previous%n, table%n, size(topology%block))
-      call find_sources(previous, history, topology, list, order, by_length, table, work%source, work%is_taken)
-      if (by_length) call find_pressed(previous, work%pressed)
+      call find_sources(previous, history, topology, list, order, limits, table, work%source, work%is_taken)
+      if (limits%by_length .or. limits%corrected) &
+         call find_pressed(previous, topology, outlines, limits, work%pressed)
       !$omp parallel do default(none) private(k, row, is_own) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, by_length, first_step, touch, is_tied, work, table)
+      !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table)
       do k = 1, table%n
          row = abs(work%source(k))
          is_own = work%source(k) > 0
@@ -62,8 +67,8 @@ contains
             call take_over(previous, row, k, table)
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
-            if (by_length) then
-               call keep_energy(previous, row, is_own, k, table)
+            if (limits%by_length .or. limits%corrected) then
+               call keep_energy(previous, row, is_own, limits%by_length, k, table)
             else if (table%offset(k) < 0) then
                call follow_gap(table%state(k) /= contact_state%open, table%gap(k), table%offset(k))
             end if
@@ -71,23 +76,25 @@ contains
             call table%open_row(k)
             table%offset(k) = 0
             table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
-            table%tied(k) = table%bonded(k) .and. table%station(k) > 0 .and. is_tied(table%joint(k))
+            table%tied(k) = table%bonded(k) .and. table%station(k) > 0
+            if (table%tied(k)) table%tied(k) = limits%is_tied(table%joint(k))
             ! what touches at the start is in contact; the first solve tells what stays so
             if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
                table%state(k) = contact_state%locked
-            if (by_length .and. table%gap(k) < 0) call begin_at_depth(previous, work%pressed, k, table)
+            if (limits%by_length .or. limits%corrected) &
+               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
       !$omp end parallel do
-      if (by_length) call free_new_lengths(previous, work%before, work%now, table)
+      if (limits%by_length) call free_new_lengths(previous, work%before, work%now, table)
       ! of two partners at most one is closed: the one with the larger gap stays
       do k = 1, table%n
          row = table%partner(k)
          if (row <= k) cycle
          if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
-         if (table%gap(k) >= table%gap(row)) then
+         if (table%distance(k) >= table%distance(row)) then
             call table%open_row(row)
          else
             call table%open_row(k)
@@ -110,23 +117,24 @@ contains
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
    !> row goes on twice.
-   subroutine find_sources(previous, history, topology, list, order, by_length, table, source, is_taken)
+   subroutine find_sources(previous, history, topology, list, order, limits, table, source, is_taken)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:)
-      logical, intent(in) :: by_length
+      type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       integer, intent(inout) :: source(:)        !! (>= rows)
       logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work
       integer :: k, row
       !$omp parallel do default(none) private(k, row) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, history, list, order, table, source)
+      !$omp shared(previous, history, limits, list, order, table, source)
       do k = 1, table%n
          associate (candidate => list%rows(order(k)))
             if (candidate%alias_vertex > 0) then
                row = history%find(previous, candidate%alias_vertex, candidate%alias_edge)
+               if (limits%corrected) row = -row
             else
                row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
             end if
@@ -134,7 +142,7 @@ contains
          source(k) = row
       end do
       !$omp end parallel do
-      if (.not. by_length) return
+      if (.not. limits%by_length) return
       is_taken = .false.
       is_taken(source(1:table%n)) = .true.
       is_taken(0) = .false.
@@ -165,9 +173,8 @@ contains
    end subroutine take_over
 
    !> Length by which the joints of both edges have come to bear more than in the last step begins free of force:
-   !> springs
-   !> that grow while they are compressed keep their energy. Where a block slides from one to the next its edge bears
-   !> as much as before, and nothing changes.
+   !> springs that grow while they are compressed and sheared keep their energy. Where a block slides from one to the
+   !> next its edge bears as much as before, and nothing changes.
    pure subroutine free_new_lengths(previous, before, now, table)
       type(contact_table_type), intent(in) :: previous
       real(wp), intent(inout) :: before(:), now(:)   !! (nv) length of each edge that bears [length]
@@ -187,6 +194,7 @@ contains
          shift = table%gap(k)*(1 - 1/sqrt(growth))
          table%offset(k) = table%offset(k) + shift
          table%gap(k) = table%gap(k) - shift
+         table%shear(k) = table%shear(k)/sqrt(growth)
       end do
    end subroutine free_new_lengths
 
@@ -213,26 +221,34 @@ contains
 
    !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
    !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
-   pure subroutine keep_energy(previous, row, is_own, k, table)
+   pure subroutine keep_energy(previous, row, is_own, by_length, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: row
       logical, intent(in) :: is_own        !! the row has the same identity
+      logical, intent(in) :: by_length     !! its stiffness follows from its length
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: depth
+      real(wp) :: depth, share
       logical :: is_closed
       is_closed = table%state(k) /= contact_state%open
       if (table%tied(k)) then
          table%length(k) = previous%length(row)
          return
       end if
-      if (is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
+      if (by_length .and. is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
          table%length(k) = previous%length(row)
+      ! what comes to face each other later is not bonded: the bond keeps its own length until it slips
+      if (by_length .and. table%bonded(k) .and. .not. previous%total_slip(row) > 0) &
+         table%length(k) = min(table%length(k), previous%length(row))
       if (.not. is_own .and. is_closed) then
          depth = max(0.0_wp, depth_of(previous, row))
          ! the end of an interval may stand for more than the corner did, which kept its length
-         if (table%length(k) > previous%length(row)) depth = depth*sqrt(previous%length(row)/table%length(k))
-         table%offset(k) = min(0.0_wp, table%gap(k) + depth)
+         if (by_length .and. table%length(k) > previous%length(row)) then
+            share = sqrt(previous%length(row)/table%length(k))
+            depth = share*depth
+            table%shear(k) = share*table%shear(k)
+         end if
+         table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
          call follow_gap(is_closed, table%gap(k), table%offset(k))
       end if
@@ -339,18 +355,43 @@ contains
 
    end function predecessor
 
-   !> For each edge the row of the last step, of an interval, that is compressed most; 0 none.
-   pure subroutine find_pressed(previous, pressed)
+   !> For each edge the row of the last step, of an interval or of two edges that lie against each other, that is
+   !> compressed most; 0 none.
+   pure subroutine find_pressed(previous, topology, outlines, limits, pressed)
       type(contact_table_type), intent(in) :: previous
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
       integer, intent(inout) :: pressed(:)   !! (nv)
-      integer :: c
+      integer :: c, f
       pressed = 0
       do c = 1, previous%n
-         if (.not. is_bearing(previous, c)) cycle
-         call keep_deeper(previous, c, pressed(previous%vertex(c)))
+         if (previous%state(c) == contact_state%open) cycle
+         f = facing_edge(previous, c, topology, outlines, limits)
+         if (f == 0) cycle
+         call keep_deeper(previous, c, pressed(f))
          call keep_deeper(previous, c, pressed(previous%edge(c)))
       end do
    end subroutine find_pressed
+
+   !> Edge of the first block that lies against the edge of a row, 0 none: that of an interval, or with contacts of
+   !> vertices the one of the vertex that faces the other edge.
+   pure integer function facing_edge(table, c, topology, outlines, limits) result(f)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                 !! row
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      f = 0
+      if (limits%by_length) then
+         if (table%station(c) > 0 .and. table%station(c) /= corner_station) f = table%vertex(c)
+      else if (table%length(c) > 0) then
+         f = topology%edge_in(table%vertex(c))
+         if (is_facing(f, table%edge(c), outlines, limits%cosine)) return
+         f = topology%edge_out(table%vertex(c))
+         if (.not. is_facing(f, table%edge(c), outlines, limits%cosine)) f = 0
+      end if
+   end function facing_edge
 
    !> Row c instead of a row that is compressed less.
    pure subroutine keep_deeper(table, c, row)
@@ -370,31 +411,35 @@ contains
       depth_of = table%normal_force(row)/table%k_n(row)
    end function depth_of
 
-   !> A row that is found behind the edge: as deep as the springs beside it on the same edges it is compressed like
-   !> them, the rest of its depth is free of force.
-   pure subroutine begin_at_depth(previous, pressed, k, table)
+   !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
+   !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial
+   !> stress, that is its gap too.
+   pure subroutine begin_row(previous, pressed, f, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)
+      integer, intent(in) :: f             !! edge that lies against that of the row, 0 none
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: depth
+      real(wp) :: depth, free
       integer :: row
-      table%offset(k) = table%gap(k)
-      if (table%station(k) == 0 .or. table%station(k) == corner_station) return
-      row = pressed(table%vertex(k))
+      table%offset(k) = min(0.0_wp, table%gap(k))
+      if (f == 0) return
+      row = pressed(f)
       if (row == 0) then
          row = pressed(table%edge(k))
       else if (pressed(table%edge(k)) > 0) then
          if (depth_of(previous, pressed(table%edge(k))) > depth_of(previous, row)) row = pressed(table%edge(k))
       end if
       if (row == 0) return
+      free = max(0.0_wp, previous%offset(row))
+      if (table%gap(k) >= free) return
       depth = max(0.0_wp, depth_of(previous, row))
-      table%offset(k) = min(0.0_wp, table%gap(k) + depth)
+      table%offset(k) = min(free, table%gap(k) + depth)
       table%state(k) = previous%state(row)
       table%shear(k) = previous%shear(row)
       table%slip_sign(k) = previous%slip_sign(row)
       table%total_slip(k) = previous%total_slip(row)
       table%normal_force(k) = 0
-   end subroutine begin_at_depth
+   end subroutine begin_row
 
 end module rockdda_contact_inheritance

@@ -6,7 +6,8 @@ module rockdda_contact_interval_search
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
-   use rockdda_contact_narrow_phase, only : search_limits_type, collect_near
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_narrow_phase, only : collect_near
    implicit none
    private
    public :: search_intervals, joint_of

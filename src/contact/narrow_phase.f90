@@ -24,6 +24,7 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward, is_outside
    use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_penetration, only : is_entered
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
@@ -31,7 +32,7 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    implicit none
    private
-   public :: search_limits_type, search_pair, collect_near
+   public :: search_pair, collect_near
 
    !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
    !> that runs the other way when they are face to face.
@@ -41,20 +42,6 @@ module rockdda_contact_narrow_phase
    !> Edges face to face that overlap beyond two corners by less than this share of their length have one row there: in
    !> rock cut by two continuous joint sets diagonal blocks overlap by what the joints have slipped.
    real(wp), parameter :: least_overlap = 1.0e-3_wp
-
-   !> Distances and angles of one search.
-   type :: search_limits_type
-      real(wp) :: reach = 0        !! largest gap of a candidate [length]
-      real(wp) :: zone = 0         !! how far a corner region goes into the adjacent edges [length]
-      real(wp) :: penetration = 0  !! deepest overlap that is taken for a contact [length]
-      real(wp) :: sine = 0         !! sine of the angle tolerance
-      real(wp) :: cosine = 1       !! cosine of the angle tolerance
-      logical :: by_length = .false.  !! edges that face each other are intervals; vertices strike what is exposed
-      integer, allocatable :: points(:)     !! (joints) stations of an interval
-      logical, allocatable :: is_tied(:)    !! (joints) intact rock, where blocks touch at the start
-      real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
-      real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
-   end type search_limits_type
 
 contains
 
@@ -91,8 +78,8 @@ contains
                                        list)
                cycle
             end if
-            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, limits, &
-                            list)
+            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, exposure, &
+                            limits, list)
          end do
       end do
       call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
@@ -185,6 +172,8 @@ contains
                if (is_facing(topology%edge_in(v), e, outlines, limits%cosine)) cycle
                if (is_facing(topology%edge_out(v), e, outlines, limits%cosine)) cycle
                if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) cycle
+            else if (limits%corrected) then
+               if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
             end if
             call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, previous, history, &
                           limits, list)
@@ -207,13 +196,14 @@ contains
    !>
    !> Of a group the line with the foot furthest inside is taken, unless a contact closed in the last step is in it.
    !> Long, for the choice of rows is one decision with one set of numbers.
-   pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, limits, list)
+   pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, exposure, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4), foot(4), overlap
@@ -245,6 +235,12 @@ contains
          passes(k) = is_outside(in_a, out_a, normal(:, k), limits%sine)
          passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits%sine)
       end do
+      if (limits%corrected) then
+         do k = 1, 4
+            if (passes(k)) passes(k) = .not. exposure%is_passed(vertex(k), edge(k), vertices, topology, outlines, &
+                                                                limits%cosine, previous, history)
+         end do
+      end if
       if (.not. any(passes)) return
       if (maxval(matmul(r, normal), mask=passes) < -limits%penetration) return
       call group_lines(normal, passes, limits%cosine, group, n_groups)
@@ -363,7 +359,8 @@ contains
          is_lateral = .false.
          if (.not. is_facing(f, e, outlines, limits%cosine)) return
          call measure_interval(f, e, vertices, topology, outlines, interval)
-         is_lateral = interval%exists .or. abs(dot_product(r, outward(outlines%tangent(:, e)))) <= limits%smooth
+         is_lateral = interval%exists .or. &
+                      abs(dot_product(r, outward(outlines%tangent(:, e)))) <= exposure%between(f, e)
       end function is_lateral
 
    end subroutine try_rounded_corner

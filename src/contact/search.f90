@@ -15,7 +15,8 @@ module rockdda_contact_search
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
-   use rockdda_contact_narrow_phase, only : search_limits_type, search_pair
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_narrow_phase, only : search_pair
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_interval_search, only : search_intervals, joint_of
@@ -63,7 +64,8 @@ contains
       call new_contact_history(size(vertices, 2), previous, self%history)
       n_parts = merge(many_parts, 1, self%pairs%n > parallel_contacts)
       self%found%n = 0
-      if (limits%by_length) call search_faces(self, n_parts, blocks, topology, vertices, limits, previous)
+      if (limits%by_length .or. limits%corrected) &
+         call search_faces(self, n_parts, blocks, topology, vertices, limits, previous)
       !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) &
       !$omp private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -74,8 +76,8 @@ contains
       call self%list%collect(self%found(1:n_parts))
       call sort_candidates(self%list, size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
-      call hand_on_history(previous, self%history, topology, self%list, self%order, limits%by_length, first_step, &
-                           touch, limits%is_tied, self%inheritance, table)
+      call hand_on_history(previous, self%history, topology, self%outlines, self%list, self%order, limits, &
+                           first_step, touch, self%inheritance, table)
    end subroutine search_contacts
 
    !> Candidate rows of one part of the pairs.
@@ -111,7 +113,7 @@ contains
       first_of = int(real(part - 1, wp)/n_parts*n) + 1
    end function first_of
 
-   !> Intervals of all joints, and what they cover.
+   !> Intervals of all joints, and what they cover. Contacts of vertices on edges need but the latter.
    subroutine search_faces(self, n_parts, blocks, topology, vertices, limits, previous)
       class(contact_search_type), intent(inout) :: self
       integer, intent(in) :: n_parts
@@ -137,7 +139,11 @@ contains
          end do
       end do
       !$omp end parallel do
-      call self%exposure%clear(size(vertices, 2), limits%smooth)
+      if (allocated(limits%sunk)) then
+         call self%exposure%clear(size(vertices, 2), limits%smooth, limits%sunk, topology%block)
+      else
+         call self%exposure%clear(size(vertices, 2), limits%smooth)
+      end if
       do part = 1, n_parts
          do k = 1, self%found(part)%n
             associate (row => self%found(part)%rows(k))
@@ -150,19 +156,19 @@ contains
             end associate
          end do
       end do
-      do part = 1, n_parts
-         call drop_hidden_intervals(self%exposure, self%outlines, topology, vertices, limits%smooth, self%found(part))
+      if (.not. limits%by_length) self%found%n = 0
+      do part = 1, merge(n_parts, 0, limits%by_length)
+         call drop_hidden_intervals(self%exposure, self%outlines, topology, vertices, self%found(part))
       end do
    end subroutine search_faces
 
    !> A block that rides on another, and stands deeper in it than the surface ahead, faces the side of the next block by
    !> that depth: too short an interval to count, when its corner cannot strike that side.
-   pure subroutine drop_hidden_intervals(exposure, outlines, topology, vertices, smooth, list)
+   pure subroutine drop_hidden_intervals(exposure, outlines, topology, vertices, list)
       type(exposure_type), intent(in) :: exposure
       type(outlines_type), intent(in) :: outlines
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)
-      real(wp), intent(in) :: smooth                       !! steps of a surface up to this count as plane [length]
       type(candidate_list_type), intent(inout) :: list
       type(interval_type) :: interval
       integer :: k, n
@@ -173,7 +179,7 @@ contains
          if (list%rows(k)%station == 1) then
             call measure_interval(list%rows(k)%vertex, list%rows(k)%edge, vertices, topology, outlines, interval)
             is_dropped = .false.
-            if (interval%high - interval%low <= smooth) is_dropped = &
+            if (interval%high - interval%low <= exposure%between(list%rows(k)%vertex, list%rows(k)%edge)) is_dropped = &
                is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
                is_end_hidden(interval%vertex_high, interval%edge_high)
          end if

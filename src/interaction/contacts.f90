@@ -98,8 +98,8 @@ contains
                                 - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
       end do
       !$omp end parallel do
-      if (context%state%step == 0 .and. context%parameters%by_length) call start_with_stress(context, self%laws, &
-                                                                                              self%table)
+      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
+         call start_with_stress(context, self%laws, self%table)
    end subroutine prepare
 
    !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it

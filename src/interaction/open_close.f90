@@ -363,7 +363,8 @@ contains
       type(joint_type), intent(in) :: joint
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
-      real(wp) :: limit
+      real(wp) :: limit, between
+      integer :: p
       stays_closed = .true.
       if (joint%tied) return
       if (joint%state == contact_state%open) then
@@ -373,8 +374,11 @@ contains
          if (joint%bonded .or. law%residual_tension > 0) limit = opening_gap(law, settings, joint)
          stays_closed = .not. gap > limit
          ! outside the partner's line: the corner has been passed
-         if (table%partner(c) > 0 .and. partner_gap > settings%open_tolerance .and. partner_gap > gap) &
-            stays_closed = .false.
+         p = table%partner(c)
+         if (p > 0) then
+            between = partner_gap + table%offset(p)
+            if (between > settings%open_tolerance .and. between > gap + table%offset(c)) stays_closed = .false.
+         end if
       end if
    end function stays_closed
 
@@ -394,6 +398,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
+      real(wp) :: start(2), between(2)                !! of the contact and its partner, offsets left aside [length]
       integer :: p
       closes = .false.
       if (gap >= closing_gap(settings, table%offset(c))) return
@@ -401,14 +406,16 @@ contains
       if (p > 0) then
          ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
          if (self%state(p) /= contact_state%open) return
-         if (partner_gap >= -settings%close_tolerance) return
-         if (min(table%gap(c), table%gap(p)) < -settings%close_tolerance) then
+         between = [gap + table%offset(c), partner_gap + table%offset(p)]
+         if (between(2) >= -settings%close_tolerance) return
+         start = [table%gap(c) + table%offset(c), table%gap(p) + table%offset(p)]
+         if (minval(start) < -settings%close_tolerance) then
             ! behind one of them from the start: the corner comes through the other
-            if (table%gap(c) < table%gap(p)) return
-            if (table%gap(c) <= table%gap(p) .and. p < c) return
+            if (start(1) < start(2)) return
+            if (start(1) <= start(2) .and. p < c) return
          else
-            if (gap < partner_gap) return
-            if (gap <= partner_gap .and. p < c) return
+            if (between(1) < between(2)) return
+            if (between(1) <= between(2) .and. p < c) return
          end if
       end if
       closes = .true.

@@ -65,6 +65,18 @@ module rockdda_model_parameters
       real(wp) :: sor_factor = 1.4_wp
       ! output
       logical :: energy = .true.              !! compute and write the energy balance
+   contains
+      procedure :: keeps_old_ways
    end type parameters_type
+
+contains
+
+   !> Contacts of vertices on edges as the program has them for which a preset stands: they begin without the initial
+   !> stress and with the force of the depth at which they are found, and strike what is covered. Without a preset
+   !> these ways are corrected.
+   pure logical function keeps_old_ways(self)
+      class(parameters_type), intent(in) :: self
+      keeps_old_ways = self%peer_contacts .and. .not. self%by_length
+   end function keeps_old_ways
 
 end module rockdda_model_parameters

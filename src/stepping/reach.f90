@@ -55,9 +55,10 @@ contains
    !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
    !> corner, and a bond that is stretched, or a joint that dilation has opened, further than blocks will move in this
    !> step must not be lost.
-   subroutine set_search_limits(contacts, parameters, reach, limits)
+   subroutine set_search_limits(contacts, parameters, n_blocks, reach, limits)
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: n_blocks
       real(wp), intent(in) :: reach                      !! [length]
       type(search_limits_type), intent(inout) :: limits
       real(wp) :: deepest, widest, pulled
@@ -90,12 +91,23 @@ contains
       limits%sine = sin(parameters%angle_tolerance)
       limits%cosine = cos(parameters%angle_tolerance)
       limits%by_length = parameters%by_length
+      limits%corrected = .not. (parameters%by_length .or. parameters%keeps_old_ways())
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
                                                      limits%points(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
       limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
-      limits%smooth = max(2*deepest, parameters%smooth_step, 1.0e-9_wp*parameters%w0)
+      limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
+      ! a block stands in the surface that bears it by the compression of its own springs
+      if (.not. allocated(limits%sunk)) allocate (limits%sunk(n_blocks))
+      limits%sunk = 0
+      do c = 1, merge(contacts%n, 0, limits%by_length .or. limits%corrected)
+         associate (a => contacts%block_a(c), b => contacts%block_b(c), &
+                    twice => 2*contacts%normal_force(c)/contacts%k_n(c))
+            limits%sunk(a) = max(limits%sunk(a), twice)
+            limits%sunk(b) = max(limits%sunk(b), twice)
+         end associate
+      end do
 
    contains
 

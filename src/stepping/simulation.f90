@@ -280,7 +280,7 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
-      call set_search_limits(self%contacts, self%parameters, reach, self%limits)
+      call set_search_limits(self%contacts, self%parameters, self%blocks%n_blocks, reach, self%limits)
       call self%times%lap(phase%other)
       call self%search%run(self%blocks, self%topology, self%state%vertices, self%limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%families%contacts%table)
