@@ -78,6 +78,7 @@ module rockdda_model_option
       procedure :: add_choice
       procedure :: add_file
       procedure :: used
+      procedure :: locate
    end type option_visitor_type
 
 contains
@@ -309,5 +310,13 @@ contains
       associate (unused_self => self, unused_1 => quantity, unused_2 => value, unused_3 => present(name))
       end associate
    end subroutine used
+
+   !> Visit the place of the row before: where it was read, unchanged when it was not given.
+   subroutine locate(self, origin)
+      class(option_visitor_type), intent(inout) :: self
+      type(origin_type), intent(inout) :: origin
+      associate (unused_self => self, unused => origin)
+      end associate
+   end subroutine locate
 
 end module rockdda_model_option

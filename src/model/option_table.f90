@@ -260,12 +260,15 @@ contains
       call table%add_choice(option('formulation', 'a contact is a stretch of two edges that face each other, or a '// &
                                    'vertex on an edge', quantity='contact formulation', choices='length|vertex', &
                                    default_word='length', preset_word='vertex'), o%formulation, p%by_length, 1)
+      call table%locate(o%formulation_origin)
       call table%add(option('points', 'contact points of a stretch', quantity='contact points of a stretch', &
                             applies='formulation length', least=3.0_wp, most=5.0_wp, default=3.0_wp), &
                      o%points, p%points)
+      call table%locate(o%points_origin)
       call table%add(option('corner_radius', 'radius of corners over the shorter of their edges', &
                             applies='formulation length', quantity='corner radius over the shorter edge', &
                             least=0.0_wp, below=0.5_wp, default=0.01_wp), o%corner_radius, p%corner_radius)
+      call table%locate(o%corner_radius_origin)
       call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: twice the largest E (vertex: E, '// &
                             'preset: 50 E)', unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &

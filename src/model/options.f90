@@ -169,6 +169,7 @@ module rockdda_model_options
       character(len=:), allocatable :: formulation    !! 'length' | 'vertex'
       integer :: points = unset_integer               !! contact points of an interval
       real(wp) :: corner_radius = unset_real          !! over the shorter edge
+      type(origin_type) :: formulation_origin, points_origin, corner_radius_origin   !! where they were read
       ! &solver
       character(len=:), allocatable :: method         !! auto|sor|pcg|cholmod|dense
       real(wp) :: tolerance = unset_real, omega = unset_real

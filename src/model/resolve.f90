@@ -8,6 +8,7 @@ module rockdda_model_resolve
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_model_automatic_numbers, only : choose_numbers
+   use rockdda_model_formulation, only : choose_formulation, report_unused
    use rockdda_model_joint_options, only : take_joint_options
    use rockdda_model_material_options, only : take_block_options, take_point_tables
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
@@ -44,11 +45,13 @@ contains
       if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
                                                                               dda_windows, old_dda_windows])
       call describe_options(defaults, settings, parameters)
+      call choose_formulation(options, defaults%preset, settings, messages)
       call describe_options(transfer, settings, parameters)
       if (.not. alone) then
          call note_extent(analysis, options, parameters, messages)
          call messages%append(transfer%notes)
       end if
+      if (.not. parameters%by_length) call report_unused(options, messages)
       if (is_set(options%gravity) .and. .not. alone) call messages%add(severity%note, 'gravity '// &
          to_string(options%gravity)//' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads

@@ -320,7 +320,7 @@ class BadInput(ProgramTest):
         """A group changes what it names; another number adds a material; faults are told with their place."""
         self.write(
             "run.nml",
-            "&run steps = 1 / &contact formulation = 'vertex', points = 5, corner_radius = 0.02 /\n"
+            "&run steps = 1 / &contact formulation = 'length', points = 5, corner_radius = 0.02 /\n"
             "&joint_material number = 1, name = 'bedding', cohesion = 5, tension = 2, normal_stiffness = 5e9,\n"
             "  shear_stiffness = 2e9, brittle = .false. /\n"
             "&joint_material number = 2, friction = 40, tie = .true. /\n"
@@ -330,7 +330,7 @@ class BadInput(ProgramTest):
         self.assertEqual(outcome.code, 0, outcome.err)
         log = self.path("block.log").read_text()
         for text in (
-            "contact formulation                = vertex\n",
+            "contact formulation                = length\n",
             "contact points of a stretch        = 5\n",
             "corner radius over the shorter edge = 0.02\n",
             "joint_material 1                   = number 1, name bedding, friction 30, cohesion 5, tension 2, "

@@ -32,6 +32,7 @@ module rockdda_io_option_reader
       logical, allocatable, private :: known_group(:)
       integer, allocatable, private :: offset(:)       !! entries before each group
       logical, allocatable, private :: known_entry(:)
+      integer, private :: found(2) = 0                 !! group and entry of the last row visited, 0: not given
    contains
       procedure :: start
       procedure :: report_unknown
@@ -48,6 +49,7 @@ module rockdda_io_option_reader
       procedure :: add_integers => read_integers
       procedure :: add_rows => read_rows
       procedure :: add_file => read_file
+      procedure :: locate => read_locate
       procedure, private :: next
       procedure, private :: demand_bounds
    end type option_reader_type
@@ -135,6 +137,7 @@ contains
       integer :: k, i
       entry => null()
       next = .true.
+      if (cursor%first) self%found = 0
       do i = cursor%member, size(self%element)
          associate (group => self%namelist%groups(self%element(i)))
             do k = cursor%entry + 1, group%n
@@ -143,6 +146,7 @@ contains
                   ': given again in the same group, the last one counts', self%namelist%origin(group%entries(k)%place))
                self%known_entry(self%offset(self%element(i)) + k) = .true.
                cursor = cursor_type(i, k, .false.)
+               self%found = [self%element(i), k]
                entry => self%namelist%groups(self%element(i))%entries(k)
                return
             end do
@@ -153,6 +157,14 @@ contains
       end do
       next = .false.
    end function next
+
+   !> Where the row before was read.
+   subroutine read_locate(self, origin)
+      class(option_reader_type), intent(inout) :: self
+      type(origin_type), intent(inout) :: origin
+      if (self%found(1) > 0) origin = self%namelist%origin( &
+         self%namelist%groups(self%found(1))%entries(self%found(2))%place)
+   end subroutine read_locate
 
    !> Read a real.
    subroutine read_real(self, row, given, used, origin)
