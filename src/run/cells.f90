@@ -15,7 +15,7 @@ module rockdda_run_cells
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: number_regions, check_regions, check_names, check_cells, make_cells
+   public :: number_regions, check_regions, count_regions, check_names, check_cells, make_cells
 
    !> More cells than this are refused: a size that was meant for another unit.
    real(wp), parameter :: most_cells = 5.0e6_wp
@@ -71,13 +71,24 @@ contains
          if (any([(has_region(regions(k:k), regions(i)%name), k=1, i - 1)])) cycle
          inside = blocks_of_region(blocks, regions, regions(i)%name)
          name = "region '"//trim(adjustl(regions(i)%name))//"'"
-         if (any(inside)) then
-            call messages%add(severity%note, name//': '//counted(count(inside), 'block'), regions(i)%origin)
-         else
-            call messages%add(severity%warning, name//' has no block', regions(i)%origin)
-         end if
+         if (.not. any(inside)) call messages%add(severity%warning, name//' has no block', regions(i)%origin)
       end do
    end subroutine check_regions
+
+   !> A note for each region that has blocks.
+   subroutine count_regions(blocks, regions, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(region_type), intent(in) :: regions(:)    !! checked
+      type(diagnostics_type), intent(inout) :: messages
+      logical, allocatable :: inside(:)
+      integer :: i, k
+      do i = 1, size(regions)
+         if (any([(has_region(regions(k:k), regions(i)%name), k=1, i - 1)])) cycle
+         inside = blocks_of_region(blocks, regions, regions(i)%name)
+         if (any(inside)) call messages%add(severity%note, "region '"//trim(adjustl(regions(i)%name))//"': "// &
+                                            counted(count(inside), 'block'), regions(i)%origin)
+      end do
+   end subroutine count_regions
 
    !> One group.
    subroutine check_region(region, n_materials, messages)

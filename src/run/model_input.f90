@@ -27,7 +27,7 @@ module rockdda_run_model_input
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
-   use rockdda_run_cells, only : number_regions, check_regions, check_names, check_cells, make_cells
+   use rockdda_run_cells, only : number_regions, check_regions, count_regions, check_names, check_cells, make_cells
    use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
@@ -287,6 +287,7 @@ contains
    subroutine make_parts(input, messages)
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
+      type(diagnostics_type) :: counts, found
       integer :: n(2)
       n = 0
       if (allocated(input%analysis%block_materials)) n = [size(input%analysis%block_materials), &
@@ -301,8 +302,12 @@ contains
                           [input%options%joint_materials, input%options%joint_laws], messages)
          return
       end if
+      ! how many blocks a region has before they are cut, noted when no error of the cutting is in the way
+      call count_regions(input%blocks, input%options%regions, counts)
       call make_cells(input%options%regions, input%options%subdivisions, n(2), &
-                      [input%options%joint_materials, input%options%joint_laws], input%blocks, messages)
+                      [input%options%joint_materials, input%options%joint_laws], input%blocks, found)
+      if (.not. found%has_errors()) call messages%append(counts)
+      call messages%append(found)
    end subroutine make_parts
 
    !> Name of a run, from which those of its files are made: the stem of its labelled or analysis file.

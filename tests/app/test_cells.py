@@ -121,6 +121,13 @@ class Cells(ResultsTest):
         said = self.messages("&region name = 'far', box = 50,50, 60,60 /", code=0)
         self.assertIn("region 'far' has no block", said)
 
+    def test_how_many_blocks_a_region_has_is_not_said_before_an_error(self):
+        for options, said in ((OPTIONS, True), (OPTIONS.replace(" top ", "tip"), False)):
+            self.write("cells.nml", options)
+            outcome = self.run_program("check", *FILES, "cells.nml")
+            self.assertEqual(outcome.code, 0 if said else 2)
+            self.assertEqual("region 'Top': 1 block" in outcome.err, said, outcome.err)
+
     def test_errors_name_what_is_wrong(self):
         region = "&region name = 'top', "
         one_of = "&region: give one of box, circle, polygon, material; groups of one name add up"
