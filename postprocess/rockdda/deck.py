@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,10 @@ COUNTS_IN_A_ROW = 20  # numbers of table rows in one line of an analysis file
 
 @dataclass
 class BlockMaterial:
-    """The 13 numbers of a block material. Weight acts in -y; stress is positive in tension."""
+    """The 13 numbers of a block material, and its name. Weight acts in -y; stress is positive in tension.
+
+    A weight of NaN stands for density times the gravity of the options: labelled files only.
+    """
 
     density: float  # mass per area
     weight: float  # per area: density times g
@@ -44,15 +47,19 @@ class BlockMaterial:
     stress: tuple[float, float, float] = (0.0, 0.0, 0.0)  # s11 s22 s12 at the start
     stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)  # with y
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # vx vy vr at the start [rad per time]
+    name: str = ""  # in labelled files and options
 
 
 @dataclass
 class JointMaterial:
-    """The 3 numbers of a joint material."""
+    """The 3 numbers of a joint material, its name, and what options say of it."""
 
     friction_angle: float  # degrees, in [0, 90)
     cohesion: float = 0.0
     tension: float = 0.0  # tensile strength
+    name: str = ""  # in labelled files and options
+    #: further values of &joint_material by name, such as {"normal_stiffness": 5e9, "law": "residual"}
+    values: dict[str, Any] = field(default_factory=dict)
 
 
 def number_text(value: float) -> str:

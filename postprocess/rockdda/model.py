@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ from .cutting import Blocks, cut
 from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
 from .errors import InputError
 from .namelist import format_groups, format_real, parse_groups
-from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, MODEL_FILE, Session
+from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
 from .options import check_options, names_that_add_up, replace_files
 from .results import Results
 from .simulation import Simulation, run
@@ -29,12 +31,22 @@ FloatArray = npt.NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 Point = Sequence[float] | npt.NDArray[np.float64]
 Table = npt.ArrayLike  # (m, 3) rows t x y
+_UNSET: Any = object()
+#: group and name of an option that is a field of the model
+_NUMBERS = (
+    ("run", "steps", "steps"),
+    ("time", "k01", "k01"),
+    ("time", "dt_max", "dt_max"),
+    ("time", "displacement_ratio", "displacement_ratio"),
+    ("contact", "stiffness", "stiffness"),
+    ("solver", "omega", "sor_factor"),
+)
 
 
 @dataclass
 class _Line:
     ends: tuple[float, float, float, float]
-    number: int  # joint or block material
+    number: int | str  # joint or block material, or its name
     boundary: bool = False
 
 
@@ -71,12 +83,14 @@ class Model:
 
     name: str = "model"  # of the files
     e0: float = 0.01  # minimum edge-node distance: closer nodes are one
-    k01: float = 1.0  # share of the velocity carried into the next step: 0 static … 1 dynamic
-    steps: int = 100
-    displacement_ratio: float = 0.01  # g2, of a step over half the model's height
-    dt_max: float = 0.01  # g1, largest time step
-    stiffness: float = 0.0  # g0 of contact springs, 0 automatic
+    k01: float = _UNSET  # share of the velocity carried into the next step: 0 static … 1 dynamic; default 1
+    steps: int = _UNSET  # default 100, of a labelled model none
+    displacement_ratio: float = _UNSET  # g2, of a step over half the model's height; default 0.01, labelled automatic
+    dt_max: float = _UNSET  # g1, largest time step; default 0.01, of a labelled model automatic
+    stiffness: float = _UNSET  # g0 of contact springs; default 0 (automatic), of a labelled model automatic
     sor_factor: float = 1.4
+    #: defaults of labelled files: plane strain, cohesion that stays, and automatic numbers where none are given
+    labelled: bool = False
     #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]};
     #: rockdda.options.options_schema describes them
     options: dict[str, Any] = field(default_factory=dict)
@@ -92,9 +106,16 @@ class Model:
     _measured: list[tuple[float, float]] = field(default_factory=list, repr=False)
     _holes: list[tuple[float, float]] = field(default_factory=list, repr=False)
 
+    def __post_init__(self) -> None:
+        defaults = {"k01": 1.0, "steps": 100, "displacement_ratio": 0.01, "dt_max": 0.01, "stiffness": 0.0}
+        for name, value in defaults.items():
+            if getattr(self, name) is _UNSET:
+                setattr(self, name, None if self.labelled else value)
+
     @classmethod
     def read(cls, geometry: PathLike, analysis: PathLike | None = None, config: PathLike | None = None) -> Model:
-        """Read a model: a folder, or a geometry file with its analysis file and, if there is one, its options file.
+        """Read a model: a labelled file, a folder, or a geometry file with its analysis file and, if there is one, its
+        options file.
 
         Written and run, the model does the same as the files. A file of base motion that the options name stays
         where it is.
@@ -104,6 +125,8 @@ class Model:
         files = (session.text(MODEL_FILE), session.text(ANALYSIS_FILE), session.text(CONFIG_FILE))
         if session.geometry_sizes()["lines"] == 0:
             raise InputError("is a block file; a model is made of lines", files[0])
+        if "model" in parse_groups(session.text(CONFIG_TEXT)):
+            return cls._read_labelled(session, files[2])
         model = cls(Path(files[1]).stem)
         model._take_geometry(session)
         model._take_analysis(session)
@@ -118,6 +141,37 @@ class Model:
                     group["length_scale"] = "largest"
                 if "dt_min" not in given:
                     group["dt_min"] = 0.01 * float(_last(time, "dt_max", model.dt_max))
+        return model
+
+    @classmethod
+    def _read_labelled(cls, session: Session, path: str) -> Model:
+        """A labelled model, of a session that has read its file."""
+        options = parse_groups(session.text(LABELLED_TEXT), names_that_add_up())
+        replace_files(options, Path.cwd())
+        model = cls(Path(path).stem, labelled=True, options=options)
+        title = options.pop("model").get("title", "")
+        if title and title != model.name:
+            options.setdefault("run", {})["title"] = title
+        for group, option, name in _NUMBERS:
+            if option in options.get(group, {}):
+                setattr(model, name, options[group].pop(option))
+        model._take_geometry(session)
+        for group in _as_list(options.pop("block_material", [])):
+            names = ("density", "unit_weight", "young", "poisson")
+            density, weight, young, poisson = (float(group.get(name, math.nan)) for name in names)
+            stress, gradient, velocity = (
+                tuple(group.get(name, (0.0, 0.0, 0.0))) for name in ("stress", "stress_gradient", "velocity")
+            )
+            name = str(group.get("name", ""))
+            model.block_materials.append(
+                BlockMaterial(density, weight, young, poisson, stress, gradient, velocity, name)
+            )
+        for group in _as_list(options.pop("joint_material", [])):
+            known = ("number", "name", "friction", "cohesion", "tension")
+            values = {name: value for name, value in group.items() if name not in known}
+            friction, cohesion, tension = (float(group.get(name, 0.0)) for name in known[2:])
+            name = str(group.get("name", ""))
+            model.joint_materials.append(JointMaterial(friction, cohesion, tension, name, values))
         return model
 
     def _take_geometry(self, session: Session) -> None:
@@ -182,22 +236,25 @@ class Model:
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
-    def add_line(self, start: Point, end: Point, *, joint: int = 1, boundary: bool = False) -> None:
-        """A line (joint, boundary) with its joint material."""
-        self._lines.append(_Line(coordinates(start, end), whole_number("joint", joint), boundary))
+    def add_line(self, start: Point, end: Point, *, joint: int | str = 1, boundary: bool = False) -> None:
+        """A line (joint, boundary) with its joint material: number or name."""
+        self._lines.append(_Line(coordinates(start, end), _reference("joint", joint), boundary))
 
-    def add_lines(self, lines: npt.ArrayLike, *, joint: npt.ArrayLike = 1, boundary: bool = False) -> None:
-        """Many lines: (n, 4) rows x1 y1 x2 y2; joint: one joint material, or n of them."""
+    def add_lines(self, lines: npt.ArrayLike, *, joint: npt.ArrayLike | str = 1, boundary: bool = False) -> None:
+        """Many lines: (n, 4) rows x1 y1 x2 y2; joint: one joint material (number or name), or n numbers."""
+        if isinstance(joint, str):
+            self._lines += [_Line(ends, joint, boundary) for ends, _ in line_rows(lines)]
+            return
         self._lines += [_Line(ends, number, boundary) for ends, number in line_rows(lines, joint)]
 
-    def add_polygon(self, points: npt.ArrayLike, *, joint: int = 1, boundary: bool = True) -> None:
+    def add_polygon(self, points: npt.ArrayLike, *, joint: int | str = 1, boundary: bool = True) -> None:
         """The closed outline through points, (n, 2)."""
         corners = np.asarray(points, dtype=float).reshape(-1, 2)
         self.add_lines(np.hstack([corners, np.roll(corners, -1, axis=0)]), joint=joint, boundary=boundary)
 
-    def add_material_line(self, start: Point, end: Point, *, material: int) -> None:
-        """Gives its block material to every block that it crosses or lies in; the last line wins."""
-        self._material_lines.append(_Line(coordinates(start, end), whole_number("material", material)))
+    def add_material_line(self, start: Point, end: Point, *, material: int | str) -> None:
+        """Gives its block material (number or name) to every block that it crosses or lies in; the last line wins."""
+        self._material_lines.append(_Line(coordinates(start, end), _reference("material", material)))
 
     def add_bolt(
         self, start: Point, end: Point, *, stiffness: float, pretension: float = 0.0, strength: float = 0.0
@@ -247,30 +304,50 @@ class Model:
         stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
         stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0),
         velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        name: str = "",
     ) -> int:
-        """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity)."""
-        if (gravity is None) == (weight is None):
+        """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity).
+
+        In a labelled model both may be left out: the weight is then density times options["load"]["gravity"].
+        """
+        if (gravity is not None and weight is not None) or (gravity is None and weight is None and not self.labelled):
             raise InputError("block material: give either gravity or weight")
         if weight is None:
-            weight = density * float(gravity or 0.0)
+            weight = math.nan if gravity is None else density * float(gravity)
         self.block_materials.append(
-            BlockMaterial(density, weight, youngs_modulus, poisson_ratio, stress, stress_gradient, velocity)
+            BlockMaterial(density, weight, youngs_modulus, poisson_ratio, stress, stress_gradient, velocity, name)
         )
         return len(self.block_materials)
 
-    def add_joint_material(self, *, friction_angle: float, cohesion: float = 0.0, tension: float = 0.0) -> int:
-        """A joint material; returns its number."""
-        self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension))
+    def add_joint_material(
+        self, *, friction_angle: float, cohesion: float = 0.0, tension: float = 0.0, name: str = "", **values: Any
+    ) -> int:
+        """A joint material; returns its number. values: others of &joint_material, such as normal_stiffness or law."""
+        self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension, name, values))
         return len(self.joint_materials)
+
+    def _number(self, kind: str, reference: int | str) -> int:
+        """The number of a material that is named or numbered."""
+        if not isinstance(reference, str):
+            return reference
+        materials: Sequence[BlockMaterial | JointMaterial] = (
+            self.joint_materials if kind == "joint" else self.block_materials
+        )
+        names = [material.name.strip().lower() for material in materials]
+        if reference.strip().lower() in names:
+            return 1 + names.index(reference.strip().lower())
+        near = get_close_matches(reference.strip().lower(), names, n=1)
+        hint = f"; did you mean {materials[names.index(near[0])].name!r}?" if near else ""
+        raise InputError(f"there is no {kind} material {reference!r}{hint}")
 
     # -- files ---------------------------------------------------------------------------------------------------
 
     def _geometry_deck(self) -> GeometryDeck:
         return GeometryDeck(
             self.e0,
-            boundary=[(line.ends, line.number) for line in self._lines if line.boundary],
-            joints=[(line.ends, line.number) for line in self._lines if not line.boundary],
-            material_lines=[(line.ends, line.number) for line in self._material_lines],
+            boundary=[(line.ends, self._number("joint", line.number)) for line in self._lines if line.boundary],
+            joints=[(line.ends, self._number("joint", line.number)) for line in self._lines if not line.boundary],
+            material_lines=[(line.ends, self._number("block", line.number)) for line in self._material_lines],
             bolts=[(*bolt.ends, bolt.stiffness, bolt.pretension, bolt.strength) for bolt in self._bolts],
             fixed=[place.ends for place in self._fixed],
             loading=[place.ends for place in self._loading],
@@ -284,6 +361,8 @@ class Model:
 
     def analysis_text(self) -> str:
         """The analysis file (.df), in dialect g0. Fixed lines are cut first: each of their points needs its row."""
+        if self.labelled:
+            raise InputError("a labelled model has no analysis file; to_files() writes its file")
         return AnalysisDeck(
             self.k01,
             self.steps,
@@ -298,13 +377,59 @@ class Model:
         ).text()
 
     def options_text(self) -> str:
-        """The options file (.nml); empty when there are no options."""
+        """The options file (.nml), of a labelled model its whole file; empty when there are no options."""
         groups = {name: value for name, value in self.options.items() if value}
+        groups = self._labelled_groups(groups) if self.labelled else self._named_materials(groups)
         if self.base_acceleration is not None:
             load = dict(groups.get("load", {}))
             load["base_acceleration"] = f"{self.name}.csv"
             groups["load"] = load
         return format_groups(groups)
+
+    def _named_materials(self, groups: dict[str, Any]) -> dict[str, Any]:
+        """Options with the names of materials, and what the analysis file does not hold of them."""
+        blocks = [{"number": i, "name": m.name} for i, m in enumerate(self.block_materials, start=1) if m.name]
+        joints = [
+            {"number": i, **({"name": m.name} if m.name else {}), **m.values}
+            for i, m in enumerate(self.joint_materials, start=1)
+            if m.name or m.values
+        ]
+        named = {"block_material": blocks, "joint_material": joints}
+        return {**groups, **{key: mine + _as_list(groups.get(key, [])) for key, mine in named.items() if mine}}
+
+    def _labelled_groups(self, groups: dict[str, Any]) -> dict[str, Any]:
+        """The groups of a labelled file."""
+        numbers: dict[str, dict[str, Any]] = {}
+        for group, option, name in _NUMBERS:
+            if getattr(self, name) is not None:
+                numbers.setdefault(group, {})[option] = getattr(self, name)
+        for group, entries in numbers.items():
+            first, *rest = _as_list(groups.get(group, {})) or [{}]
+            groups[group] = [{**entries, **first}, *rest] if rest else {**entries, **first}
+        tables = [("fixed_point", "displacement", self._fixed_point_tables())]
+        tables += [("loading_point", "force", [place.table for place in self._loading])]
+        for group, name, rows in tables:
+            given = [{"points": i, name: table.ravel()} for i, table in enumerate(rows, start=1) if len(table)]
+            if given:
+                groups[group] = given + _as_list(groups.get(group, []))
+        blocks: list[dict[str, Any]] = []
+        for i, m in enumerate(self.block_materials, start=1):
+            entries = {"number": i, "name": m.name, "density": m.density, "young": m.youngs_modulus}
+            entries |= {"poisson": m.poisson_ratio, "unit_weight": m.weight}
+            entries |= {"stress": m.stress, "stress_gradient": m.stress_gradient, "velocity": m.velocity}
+            blocks.append({key: value for key, value in entries.items() if _is_told(value)})
+        joints = [
+            {
+                **{"number": i, **({"name": m.name} if m.name else {})},
+                **{"friction": m.friction_angle, "cohesion": m.cohesion, "tension": m.tension, **m.values},
+            }
+            for i, m in enumerate(self.joint_materials, start=1)
+        ]
+        model = {"geometry": f"{self.name}.dc"}
+        return {
+            **{"model": model, "block_material": blocks + _as_list(groups.pop("block_material", []))},
+            **{"joint_material": joints + _as_list(groups.pop("joint_material", [])), **groups},
+        }
 
     def _motion_text(self) -> str:
         rows = _table(self.base_acceleration if self.base_acceleration is not None else ())
@@ -317,17 +442,44 @@ class Model:
         first = self._geometry_deck().first_fixed_line()
         return [self._fixed[line - first].table for line in self.cut().fixed_points.line]
 
+    def to_files(self, folder: PathLike, *, force: bool = False) -> list[Path]:
+        """Write the model as a labelled file: name.nml, which is run by itself, and its lines, name.dc.
+
+        The run has the results of this model, bit for bit, and `Model.read` reads the file. Returns the paths. Files
+        that are there are overwritten only with force=True.
+        """
+        check_options(self.options)
+        text = self.options_text() if self.labelled else self._as_labelled()
+        return self._write_files(folder, {f"{self.name}.dc": self.geometry_text(), f"{self.name}.nml": text}, force)
+
+    def _as_labelled(self) -> str:
+        """The labelled file of a model that is none."""
+        session = Session()
+        with ExitStack() as stack:
+            names, texts = self.input_texts(stack)
+            session.read_texts(names, texts)
+            place = names[2].removesuffix(f"{self.name}.nml")
+            text = session.text(LABELLED_TEXT).split("\n", 2)[2]
+        return text.replace(place, "") if place else text
+
     def write(self, folder: PathLike, *, force: bool = False) -> list[Path]:
-        """Write the model as files that the program reads: name.dc, name.df, and name.nml where there are options.
+        """Write the model as legacy files: name.dc, name.df, and name.nml where there are options. A labelled model is
+        written as by `to_files`.
 
         Returns the paths. Files that are there are overwritten only with force=True. Options that the program would not
         read are refused.
         """
+        if self.labelled:
+            return self.to_files(folder, force=force)
         check_options(self.options)
-        target = Path(folder)
         texts = {f"{self.name}.dc": self.geometry_text(), f"{self.name}.df": self.analysis_text()}
         if options := self.options_text():
             texts[f"{self.name}.nml"] = options
+        return self._write_files(folder, texts, force)
+
+    def _write_files(self, folder: PathLike, texts: dict[str, str], force: bool) -> list[Path]:
+        """Write files by name, and that of the base motion."""
+        target = Path(folder)
         if self.base_acceleration is not None:
             texts[f"{self.name}.csv"] = self._motion_text()
         for name in texts:
@@ -345,6 +497,8 @@ class Model:
         if self.base_acceleration is not None:
             place = stack.enter_context(tempfile.TemporaryDirectory()) + "/"
             (Path(place) / f"{self.name}.csv").write_text(self._motion_text())
+        if self.labelled:
+            return (f"{self.name}.dc", "", f"{place}{self.name}.nml"), (self.geometry_text(), "", options)
         names = (f"{self.name}.dc", f"{self.name}.df", f"{place}{self.name}.nml" if options else "")
         return names, (self.geometry_text(), self.analysis_text(), options)
 
@@ -361,6 +515,23 @@ class Model:
     def simulate(self, **options: Any) -> Simulation:
         """The model as a simulation to be advanced; takes the arguments of `rockdda.Simulation`."""
         return Simulation(self, **options)
+
+
+def _as_list(groups: Any) -> list[Any]:
+    """One or several groups as a list."""
+    return list(groups) if isinstance(groups, list | tuple) else [groups]
+
+
+def _is_told(value: Any) -> bool:
+    """Does a value of a material say more than its default: an empty name, NaN, zeros of a triple?"""
+    if isinstance(value, tuple):
+        return any(value)
+    return value != "" and not (isinstance(value, float) and math.isnan(value))
+
+
+def _reference(what: str, value: int | str) -> int | str:
+    """Number or name of a material."""
+    return value if isinstance(value, str) else whole_number(what, value)
 
 
 def _last(groups: Any, name: str, default: Any) -> Any:

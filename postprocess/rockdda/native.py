@@ -24,7 +24,7 @@ SEVERITIES = {1: "note", 2: "warning", 3: "error"}
 DIALECTS = {None: 0, "auto": 0, "dda_windows": 1, "peer": 1, "g0": 2}  # peer: the former name
 # texts of a session
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
-MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA = range(10, 16)
+MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA, LABELLED_TEXT = range(10, 17)
 # as many messages as the program shows
 MOST_SHOWN = 50
 
@@ -165,7 +165,8 @@ class Session:
         self.check(self._api.read_files(self.handle, *names))
 
     def read_texts(self, names: tuple[str, str, str], texts: tuple[str, str, str]) -> None:
-        """Read geometry, analysis and options (an empty name: none) from texts."""
+        """Read geometry, analysis and options (an empty name: none) from texts; without the name of an analysis the
+        options are a labelled file."""
         data = [os.fsencode(text) for text in (*names, *texts)]
         self.check(self._api.read_texts(self.handle, *data))
 

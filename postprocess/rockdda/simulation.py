@@ -59,7 +59,8 @@ def run(
 ) -> Results:
     """Run a model and return its results, which are those of `rockdda run`, bit for bit.
 
-    geometry: a folder with the files of a model, a geometry or block file (then with `analysis`), or a `Model`.
+    geometry: a labelled file (.nml with &model), a folder with the files of a model, a geometry or block file (then
+    with `analysis`), or a `Model`.
     output: where the results go; by default the analysis file's stem + .h5 in the current folder. A file that is
     there is overwritten only with force=True. progress: True shows a bar, a function is called as
     progress(fraction, step, time). The other arguments are the options of `rockdda run`.
@@ -324,7 +325,8 @@ def _read(
             raise InputError("a Model brings its own analysis and options")
         session.read_texts(*geometry.input_texts(stack))
         return
-    if analysis is None and not os.path.isdir(geometry):  # noqa: PTH112
+    labelled = os.fspath(geometry).lower().endswith(".nml")
+    if analysis is None and not labelled and not os.path.isdir(geometry):  # noqa: PTH112
         exists = os.path.exists(geometry)  # noqa: PTH110
         raise InputError("is a file: an analysis file is needed, too" if exists else "no such folder", geometry)
     session.read_files(geometry, analysis, config)

@@ -74,9 +74,7 @@ contains
          end if
       end do
       do i = 1, size(materials)
-         if (.not. described(i)) materials(i) = materials(findloc(described, .true., dim=1))
          materials(i)%number = i
-         if (.not. described(i)) materials(i)%name = ''
          if (.not. allocated(materials(i)%name)) materials(i)%name = ''
          if (.not. allocated(materials(i)%law)) materials(i)%law = 'coulomb'
          if (labelled .and. .not. materials(i)%brittle_given) materials(i)%brittle = .false.
