@@ -66,6 +66,8 @@ class Model:
     # beside the two files
     options: str = ""
     tables: dict[str, str] = field(default_factory=dict)
+    # a labelled file in place of the analysis file
+    labelled: str = ""
     # the geometry file
     boundary: list[tuple[Segment, int]] = field(default_factory=list)
     lines: list[tuple[Segment, int]] = field(default_factory=list)
@@ -141,6 +143,8 @@ class Model:
 
     def files(self) -> dict[str, str]:
         """Name and text of every file this model consists of."""
+        if self.labelled:
+            return {f"{self.name}.dc": self.geometry_text(), f"{self.name}.nml": self.labelled, **self.tables}
         files = {f"{self.name}.dc": self.geometry_text(), f"{self.name}.df": self.analysis_text()}
         if self.options:
             files[f"{self.name}.nml"] = self.options

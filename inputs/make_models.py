@@ -527,6 +527,43 @@ def cantilever() -> Model:
     return model
 
 
+def bedding_slab() -> Model:
+    """A slab of limestone on a clay seam, in one labelled file."""
+    at = along_slope(30.0)
+    title = "slab of limestone that slides on a clay seam of 30 degrees (m, kg, s, N)"
+    model = Model(
+        "bedding_slab",
+        title,
+        edge_node_distance=0.001,
+        k01=1,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'bedding_slab.dc', title = 'Slab on a clay seam' /\n"
+            "&block_material  number = 1, name = 'limestone', density = 2600, young = 20e9, poisson = 0.25 /\n"
+            "&block_material  number = 2, name = 'marl', density = 2400, young = 5e9, poisson = 0.3 /\n"
+            "&joint_material  number = 1, name = 'cross joint', friction = 40 /\n"
+            "&joint_material  number = 2, name = 'clay seam', friction = 22 /\n"
+            "&load            gravity = 9.81 /\n"
+            "&run             t_end = 1 /\n"
+        ),
+    )
+    foot, top = at(0, 0), at(20, 0)
+    model.add_boundary([top, (top[0], 0), foot], closed=False)
+    model.add_lines([foot, top], joint=2)
+    model.add_lines([at(15, 1.5), at(6, 1.5)])
+    for s in (6, 9, 12, 15):
+        model.add_lines([at(s, 0), at(s, 1.5)])
+    model.material_lines.append(((12.0, 2.0, 14.0, 3.0), 2))
+    model.fixed = [foot, (top[0], 0), top]
+    model.measured = [at(7.5, 0.75), at(13.5, 0.75)]
+    return model
+
+
 MODELS = [
     incline,
     stack,
@@ -545,6 +582,7 @@ MODELS = [
     crossed_joints,
     island,
     cantilever,
+    bedding_slab,
 ]
 
 

@@ -68,7 +68,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       if (size(line%files) == 1) then
-         if (get_path_kind(line%files(1)%text) /= path_kind%missing .or. &
+         if (get_path_kind(line%files(1)%text) == path_kind%directory .or. &
              kind_of_ending(line%files(1)%text) == file_kind%options) then
             call find_files(line%files(1)%text, '', line%config, input, messages, error)
             return

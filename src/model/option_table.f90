@@ -442,7 +442,8 @@ contains
       call table%add(option('circle', 'one or several circles', unit='length', columns='x, y, r'), region%circles)
       call table%add(option('polygon', 'corners of one polygon, in either direction', unit='length', columns='x, y'), &
                      region%polygon)
-      call table%add(option('material', 'numbers of block materials, commas between them'), region%material)
+      call table%add(option('material', 'numbers or names of block materials, commas '// &
+                            'between them'), region%material)
    end subroutine describe_region
 
    !> &subdivide

@@ -17,6 +17,7 @@ module fuzz_corpus
       integer :: model = 1        !! geometry or blocks, analysis, perhaps options, perhaps tables
       integer :: single = 2       !! one file of some kind
       integer :: results = 3      !! HDF5 files of one run
+      integer :: labelled = 4     !! geometry or blocks, a labelled file
    end type set_kind_enum
    type(set_kind_enum), parameter :: set_kind = set_kind_enum()
 
@@ -35,6 +36,8 @@ module fuzz_corpus
       procedure :: add
       procedure :: add_folder
       procedure :: add_singles
+      procedure :: add_labelled
+      procedure :: keep_kind
       procedure :: pick
       procedure :: any_text
    end type corpus_type
@@ -110,6 +113,44 @@ contains
          call self%add(set)
       end do
    end subroutine add_folder
+
+   !> Add the labelled file of a folder, with the geometry or block file and the tables beside it.
+   subroutine add_labelled(self, folder)
+      class(corpus_type), intent(inout) :: self
+      character(len=*), intent(in) :: folder
+      type(file_name_type), allocatable :: names(:)
+      type(set_type) :: set
+      integer :: i
+      logical :: ok
+      call list_directory(folder, names, ok)
+      if (.not. ok) return
+      call begin_set(set, size(names))
+      set%kind = set_kind%labelled
+      do i = 1, size(names)
+         if (has_ending(names(i)%name, ' .nml ')) call put(set, folder, names(i)%name)
+      end do
+      if (set%n /= 1) return
+      if (index(set%files(1)%text, '&model') == 0) return
+      do i = 1, size(names)
+         if (has_ending(names(i)%name, ' .dc .geo .blk .df .ana .csv ')) call put(set, folder, names(i)%name)
+      end do
+      set%weight = 4
+      call self%add(set)
+   end subroutine add_labelled
+
+   !> Drop all sets but those of a kind.
+   subroutine keep_kind(self, kind)
+      class(corpus_type), intent(inout) :: self
+      integer, intent(in) :: kind                  !! one of set_kind%...
+      integer :: i, n
+      n = 0
+      do i = 1, self%n
+         if (self%sets(i)%kind /= kind) cycle
+         n = n + 1
+         if (n < i) self%sets(n) = self%sets(i)
+      end do
+      self%n = n
+   end subroutine keep_kind
 
    !> Add every file of a folder as a set of its own.
    subroutine add_singles(self, folder)

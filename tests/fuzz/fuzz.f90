@@ -2,7 +2,7 @@
 !> The fuzzer: spoils input files and looks whether the program stays in order.
 !>
 !>     fuzz --inputs DIR --bad DIR --work DIR [--shared DIR] [--n 1000] [--seed 1] [--jobs 2] [--first 1]
-!>          [--seconds 10] [--megabytes 512] [--keep failures|slow|all]
+!>          [--seconds 10] [--megabytes 512] [--keep failures|slow|all] [--only labelled]
 !>
 !> Input k of seed s is always the same, whatever the number of jobs. Each one is digested by the program's own
 !> commands in a child with limits on time and memory. The fuzzer fails when a child crashes, hangs, takes too much
@@ -12,7 +12,7 @@ program fuzz
    use, intrinsic :: iso_c_binding, only : c_int32_t
    use, intrinsic :: iso_fortran_env, only : output_unit, error_unit
 !$ use omp_lib, only : omp_set_num_threads
-   use fuzz_corpus, only : corpus_type
+   use fuzz_corpus, only : corpus_type, set_kind
    use fuzz_system, only : fork_child, wait_for_child, leave, share, make_folder, clear_folder, children_seconds, &
                            trap_nothing, read_text, write_text
    use fuzz_trial, only : trial_type, limits_type, make_trial, execute, minimise, command_lines, n_slots
@@ -28,6 +28,7 @@ program fuzz
    integer(c_int32_t), pointer :: counters(:), slots(:)
    integer :: n, seed, jobs, first, job, totals(n_counters)
    integer, allocatable :: children(:)
+   logical :: only_labelled = .false.
 
    call trap_nothing()
    call read_options()
@@ -132,6 +133,13 @@ contains
       do i = 1, size(names)
          call corpus%add_folder(inputs//'/'//names(i)%name)
       end do
+      do i = 1, size(names)
+         call corpus%add_labelled(inputs//'/'//names(i)%name)
+      end do
+      call list_directory(bad//'/../labelled', names, ok)
+      do i = 1, size(names)
+         call corpus%add_labelled(bad//'/../labelled/'//names(i)%name)
+      end do
       call corpus%add_singles(bad)
       if (corpus%n < 50) then
          write (error_unit, '(a)') 'fuzz: no models in '//inputs//' or no files in '//bad
@@ -152,6 +160,8 @@ contains
          write (error_unit, '(a)') 'fuzz: the program cannot digest the files as they are'
          call leave(2)
       end if
+      if (only_labelled) call corpus%keep_kind(set_kind%labelled)
+      n_text = min(n_text, corpus%n)
       write (output_unit, '(a,i0,a,i0,a)') 'fuzz: ', n_text, ' sets of files and ', corpus%n - n_text, &
          ' that the program made of them'
    end subroutine collect
@@ -197,6 +207,12 @@ contains
          case ('--work'); work = value
          case ('--keep'); kept = value
          case ('--n'); n = whole(name, value)
+         case ('--only')
+            only_labelled = value == 'labelled'
+            if (.not. only_labelled) then
+               write (error_unit, '(a)') 'fuzz: --only takes: labelled'
+               call leave(2)
+            end if
          case ('--seed'); seed = whole(name, value)
          case ('--jobs'); jobs = max(1, whole(name, value))
          case ('--first'); first = whole(name, value)

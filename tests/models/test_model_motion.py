@@ -55,6 +55,14 @@ def test_incline_one_slides_one_stays(run_model, near):
     assert abs(held[-1] - held[len(held) // 2]) < 1e-6
 
 
+def test_bedding_slab_slides_with_automatic_numbers(run_model, near):
+    run = run_model("bedding_slab")
+    expected = 0.5 * slide(30, 22) * run.time[-1] ** 2
+    for point in (0, 1):
+        # friction is found within the first step, (dt/t)^2 = 1e-4; the shear springs stretch by mu N/k_s, 2e-6 m
+        near("bedding_slab, slide down the slope [m]", downhill(run.displacement(point), 30)[-1], expected, 2e-4)
+
+
 def test_free_fall_is_exact(run_model):
     run = run_model("free_fall")
     t, moved = run.time, run.displacement(0)
