@@ -13,7 +13,7 @@
 module rockdda_interaction_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_options, only : boundary_type
@@ -43,6 +43,7 @@ module rockdda_interaction_boundaries
       integer :: group = 0
       integer :: block = 0
       integer :: vertex = 0
+      logical :: both = .false.      !! one of two, along x and y
       real(wp) :: direction(2) = 0
       real(wp) :: stiffness = 0      !! [force/length]
       real(wp) :: start_force = 0    !! on the block, along the direction
@@ -67,6 +68,7 @@ module rockdda_interaction_boundaries
    contains
       procedure :: init
       procedure :: start_energy
+      procedure :: held_blocks
       procedure :: add_to_blocks
       procedure :: measure_placement
       procedure :: add_energies
@@ -104,7 +106,12 @@ contains
          associate (group => parameters%boundaries(g))
             if (.not. (allocated(group%along) .and. allocated(group%kind))) cycle   ! reported by the reader
             call edges_along(blocks, outer, group%along, tolerance, edges, edge_blocks, normals)
-            if (size(edges) == 0) call report_missing(blocks, outer, group, g, tolerance, messages)
+            if (size(edges) == 0) then
+               call report_missing(blocks, outer, group, g, tolerance, messages)
+            else
+               call messages%add(severity%note, '&boundary '//to_string(g)//' ('//group%kind//'): '// &
+                                 counted(size(edges), 'edge')//' of blocks', group%origin)
+            end if
             do i = 1, size(edges)
                associate (b => edge_blocks(i), k => edges(i))
                   self%edges = reshape([self%edges, g, k], [2, size(self%edges, 2) + 1])
@@ -149,6 +156,7 @@ contains
          n = 1
          directions(:, 1) = normal
       end if
+      spring%both = n == 2
       do side = 1, 2
          do i = 1, n
             spring%vertex = vertices(side)
@@ -238,6 +246,18 @@ contains
       character(len=:), allocatable :: text
       text = '('//to_string(point(1), 6)//', '//to_string(point(2), 6)//')'
    end function place
+
+   !> Blocks with an edge that is fixed or moved.
+   pure function held_blocks(self, n_blocks) result(held)
+      class(boundaries_type), intent(in) :: self
+      integer, intent(in) :: n_blocks
+      logical :: held(n_blocks)
+      integer :: i
+      held = .false.
+      do i = 1, size(self%springs)
+         if (self%springs(i)%both) held(self%springs(i)%block) = .true.
+      end do
+   end function held_blocks
 
    !> Energy of all springs at time 0.
    pure real(wp) function start_energy(self)

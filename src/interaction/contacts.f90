@@ -38,6 +38,7 @@ module rockdda_interaction_contacts
       type(joint_settings_type) :: settings            !! of the attempt at hand
       type(open_close_type) :: trial
       type(friction_search_type) :: friction
+      integer :: weak_starts(2) = 0                    !! see `start_with_stress`
       real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
    contains
       procedure :: count_links
@@ -99,7 +100,7 @@ contains
       end do
       !$omp end parallel do
       if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
-         call start_with_stress(context, self%laws, self%table)
+         call start_with_stress(context, self%laws, self%table, self%weak_starts)
    end subroutine prepare
 
    !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it

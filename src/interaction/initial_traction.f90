@@ -16,19 +16,28 @@ module rockdda_interaction_initial_traction
    private
    public :: start_with_stress
 
+   !> Smaller shares of the stress are rounding.
+   real(wp), parameter :: round_off = 1.0e-9_wp
+
 contains
 
    !> Give the closed contacts of the first step the force of the initial stress.
-   pure subroutine start_with_stress(context, laws, table)
+   pure subroutine start_with_stress(context, laws, table, weak)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(inout) :: table   !! states, gaps and stiffness of the first step
+      !> contacts without the whole traction: its shear exceeds the strength (1), it is tension (2)
+      integer, intent(out), optional :: weak(2)
       logical, allocatable :: counts(:)
-      real(wp) :: stress(3), n(2), traction(2), normal, shear, strength
-      integer :: c
-      allocate (counts(context%blocks%n_blocks))
+      real(wp) :: stress(3), n(2), traction(2), normal, shear, strength, rounding
+      real(wp), allocatable :: scale(:)   !! largest stress of each block
+      integer :: c, n_weak(2)
+      n_weak = 0
+      if (present(weak)) weak = 0
+      allocate (counts(context%blocks%n_blocks), scale(context%blocks%n_blocks))
       do c = 1, size(counts)
-         counts(c) = any(abs(context%state%stress(:, c)) > 0)
+         scale(c) = maxval(abs(context%state%stress(:, c)))
+         counts(c) = scale(c) > 0
       end do
       if (.not. any(counts)) return
       do c = 1, context%blocks%fixed%n
@@ -46,9 +55,12 @@ contains
          n = table%normal(:, c)
          traction = [stress(1)*n(1) + stress(3)*n(2), stress(3)*n(1) + stress(2)*n(2)]
          normal = -dot_product(n, traction)*table%length(c)
+         rounding = round_off*max(scale(table%block_a(c)), scale(table%block_b(c)))*table%length(c)
+         if (normal < -rounding) n_weak(2) = n_weak(2) + 1
          if (.not. normal > 0) cycle
          shear = -(-n(2)*traction(1) + n(1)*traction(2))*table%length(c)
          strength = shear_strength(laws(table%joint(c)), normal, table%length(c), table%bonded(c), 0.0_wp, 0.0_wp)
+         if (abs(shear) > strength + rounding) n_weak(1) = n_weak(1) + 1
          shear = max(-strength, min(strength, shear))
          table%offset(c) = table%offset(c) + table%gap(c) + normal/table%k_n(c)
          table%gap(c) = -normal/table%k_n(c)
@@ -57,6 +69,7 @@ contains
          table%shear_force(c) = shear
          table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
       end do
+      if (present(weak)) weak = n_weak
    end subroutine start_with_stress
 
 end module rockdda_interaction_initial_traction

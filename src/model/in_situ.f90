@@ -20,7 +20,7 @@ module rockdda_model_in_situ
    use rockdda_model_regions, only : blocks_of_region
    implicit none
    private
-   public :: initial_stress_type, find_initial_stress, check_in_situ
+   public :: initial_stress_type, find_initial_stress, check_in_situ, check_in_situ_blocks
 
    type :: initial_stress_type
       real(wp), allocatable :: stress(:, :)        !! (3, nb) sx sy txy at the centroid, tension positive
@@ -292,21 +292,24 @@ contains
       column_of = 1 + int(max(0.0_wp, min(size(columns%start) - 2.0_wp, (x - columns%left)/columns%width)))
    end function column_of
 
-   !> Groups of &in_situ that say too little, too much or the impossible; which blocks they name. Names of regions have
-   !> been checked.
-   subroutine check_in_situ(blocks, parameters, messages)
+   !> Groups of &in_situ that say too little, too much or the impossible, whatever the model is.
+   subroutine check_in_situ(in_situ, messages)
+      type(in_situ_type), intent(in) :: in_situ(:)
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: g
+      do g = 1, size(in_situ)
+         call check_group(in_situ(g), messages)
+      end do
+   end subroutine check_in_situ
+
+   !> Which blocks the groups of &in_situ name. They and their names of regions have been checked.
+   subroutine check_in_situ_blocks(blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       logical, allocatable :: named(:), inside(:)
-      integer :: g, i, before, n
-      if (.not. allocated(parameters%in_situ)) return
+      integer :: g, i, n
       if (size(parameters%in_situ) == 0) return
-      before = messages%n_errors
-      do g = 1, size(parameters%in_situ)
-         call check_group(parameters%in_situ(g), messages)
-      end do
-      if (messages%n_errors > before) return
       allocate (named(blocks%n_blocks), source=.false.)
       do g = 1, size(parameters%in_situ)
          inside = blocks_of_group(blocks, parameters, parameters%in_situ(g))
@@ -322,7 +325,7 @@ contains
       end do
       if (n > 0) call messages%add(severity%note, '&in_situ replaces the initial stress of the block material in '// &
                                    counted(n, 'block'), parameters%in_situ(1)%origin)
-   end subroutine check_in_situ
+   end subroutine check_in_situ_blocks
 
    !> One group.
    subroutine check_group(group, messages)

@@ -7,6 +7,8 @@ module rockdda_run_model_input
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_boundary_check, only : check_boundaries
+   use rockdda_model_in_situ, only : check_in_situ
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type, unset_integer, unset_real, is_set, most_threads
    use rockdda_model_parameters, only : parameters_type
@@ -219,6 +221,7 @@ contains
       integer :: before
       logical :: ok
       call read_config(input, messages)
+      call check_ground_options(input%options, messages)
       if (input%labelled .or. input%options%labelled) then
          call find_named_files(input, messages, ok)
          if (.not. ok) return
@@ -296,7 +299,6 @@ contains
            size(described_joints(n(2), input%options%joint_materials, input%labelled))]
       call number_regions(input%options%block_materials, input%options%regions, messages)
       call check_regions(input%blocks, input%options%regions, n(1), messages)
-      call check_region_names(input%options, messages)
       if (messages%has_errors()) then
          call check_cells(input%options%regions, input%options%subdivisions, n(2), &
                           [input%options%joint_materials, input%options%joint_laws], messages)
@@ -321,17 +323,19 @@ contains
       end if
    end function run_name
 
-   !> Names of regions in lists of other groups.
-   subroutine check_region_names(options, messages)
+   !> Groups of &boundary and &in_situ, as far as they can be judged without a model.
+   subroutine check_ground_options(options, messages)
       type(run_options_type), intent(in) :: options
       type(diagnostics_type), intent(inout) :: messages
       integer :: i
+      if (allocated(options%boundaries)) call check_boundaries(options%boundaries, messages)
       if (.not. allocated(options%in_situ)) return
+      call check_in_situ(options%in_situ, messages)
       do i = 1, size(options%in_situ)
          if (allocated(options%in_situ(i)%region)) call check_names('&in_situ', options%regions, &
             options%in_situ(i)%region, options%in_situ(i)%origin, messages)
       end do
-   end subroutine check_region_names
+   end subroutine check_ground_options
 
    !> Read the options, if there is a file of them.
    subroutine read_config(input, messages)

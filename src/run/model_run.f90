@@ -36,7 +36,7 @@ module rockdda_run_model_run
    use rockdda_run_log_head, only : write_log_head
    use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_run_model_input, only : model_input_type, run_request_type
-   use rockdda_run_outcome, only : short_run_warning, cuts_text
+   use rockdda_run_outcome, only : short_run_warning, cuts_text, weak_start_warning, reactions_text
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
@@ -310,6 +310,9 @@ contains
       if (allocated(self%warning)) deallocate (self%warning)
       call self%results%append_history(self%sim%record, error)
       if (.not. allocated(error)) call self%check_energy(error)
+      if (.not. allocated(error) .and. self%sim%state%step == 1) then
+         if (len(weak_start_warning(self%sim)) > 0) call self%warn(weak_start_warning(self%sim), error)
+      end if
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%save_frame(error)
@@ -441,6 +444,8 @@ contains
       short = ''
       if (self%reason == 'finished' .and. .not. allocated(error)) short = short_run_warning(self%sim)
       if (len(short) > 0) call self%warn(short, output_error)
+      call keep_first(output_error)
+      if (size(self%sim%parameters%boundaries) > 0) call self%log%put(reactions_text(self%sim), output_error)
       call keep_first(output_error)
       call self%log%put('# planned time: '//to_string(self%sim%planned_time(), 10)//'. '//cuts_text(self%sim), &
                         output_error)

@@ -2,12 +2,12 @@
 !> Report at the end of a run: computed share of the planned time, and reasons for short steps.
 module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_stepping_control, only : n_cut_reasons
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: done_share, short_run_warning, cuts_text
+   public :: done_share, short_run_warning, cuts_text, weak_start_warning, reactions_text
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -37,6 +37,34 @@ contains
              to_string(sim%planned_time())//'. '//cuts_text(sim)// &
              '. Do not take the state at the end for the final one: --t-end computes up to a time'
    end function short_run_warning
+
+   !> Warning about stress in the ground that joints cannot carry, after the first step; '' otherwise.
+   function weak_start_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      integer :: n(2)
+      text = ''
+      n = sim%weak_starts()
+      if (size(sim%parameters%in_situ) == 0 .or. all(n == 0)) return
+      text = 'the blocks will move from the stress of &in_situ: '
+      if (n(1) > 0) text = text//'its shear exceeds the strength of '//counted(n(1), 'contact point')
+      if (all(n > 0)) text = text//', and '
+      if (n(2) > 0) text = text//counted(n(2), 'contact point')//' would be in tension'
+   end function weak_start_warning
+
+   !> Forces of the boundaries on the blocks, a line for each.
+   function reactions_text(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      integer :: g
+      text = ''
+      do g = 1, size(sim%record%boundary_force, 2)
+         if (g > 1) text = text//new_line('a')
+         text = text//'# boundary '//to_string(g)//' ('//sim%parameters%boundaries(g)%kind//'): force on the blocks ('// &
+                to_string(sim%record%boundary_force(1, g), 10)//', '// &
+                to_string(sim%record%boundary_force(2, g), 10)//')'
+      end do
+   end function reactions_text
 
    !> How often steps were cut, by reason.
    function cuts_text(sim) result(text)

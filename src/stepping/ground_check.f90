@@ -4,7 +4,7 @@ module rockdda_stepping_ground_check
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_boundary_check, only : check_boundaries
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress, check_in_situ
+   use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress, check_in_situ, check_in_situ_blocks
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_boundaries, only : boundaries_type
    implicit none
@@ -22,9 +22,10 @@ contains
       type(initial_stress_type) :: field
       integer :: before
       before = messages%n_errors
-      call check_in_situ(blocks, parameters, messages)
+      if (allocated(parameters%in_situ)) call check_in_situ(parameters%in_situ, messages)
       if (allocated(parameters%boundaries)) call check_boundaries(parameters%boundaries, messages)
       if (messages%n_errors > before) return
+      if (allocated(parameters%in_situ)) call check_in_situ_blocks(blocks, parameters, messages)
       call find_initial_stress(blocks, parameters, field)
       call boundaries%init(blocks, parameters, field, messages)
    end subroutine check_ground

@@ -263,12 +263,13 @@ contains
       end associate
    end function change
 
-   !> Number of fixed points that hold a block.
+   !> Number of fixed points that hold a block; an edge that a boundary holds counts as two.
    pure integer function n_held(context, block)
       type(step_context_type), intent(in) :: context
       integer, intent(in) :: block
       integer :: p
       n_held = count([(is_held(context, p, block), p=1, context%blocks%fixed%n)])
+      if (allocated(context%held)) n_held = n_held + merge(2, 0, context%held(block))
    end function n_held
 
    !> Does fixed point p hold this block?

@@ -74,6 +74,7 @@ module rockdda_stepping_simulation
       procedure :: contact_stresses
       procedure :: bolt_forces
       procedure :: list_boundaries
+      procedure :: weak_starts
       procedure, private :: prepare
       procedure, private :: try_step
       procedure, private :: expect_motion
@@ -114,6 +115,7 @@ contains
       call self%families%supports%init(blocks, parameters)
       call self%families%bolts%init(blocks%bolts)
       call self%families%boundaries%init(blocks, parameters, self%initial_stress, problems)
+      self%held = self%families%boundaries%held_blocks(blocks%n_blocks)
       call new_step_control(parameters, blocks%fixed%n, self%control)
       call self%contacts%resize(0)
       call self%equations%set_size(blocks%n_blocks, 0)
@@ -462,5 +464,13 @@ contains
          kinds(g) = self%parameters%boundaries(g)%kind
       end do
    end subroutine list_boundaries
+
+   !> Contact points of the first step that could not begin with the whole traction of the initial stress: where its shear
+   !> exceeds the strength (1), and where it would be tension (2).
+   pure function weak_starts(self) result(n)
+      class(simulation_type), intent(in) :: self
+      integer :: n(2)
+      n = self%families%contacts%weak_starts
+   end function weak_starts
 
 end module rockdda_stepping_simulation

@@ -100,7 +100,7 @@ class Plausibility(ProgramTest):
         lines = GEOMETRY.splitlines()
         lines[4] = "0"
         free = "\n".join(lines[:15] + lines[17:]) + "\n"
-        self.check("no fixed point holds one of them", geometry=free)
+        self.check("no fixed point or boundary holds one of them", geometry=free)
         thrown = PEER_ANALYSIS.replace("0 0 0\n30", "1 0 0\n30")
         self.assertEqual(self.warnings(thrown, geometry=free), [])
 

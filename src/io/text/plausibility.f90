@@ -254,7 +254,10 @@ contains
       if (blocks%bolts%n > 0) then
          if (any(blocks%bolts%blocks == 0)) return
       end if
-      call self%warn('the blocks have weight, but no fixed point holds one of them: all of them fall', .false.)
+      do k = 1, size(parameters%boundaries)
+         if (parameters%boundaries(k)%kind /= 'traction') return
+      end do
+      call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', .false.)
    end subroutine check_supports
 
 end module rockdda_io_plausibility

@@ -26,6 +26,7 @@ contains
       integer :: nb, nv, points(3), n_bolts
       call check_model(file, check, nb, nv, points)
       call check_bolts(file, check, nb, n_bolts)
+      call check_boundaries(file, check, nv)
       call check_history(file, check, points)
       call check_frames(file, check, nb, nv, n_bolts)
       if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
@@ -128,6 +129,38 @@ contains
       ! -1 is the fixed outside
       if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
    end subroutine check_bolts
+
+   !> Check forces and edges of boundaries. Older files have no table of forces, models without boundaries no edges.
+   subroutine check_boundaries(file, check, nv)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, intent(in) :: nv
+      integer(i8), allocatable :: shape(:)
+      integer, allocatable :: edges(:)
+      type(error_type), allocatable :: error
+      integer :: n, n_boundaries
+      if (.not. check%passed()) return
+      n_boundaries = 0
+      if (file%exists('history/boundary_force')) then
+         check%group = 'history'
+         call file%get_shape('history/boundary_force', shape, error)
+         call check%is_read(error, file%path, 'boundary_force')
+         if (.not. check%passed()) return
+         call check%has_shape(size(shape) == 3, 'boundary_force')
+         if (.not. check%passed()) return
+         n_boundaries = int(min(shape(2), int(huge(1), i8)))
+         n = rows_of(file, check, 'boundary_force', reals, [2, n_boundaries])
+      end if
+      if (.not. file%exists('model/boundary_edges')) return
+      check%group = 'model'
+      n = rows_of(file, check, 'boundary_edges', integers, [2])
+      if (.not. check%passed()) return
+      call file%read('model/boundary_edges', edges, error)
+      call check%is_read(error, file%path, 'boundary_edges')
+      if (.not. check%passed()) return
+      call check%in_range(edges(1::2), 0, n_boundaries - 1, 'boundary_edges')
+      call check%in_range(edges(2::2), 0, nv - 1, 'boundary_edges')
+   end subroutine check_boundaries
 
    !> Check tables with a row per step. After a kill some may be longer than others.
    subroutine check_history(file, check, points)
