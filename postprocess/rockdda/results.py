@@ -55,6 +55,8 @@ HISTORY_TABLES = [
     "fixed_force",
 ]
 STAGE_TABLES = ["unbalanced", "stage"]  # of the history; not in older files
+# files of versions without boundaries do not have it
+BOUNDARY_FORCE = "history/boundary_force"
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
 #: The functions behind `Results.plot`, `.animate` and `.to_vtk`. The package `rockdda` enters them when it is imported,
@@ -117,8 +119,10 @@ class Results(StartArrays):
             check_format(self.path, attributes)
             if problem := attributes_problem(attributes) or results_problem(file):
                 raise ValueError(problem)
-            stages = [name for name in STAGE_TABLES if f"history/{name}" in file]
-            steps = min(file[f"history/{name}"].shape[0] for name in (*HISTORY_TABLES, *stages))
+            histories = [f"history/{name}" for name in HISTORY_TABLES]
+            histories += [f"history/{name}" for name in STAGE_TABLES if f"history/{name}" in file]
+            histories += [BOUNDARY_FORCE] if BOUNDARY_FORCE in file else []
+            steps = min(file[name].shape[0] for name in histories)
             bolts = [name for name in (*BOLT_TABLES, "active") if f"frames/{name}" in file]  # older files have none
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
@@ -313,6 +317,22 @@ class Results(StartArrays):
         return self["frames/step"]
 
     @property
+    def boundary_force(self) -> FloatArray:
+        """(ns, n, 2) force of each boundary on the blocks, in the order of the groups `&boundary`."""
+        if BOUNDARY_FORCE in self:
+            return np.asarray(self[BOUNDARY_FORCE])
+        return np.zeros((self.n_steps, 0, 2))
+
+    @property
+    def boundary_kinds(self) -> list[str]:
+        """(n,) 'fixed', 'roller', 'moving' or 'traction', in the order of the groups `&boundary`."""
+        if "model/boundary_edges" not in self:
+            return []
+        return self._source.use(
+            lambda file: [str(plain(kind)).strip() for kind in file["model/boundary_edges"].attrs["kind"]]
+        )
+
+    @property
     def energy_names(self) -> list[str]:
         """Names of the columns of `history/energy`."""
         return self._source.use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
@@ -380,10 +400,11 @@ class Results(StartArrays):
         time, dt, open_close_iterations, attempts, solver_iterations; open, sliding, locked: numbers of contacts;
         max_displacement of the step; unbalanced force at its end, and stage: index in `results.stage_names` (not in
         older files); energy_kinetic … energy_residual; then for each measured point i
-        measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, and for
-        each fixed point fixed_force_i_x, _y (of the support on the block). The points count from 1, as in the input
-        files, and keep their numbers where others were ignored: column k of `results["history/measured_rotation"]` is
-        measured_rotation_i with i = `results.point_numbers("measured")[k]`.
+        measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, for each
+        fixed point fixed_force_i_x, _y (of the support on the block), and for each boundary boundary_force_i_x, _y (on
+        the blocks). Points and boundaries count from 1, as in the input files. Points keep their numbers where others
+        were ignored: column k of `results["history/measured_rotation"]` is measured_rotation_i with
+        i = `results.point_numbers("measured")[k]`.
         """
         import pandas
 
@@ -407,13 +428,17 @@ class Results(StartArrays):
         for i in range(tables["fixed_force"].shape[1]):
             for c, component in enumerate("xy"):
                 columns[f"fixed_force_{i + 1}_{component}"] = tables["fixed_force"][:, i, c]
+        force = self.boundary_force
+        for i in range(force.shape[1]):
+            for c, component in enumerate("xy"):
+                columns[f"boundary_force_{i + 1}_{component}"] = force[:, i, c]
         return pandas.DataFrame(columns, index=pandas.Index(tables["step"], name="step"))
 
     def to_xarray(self) -> xarray.Dataset:
         """Frames and history as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
 
         Dimensions: frame (with the coordinates time and frame_step), block, vertex, step (with step_time), xy,
-        stress_component, velocity_component, energy_column, contact_count, measured, fixed.
+        stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary.
         """
         try:
             import xarray
@@ -448,6 +473,7 @@ class Results(StartArrays):
             data["active"] = ((frame, block), self["frames/active"])
         for name, dimensions in shapes.items():
             data[name] = (dimensions, self[f"history/{name}"])
+        data["boundary_force"] = (("step", "boundary", "xy"), self.boundary_force)
         return xarray.Dataset(
             data,
             coords={

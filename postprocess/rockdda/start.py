@@ -93,21 +93,34 @@ class StartArrays(ABC):
         return self._constant("model/measured_points")
 
     @property
+    def boundary_edges(self) -> IntArray:
+        """(n, 2) edges that belong to boundaries: number of the boundary, from 0, and first vertex of the edge."""
+        return self._or_none("boundary_edges", np.zeros((0, 2), dtype=np.int64))
+
+    @property
+    def boundary_ends(self) -> IntArray:
+        """(n, 2) vertices at both ends of the edges of boundaries, counter-clockwise on their blocks."""
+        first = self.boundary_edges[:, 1].astype(np.int64)
+        offset = self._constant("model/vertex_offset")
+        block = np.searchsorted(offset, first, side="right") - 1
+        return np.stack([first, np.where(first + 1 < offset[block + 1], first + 1, offset[block])], axis=1)
+
+    @property
     def bolt_ends(self) -> FloatArray:
         """(n, 2, 2) x y of both ends of the bolts at the start [length]; empty in files of older versions."""
-        return self._bolts("bolt_ends", np.zeros((0, 2, 2)))
+        return self._or_none("bolt_ends", np.zeros((0, 2, 2)))
 
     @property
     def bolt_blocks(self) -> IntArray:
         """(n, 2) the blocks that hold the ends of the bolts, from 0; -1 the fixed outside."""
-        return self._bolts("bolt_blocks", np.zeros((0, 2), dtype=np.int64))
+        return self._or_none("bolt_blocks", np.zeros((0, 2), dtype=np.int64))
 
     @property
     def bolt_properties(self) -> FloatArray:
         """(n, 3) stiffness [force/length], pretension and strength (0: unlimited) [force]."""
-        return self._bolts("bolt_properties", np.zeros((0, 3)))
+        return self._or_none("bolt_properties", np.zeros((0, 3)))
 
-    def _bolts(self, name: str, none: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def _or_none(self, name: str, none: npt.NDArray[Any]) -> npt.NDArray[Any]:
         path = f"model/{name}"
         if path not in self._cache and path not in self:
             self._cache[path] = none

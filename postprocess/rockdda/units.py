@@ -43,6 +43,7 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "history/measured_displacement": (1, 0, 0),
     "history/measured_stress": (-2, 0, 1),
     "history/fixed_force": (0, 0, 1),
+    "history/boundary_force": (0, 0, 1),
     "frames/time": (0, 1, 0),
     "frames/vertices": (1, 0, 0),
     "frames/centroid": (1, 0, 0),

@@ -22,6 +22,7 @@ HISTORY = (
     "energy", "measured_displacement", "measured_stress", "measured_rotation", "fixed_force",
 )  # fmt: skip
 FRAMES = ("step", "time", "vertices", "centroid", "rotation", "stress", "velocity")
+BOUNDARY_FORCE = "history/boundary_force"
 MODEL_BOLTS = ("bolt_ends", "bolt_blocks", "bolt_properties")
 BOLTS = ("bolt_ends", "bolt_force")  # of frames
 JOINT_COLUMNS = ("opening", "slip", "length", "normal_stress", "shear_stress")  # not in files of version 1
@@ -77,8 +78,10 @@ def compare(
     if any(d.dataset in ("model/vertex_offset", "model/block_area") and d.largest is None for d in result.differences):
         return _sorted(result)  # other blocks: nothing else can be compared
     times = {"history": _clock(a, "history"), "frames": _clock(a, "frames")}
-    total, done = len(HISTORY) + len(FRAMES) + len(BOLTS) * bolts + len(CONTACTS), 0
-    for group, names in (("history", HISTORY), ("frames", (*FRAMES, *(BOLTS if bolts else ())))):
+    forces = ("boundary_force",) if all(BOUNDARY_FORCE in results for results in (a, b)) else ()  # not in older files
+    history = (*HISTORY, *forces)
+    total, done = len(history) + len(FRAMES) + len(BOLTS) * bolts + len(CONTACTS), 0
+    for group, names in (("history", history), ("frames", (*FRAMES, *(BOLTS if bolts else ())))):
         for name in names:
             path = f"{group}/{name}"
             result.compared.append(path)

@@ -14,6 +14,7 @@ from ..text import plain_text
 from ..units import Units
 from .style import (
     BOLT,
+    BOUNDARIES,
     COMPRESSION,
     MATERIALS,
     SEQUENTIAL,
@@ -130,6 +131,38 @@ def add_fixed_points(axes: Axes, results: Results) -> None:
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
 
 
+def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> None:
+    """Add the edges of boundaries, outside of which stand hatches (fixed, moving), rollers, or arrows (traction)."""
+    from matplotlib.collections import LineCollection
+
+    ends, edges = results.boundary_ends, results.boundary_edges
+    if not len(edges):
+        return
+    size = 0.012 * float(np.ptp(results.vertices, axis=0).max())
+    for kind, colour in BOUNDARIES.items():
+        of_kind = np.array([name == kind for name in results.boundary_kinds])[edges[:, 0]]
+        if not of_kind.any():
+            continue
+        lines = shown[ends[of_kind]]
+        axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=1.8, zorder=3.8), autolim=False)
+        along = lines[:, 1] - lines[:, 0]
+        length = np.linalg.norm(along, axis=1)
+        counts = np.maximum(1, np.round(length / (2.5 * size))).astype(int)
+        share = np.concatenate([(np.arange(n) + 0.5) / n for n in counts])
+        owner = np.repeat(np.arange(len(lines)), counts)
+        tangent = (along / length[:, None])[owner]
+        outward = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+        foot = lines[owner, 0] + share[:, None] * along[owner]
+        if kind == "roller":
+            axes.plot(*(foot + 0.6 * size * outward).T, "o", color=colour, markersize=2.6, markerfacecolor="white",
+                      markeredgewidth=0.7, zorder=3.9, clip_on=False)  # fmt: skip
+            continue
+        far = foot + size * (outward - tangent) if kind != "traction" else foot + 2 * size * outward
+        marks = LineCollection(list(np.stack([foot, far], axis=1)), colors=colour, linewidths=0.8, zorder=3.8)
+        marks.set_clip_on(False)
+        axes.add_collection(marks, autolim=False)
+
+
 def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> LineCollection | None:
     """Add bolts, (n, 2, 2) places of their ends: with a white rim, to be seen on any colour."""
     from matplotlib.collections import LineCollection
@@ -206,6 +239,7 @@ def blocks(
             add_start(axes, results, shown)
         add_bolts(axes, _shown_bolts(now, scale))
         add_fixed_points(axes, results)
+        add_boundaries(axes, results, shown)
         _enlarged(axes, scale)
     return axes
 
@@ -266,6 +300,7 @@ def stress_crosses(
         )
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
+        add_boundaries(axes, results, now.vertices)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
@@ -320,6 +355,7 @@ def contact_forces(
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
+        add_boundaries(axes, results, now.vertices)
         if carrying.any():
             value = _short_factor(reference)
             share_of = value / reference
@@ -361,6 +397,7 @@ def displacements(
         add_colour_bar(axes, arrows, field_label("displacement", units))
         add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
+        add_boundaries(axes, results, results.vertices)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes

@@ -97,6 +97,7 @@ def _check(file: h5py.File) -> None:
         _table(file, "history/unbalanced", "f8")
         _table(file, "history/stage", "i4")
         _table(file, "frames/active", "i4", nb)
+    _check_boundaries(file, nv)
     _table(file, "frames/step", "i4")
     _table(file, "frames/time", "f8")
     for name, *row in (
@@ -122,6 +123,23 @@ def _check(file: h5py.File) -> None:
     values = offsets[()]
     # after a kill there may be fewer contacts than the last offsets say
     _check_offsets(values, values[-1], 0, "frames/contact_offset")
+
+
+def _check_boundaries(file: h5py.File, nv: int) -> None:
+    """Forces and edges; older files have no forces, and models without boundaries no edges."""
+    n = 0
+    if "history/boundary_force" in file:
+        item = file["history/boundary_force"]
+        if len(getattr(item, "shape", None) or ()) != 3:
+            raise _Problem("history/boundary_force has an unexpected shape")
+        n = item.shape[1]
+        _table(file, "history/boundary_force", "f8", n, 2)
+    if "model/boundary_edges" not in file:
+        return
+    edges = _table(file, "model/boundary_edges", "i4", 2)[()]
+    for column, most in zip(edges.T, (n, nv), strict=True):
+        good = bool(((column >= 0) & (column < most)).all())
+        _need(good, "model/boundary_edges", "holds an impossible number")
 
 
 def _check_bolts(file: h5py.File, nb: int) -> int | None:
