@@ -36,21 +36,21 @@ contains
       end if
       if (.not. allocated(group%kind)) return
       if (group%kind == 'moving') then
-         if (.not. allocated(group%velocity)) call fail("kind 'moving' needs 'velocity'")
+         if (.not. allocated(group%velocity)) call fail("kind 'moving' needs velocity")
       else if (allocated(group%velocity)) then
-         call fail("'velocity' belongs to kind 'moving'")
+         call fail("velocity belongs to kind 'moving'")
       end if
       k = count([allocated(group%stress), allocated(group%traction), is_set(group%pressure)])
       if (group%kind == 'traction') then
-         if (k /= 1) call fail("kind 'traction' needs one of 'stress', 'traction', 'pressure'")
+         if (k /= 1) call fail("kind 'traction' needs one of stress, traction, pressure")
       else if (k > 0) then
-         call fail("'stress', 'traction' and 'pressure' belong to kind 'traction'")
+         call fail("stress, traction and pressure belong to kind 'traction'")
       end if
       if (allocated(group%table) .and. (group%kind == 'fixed' .or. group%kind == 'roller')) &
-         call fail("'table' belongs to kinds 'moving' and 'traction'")
-      if (allocated(group%velocity)) call demand_one('velocity', size(group%velocity), 2)
-      if (allocated(group%stress)) call demand_one('stress', size(group%stress), 3)
-      if (allocated(group%traction)) call demand_one('traction', size(group%traction), 2)
+         call fail("table belongs to kinds 'moving' and 'traction'")
+      if (allocated(group%velocity)) call demand_one('velocity: ', size(group%velocity), 2)
+      if (allocated(group%stress)) call demand_one('stress: ', size(group%stress), 3)
+      if (allocated(group%traction)) call demand_one('traction: ', size(group%traction), 2)
 
    contains
 
@@ -58,7 +58,7 @@ contains
       subroutine demand_one(name, found, expected)
          character(len=*), intent(in) :: name
          integer, intent(in) :: found, expected
-         if (found /= expected) call fail(name//': expected '//to_string(expected)//' numbers, found '// &
+         if (found /= expected) call fail(name//'expected '//to_string(expected)//' numbers, found '// &
                                           to_string(found))
       end subroutine demand_one
 

@@ -339,13 +339,13 @@ contains
       end if
       by_weight = .not. allocated(group%stress)
       if (by_weight) then
-         if (.not. is_set(group%k0)) call fail("'k0' is missing")
-         if (allocated(group%gradient)) call fail("'gradient' belongs to 'stress'")
+         if (.not. is_set(group%k0)) call fail('k0 is missing')
+         if (allocated(group%gradient)) call fail('gradient belongs to stress')
       else
          if (size(group%stress, 2) /= 1) call fail('stress: expected 3 numbers, found '//to_string(size(group%stress)))
-         if (is_set(group%k0)) call fail("'k0' belongs to 'surface' or 'profile'")
-         if (is_set(group%unit_weight)) call fail("'unit_weight' belongs to 'surface' or 'profile'")
-         if (is_set(group%surcharge)) call fail("'surcharge' belongs to 'surface' or 'profile'")
+         if (is_set(group%k0)) call fail('k0 belongs to surface or profile')
+         if (is_set(group%unit_weight)) call fail('unit_weight belongs to surface or profile')
+         if (is_set(group%surcharge)) call fail('surcharge belongs to surface or profile')
          if (allocated(group%gradient)) then
             if (size(group%gradient, 2) /= 1) call fail('gradient: expected 3 numbers, found '// &
                                                         to_string(size(group%gradient)))

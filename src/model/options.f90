@@ -110,11 +110,11 @@ module rockdda_model_options
    !> Outer edges of blocks along a polyline: how they are held, moved or loaded.
    type :: boundary_type
       real(wp), allocatable :: along(:, :)       !! (2, m) x y
-      character(len=:), allocatable :: kind      !! 'fixed' | 'roller' | 'moving' | 'traction'
-      real(wp), allocatable :: velocity(:, :)    !! (2, 1) vx vy, of 'moving'
-      real(wp), allocatable :: stress(:, :)      !! (3, 1) s11 s22 s12, of 'traction'
-      real(wp), allocatable :: traction(:, :)    !! (2, 1) tx ty, of 'traction'
-      real(wp) :: pressure = unset_real          !! positive into the block, of 'traction'
+      character(len=:), allocatable :: kind      !! fixed, roller, moving or traction
+      real(wp), allocatable :: velocity(:, :)    !! (2, 1) vx vy, of kind moving
+      real(wp), allocatable :: stress(:, :)      !! (3, 1) s11 s22 s12, of kind traction
+      real(wp), allocatable :: traction(:, :)    !! (2, 1) tx ty, of kind traction
+      real(wp) :: pressure = unset_real          !! positive into the block, of kind traction
       real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
       type(origin_type) :: origin                !! where it was read
    end type boundary_type

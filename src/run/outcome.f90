@@ -60,8 +60,8 @@ contains
       text = ''
       do g = 1, size(sim%record%boundary_force, 2)
          if (g > 1) text = text//new_line('a')
-         text = text//'# boundary '//to_string(g)//' ('//sim%parameters%boundaries(g)%kind//'): force on the blocks ('// &
-                to_string(sim%record%boundary_force(1, g), 10)//', '// &
+         text = text//'# boundary '//to_string(g)//' ('//sim%parameters%boundaries(g)%kind// &
+                '): force on the blocks ('//to_string(sim%record%boundary_force(1, g), 10)//', '// &
                 to_string(sim%record%boundary_force(2, g), 10)//')'
       end do
    end function reactions_text

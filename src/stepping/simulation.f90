@@ -465,8 +465,8 @@ contains
       end do
    end subroutine list_boundaries
 
-   !> Contact points of the first step that could not begin with the whole traction of the initial stress: where its shear
-   !> exceeds the strength (1), and where it would be tension (2).
+   !> Contact points of the first step that could not begin with the whole traction of the initial stress: where its
+   !> shear exceeds the strength (1), and where it would be tension (2).
    pure function weak_starts(self) result(n)
       class(simulation_type), intent(in) :: self
       integer :: n(2)

@@ -11,7 +11,8 @@ from support import ProgramTest
 ROOT = Path(__file__).resolve().parents[2]
 # the table and its parts
 TABLE = {"option_table.f90", "material_options.f90", "boundary_options.f90", "stage_options.f90"}
-# words in quotes that are no names of options there: energies, kinds of value, a group of the checkpoint
+# words in quotes that are no names of options there: energies, kinds of value and of boundaries, a group of the
+# checkpoint
 OTHERS = {
     ("state.f90", "gravity"),
     ("state.f90", "friction"),
@@ -21,6 +22,7 @@ OTHERS = {
     ("option_documents.f90", "file"),
     ("option_documents.f90", "number"),
     ("checkpoint_model.f90", "parameters"),
+    ("boundary_check.f90", "traction"),
 }
 
 

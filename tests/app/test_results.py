@@ -68,6 +68,7 @@ class Layout(ResultsTest):
             "history/measured_stress": ((ns, measured, 3), REAL),
             "history/measured_rotation": ((ns, measured), REAL),
             "history/fixed_force": ((ns, fixed, 2), REAL),
+            "history/boundary_force": ((ns, 0, 2), REAL),
             "frames/step": ((nk,), INTEGER),
             "frames/time": ((nk,), REAL),
             "frames/vertices": ((nk, nv, 2), REAL),

@@ -257,7 +257,8 @@ contains
       do k = 1, size(parameters%boundaries)
          if (parameters%boundaries(k)%kind /= 'traction') return
       end do
-      call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', .false.)
+      call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', &
+                     .false.)
    end subroutine check_supports
 
 end module rockdda_io_plausibility
