@@ -85,6 +85,29 @@ def test_colour_bar_says_what_and_in_which_unit(wall):
         wall.plot("stress_x", units="m,s")
 
 
+@pytest.mark.parametrize("flat", [1, 4, 16])
+def test_labels_of_colour_bars_neither_leave_flat_pictures_nor_squeeze_them(wall, flat):
+    """A beam 16 times as long as high: the bar is shorter than its label."""
+    import matplotlib.pyplot as plt
+    from matplotlib.collections import PolyCollection
+    from rockdda.plot.block_maps import add_colour_bar
+    from rockdda.plot.style import new_axes, size_of, style
+
+    with style():
+        figure, axes = new_axes(None, size_of(float(flat), 1.0))
+        drawn = PolyCollection([[(0, 0), (flat, 0), (flat, 1), (0, 1)]], array=np.array([3.0]))
+        axes.add_collection(drawn)
+        axes.set(xlim=(0, flat), ylim=(0, 1), aspect="equal")
+        add_colour_bar(axes, drawn, "normal stress of joints [force/length²]")
+        figure.canvas.draw()
+        label = axes.child_axes[0].yaxis.label.get_window_extent()
+        inside, outer = axes.get_window_extent(), figure.bbox
+    assert outer.x0 <= label.x0 and label.x1 <= outer.x1 and outer.y0 <= label.y0 and label.y1 <= outer.y1
+    # what size_of leaves beside the map, and the label in a few lines; squeezed it was a third of the figure
+    assert inside.height > 0.5 * outer.height if flat == 1 else inside.width > 0.6 * outer.width
+    plt.close(figure)
+
+
 def test_materials_have_a_legend(wall):
     axes = wall.plot("material")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["block material 1", "block material 2"]

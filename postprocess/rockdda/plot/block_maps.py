@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files
+LETTERS = 16  #: of a line of a label beside a colour bar
 STATE_NAMES = ("open", "sliding", "locked")
 
 
@@ -195,8 +197,33 @@ def add_colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
     beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
     bar = figure.colorbar(mappable, cax=beside)
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
-    bar.set_label(label)
+    if _length(label) <= _height(axes):
+        bar.set_label(label)
+    else:
+        # of a flat model: along the bar it would be cut, or squeeze the picture
+        bar.set_label(textwrap.fill(label, LETTERS), rotation=0, ha="left", va="center")
     nice_ticks(bar.ax.yaxis)
+
+
+def _length(label: str) -> float:
+    """Of a label of axes as it is set [points]."""
+    from matplotlib import rcParams
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    font = FontProperties(size=rcParams["axes.labelsize"])
+    return float(TextPath((0, 0), label, prop=font).get_extents().width)
+
+
+def _height(axes: Axes) -> float:
+    """Of axes at equal scales, about, by their limits and place [points]."""
+    figure = axes.get_figure()
+    assert figure is not None
+    place = axes.get_position()
+    inches = figure.get_figure(root=True).get_size_inches()  # type: ignore[union-attr]
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    by_width = inches[0] * place.width * abs(high - low) / max(abs(right - left), 1e-300)
+    return float(72 * min(inches[1] * place.height, by_width))
 
 
 def blocks(
