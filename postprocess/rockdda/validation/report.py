@@ -239,6 +239,7 @@ def _conditions(entries: Sequence[Entry], cases: Sequence[Case]) -> list[str]:
                 f"{words.counted(runs, 'run')}, {words.counted(steps, 'time step')}, "
                 f"{words.duration(seconds)} on one core" + (f" ({'; '.join(processors)})." if processors else ".")
             )
+    lines += _run_by_length(entries)
     # runs of a study that were done before count in run_seconds only; a busy machine alone does not make ten times
     reused = [entry for entry in entries if entry.record.get("run_seconds", 0) > 10 * entry.record.get("seconds", 0)]
     if reused:
@@ -268,12 +269,28 @@ def _conditions(entries: Sequence[Entry], cases: Sequence[Case]) -> list[str]:
     return [*lines, ""]
 
 
+def _run_by_length(entries: Sequence[Entry]) -> list[str]:
+    """What was computed by length, and which cases were not."""
+    records = [entry.beside for entry in entries if entry.beside]
+    if not records:
+        return []
+    runs, steps, seconds = (sum(record.get(key, 0) for record in records) for key in ("runs", "steps", "seconds"))
+    builds = ", ".join(sorted({f"`{record['build']}`" for record in records if record.get("build")}))
+    left = [entry.identifier for entry in entries if not entry.beside and entry.formulation != "length"]
+    text = (
+        f"- By length: {words.counted(len(records), 'case')}, {words.counted(runs, 'run')}, "
+        f"{words.counted(steps, 'time step')}, {words.duration(seconds)} on one core; build {builds or 'not kept'}."
+    )
+    return [text + (f" **Not run by length:** {', '.join(left)}." if left else "")]
+
+
 # -- a case ----------------------------------------------------------------------------------------------------------
 
 
 def _case(entry: Entry) -> list[str]:
     record = entry.record
     mode = "--full" if record.get("full") else "--quick"
+    mode += f" --formulation {entry.formulation}" if entry.formulation else ""
     lines = [f'<a id="{words.anchor(entry.identifier)}"></a>', "", f"### {entry.identifier}: {record['title']}", ""]
     if entry.error:
         lines += [f"**The case could not be computed:** {words.cell(entry.error)}", ""]

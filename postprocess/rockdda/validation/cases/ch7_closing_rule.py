@@ -9,7 +9,6 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from ...analysis.loosening import loosening_of
 from ...model import Model
 from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
@@ -27,6 +26,7 @@ from ..tunnels import (
     draw_deformed,
     label,
     made_and_fallen,
+    profile_of,
 )  # fmt: skip
 
 SHOWN = (10, 2, 20)  # span, spacing, friction
@@ -91,7 +91,7 @@ def _table(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Result
     for name, group in found.items():
         for (span, spacing, phi), results in group.items():
             made, fallen = made_and_fallen(results)
-            profile = loosening_of(results)
+            profile = profile_of(results)
             bound = PUBLISHED[f"span{span:g}"]["height"][PUBLISHED["matrix"][f"spacing_{span:g}"].index(spacing)]
             rows.append(
                 {
@@ -110,7 +110,7 @@ def _table(record: Record, found: Mapping[str, Mapping[tuple[float, ...], Result
     one = {name: float(group[SHOWN]["history/time"][-1]) for name, group in found.items()}
     made, fallen = made_and_fallen(found[OPEN][SHOWN])
     open_made = float(made[-1] / fallen.max())
-    stable = [sum(loosening_of(results).height == 0 for results in found[name].values()) for name in (CLOSING, OTHERS)]
+    stable = [sum(profile_of(results).height == 0 for results in found[name].values()) for name in (CLOSING, OTHERS)]
     record.text(
         f"With the closing rule alone {stable[0]} of the three are stable, with all the other rules together "
         f"{stable[1]}: it is the closing rule. It does two things. A joint carries nothing, no thrust and no friction, "
