@@ -196,9 +196,10 @@ def _by_length(entries: Sequence[Entry]) -> list[str]:
     lines = ["## What differs by length", ""]
     free = sum(counts_corners(entry.identifier, c) for entry in entries for c in entry.others)
     text = (
-        f"{words.counted(free, 'truth')} {'counts' if free == 1 else 'count'} springs of g0 at corners. By length a "
-        "face has a stiffness per length, g0 over the mean edge length of all blocks, abutments included: it is "
-        "softer, by the longer edges and because the middle of a face bends less than its ends. These make no promise. "
+        f"{words.counted(free, 'truth')} {'counts' if free == 1 else 'count'} springs of g0 at corners and make no "
+        "promise by length: a face has a stiffness per length there, g0 over the mean edge length of all blocks, those "
+        "of abutments and frames included. It is softer than two springs of g0, in compression by the long edges, and "
+        "three times more in bending (kL³/12). "
     )
     if not rows:
         return [*lines, text + "Of the others none is broken.", ""]
