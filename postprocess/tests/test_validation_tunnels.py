@@ -19,7 +19,7 @@ from rockdda.study import Study, read_study
 from rockdda.study.runner import collect, run_study
 from rockdda.validation.case import published
 from rockdda.validation.cases import ch7_time_step, closing_family
-from rockdda.validation.tunnels import with_formulation
+from rockdda.validation.tunnels import profile_of, with_formulation
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
@@ -81,6 +81,39 @@ def test_pairs_of_tunnels_are_of_the_fifty():
         assert (heights[0] > 0) is loosened and heights[1] == 0
     assert ch7_time_step.subset(50) == ch7_time_step.subset(10) + ch7_time_step.subset(50)[10:]
     assert len(set(ch7_time_step.subset(50))) == 50
+
+
+def test_members_of_the_family_of_closing_rules():
+    """Named in the options as they are; no penetration is the default."""
+    assert closing_family.OURS.rules == "  &contact close_tolerance = 1e-12 /"
+    assert closing_family.WINDOWS.rules == "  &contact close_tolerance = 0.0002, open_tolerance = 2e-07 /"
+    for members in (closing_family.ROOF_MEMBERS, closing_family.TUNNEL_MEMBERS):
+        assert {closing_family.OURS, closing_family.WINDOWS} <= set(members)
+        assert len({member.name for member in members}) == len(members)
+        assert {member.start for member in members} == {closing_family.CLOSED, closing_family.OPEN}
+
+
+class Short:
+    """History of a run that did its steps in 0.2 s of the planned 1 s: the crown falls, the point above rests."""
+
+    def __init__(self) -> None:
+        self.measured_points = np.array([[0.0, 0.0], [0.0, 4.5], [0.0, 8.5]])
+        self.attributes = {"planned_time": 1.0}
+
+    def __getitem__(self, name: str):
+        times = np.linspace(0.001, 0.2, 200)
+        if name == "history/time":
+            return times
+        moved = np.zeros((200, 3, 2))
+        moved[:, 0, 1] = -5 * times**2
+        return moved
+
+
+def test_tunnels_that_are_thrown_apart_early_are_judged():
+    """`rockdda-post loosening` refuses them, and they would end the whole case."""
+    with pytest.raises(InputError, match="too short to judge"):
+        loosening_of(Short())
+    assert profile_of(Short()).height == 4.5
 
 
 def test_random_study_has_twenty_realisations_a_cell():
