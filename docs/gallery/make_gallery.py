@@ -59,15 +59,6 @@ class Runs:
     def __call__(self, name: str) -> Results:
         return self.run(name, ROOT / "inputs" / name)
 
-    def by_length(self, name: str) -> Results:
-        """A model whose joints are stretches of edges."""
-        model = self.folder / f"{name}_by_length"
-        if not model.exists():
-            shutil.copytree(ROOT / "inputs" / name, model)
-            with (model / f"{name}.nml").open("a", encoding="utf-8") as file:
-                file.write("&contact formulation = 'length' /\n")
-        return self.run(model.name, model)
-
     def slope(self, friction: int) -> Results:
         """The jointed slope with another friction of its weak plane."""
         model = self.folder / f"slope{friction}"
@@ -99,7 +90,7 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
     "contacts": ("contact forces and states", lambda runs: plot.contact_forces(runs("jointed_slope"), units=UNITS)),
     "joints": (
         "stresses, opening and slip along joints",
-        lambda runs: plot.joints(runs.by_length("jointed_slope"), units=UNITS, title="jointed_slope, t = 1 s"),
+        lambda runs: plot.joints(runs("jointed_slope"), units=UNITS, title="jointed_slope, t = 1 s"),
     ),
     "displacements": ("displacement vectors", lambda runs: plot.displacements(runs("layered_roof"), units=UNITS)),
     "history": (
