@@ -32,6 +32,7 @@ module step_systems
       logical :: is_beam = .false.      !! only the first and the last brick of the lowest course are fixed
       character(len=8) :: solver = ''   !! blank: the default
       character(len=8) :: preconditioner = ''
+      character(len=6) :: formulation = ''   !! of contacts; blank: the default
       real(wp) :: tolerance = 1.0e-10_wp
    end type wall_type
 
@@ -99,6 +100,7 @@ contains
       options%method = trim(wall%solver)
       options%preconditioner = trim(wall%preconditioner)
       options%tolerance = wall%tolerance
+      options%formulation = trim(wall%formulation)
       call resolve_parameters(blocks, analysis, options, parameters, messages)
       call sim%init(blocks, parameters, error)
    end subroutine start_wall
