@@ -94,7 +94,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         "number)",
         [("*", "k_n = parameters%normal_stiffness")],
     ),
-    ("g0 as the files have it, or E", [("*", "parameters%normal_stiffness = automatic_over_e*e_max")]),
+    ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
     ("k01 reduces the velocity", [("accept", "self%state%velocity = k01*self%state%velocity")]),
     ("the blocks move", [("accept", "call move_blocks(")]),
