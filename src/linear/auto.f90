@@ -49,6 +49,9 @@ module rockdda_linear_auto
       ! of the matrix solved last
       integer, private :: values_id = 0
       logical, private :: direct_was_used = .false.
+      ! share of inertia, and the matrix it was measured of
+      real(wp), private :: inertia = 1
+      integer, private :: inertia_id = 0
    contains
       procedure :: solve => solve_auto
       procedure :: name => name_auto
@@ -100,8 +103,11 @@ contains
       character(len=:), allocatable :: failure
 
       call pass_settings(self)
-      call measure_inertia(self, matrix, first_guess)
-      first_guess = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(first_guess)
+      if (matrix%values_id == 0 .or. matrix%values_id /= self%inertia_id) then
+         call measure_inertia(self, matrix, self%inertia)
+         self%inertia_id = matrix%values_id
+      end if
+      first_guess = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(self%inertia)
       expected = self%correction*first_guess
       if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) then
          use_direct = self%direct_was_used

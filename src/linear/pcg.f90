@@ -236,21 +236,21 @@ contains
       integer :: i
       !$omp do schedule(static)
       do i = 1, self%preconditioner%n
-         call add_scaled(norm, self%d(:, i) + alpha*self%t(:, i), self%preconditioner%scale(:, :, i), &
+         call add_scaled(norm, alpha, self%d(:, i), self%t(:, i), self%preconditioner%scale(:, :, i), &
                          x(:, self%preconditioner%order%block(i)))
       end do
       !$omp end do
    end subroutine add_correction
 
-   !> x := x + norm G^-T d for one block.
-   pure subroutine add_scaled(norm, d, scale, x)
+   !> The same for one block.
+   pure subroutine add_scaled(norm, alpha, d, t, scale, x)
       real(wp), intent(in) :: norm
-      real(sp), intent(in) :: d(6)
+      real(sp), intent(in) :: alpha, d(6), t(6)
       real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
       real(wp), intent(inout) :: x(6)
       real(wp) :: v(6)
       integer :: j
-      v = norm*real(d, wp)
+      v = norm*real(d + alpha*t, wp)
       do j = 1, 6
          x(j) = x(j) + ((scale(1, j)*v(1) + scale(2, j)*v(2)) + (scale(3, j)*v(3) + scale(4, j)*v(4)) &
                         + (scale(5, j)*v(5) + scale(6, j)*v(6)))
@@ -277,11 +277,13 @@ contains
                b = b + row_sum(sums)
             end if
             self%r(:, i) = b
-            self%d(:, i) = 0
-            if (.not. self%direction_factor > 0) self%p(:, i) = 0
-            self%q(:, i) = 0
-            self%t(:, i) = 0
          end do
+         associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
+            self%d(:, first:last) = 0
+            if (.not. self%direction_factor > 0) self%p(:, first:last) = 0
+            self%q(:, first:last) = 0
+            self%t(:, first:last) = 0
+         end associate
       end associate
    end subroutine start_chunk
 

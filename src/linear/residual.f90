@@ -231,13 +231,10 @@ contains
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
       real(wp) :: lane(6)
-      integer :: c, i
+      integer :: c
       relative = huge(1.0_wp)
       self%id_last = 0
-      lane = 0
-      do i = 1, matrix%n
-         lane = lane + abs(x(:, i))
-      end do
+      call take(matrix%n, f, x, self%f_last, self%x_last, lane)
       if (.not. all(ieee_is_finite(lane))) return
       if (maxval(lane) > diverged) return
       !$omp parallel if(self%n_chunks > few_chunks) default(none) shared(self, matrix, f, x) private(c)
@@ -255,9 +252,21 @@ contains
       !$omp end parallel
       call finish_evaluation(self, relative)
       self%id_last = matrix%values_id
-      self%f_last = f
-      self%x_last = x
    end subroutine evaluate
+
+   !> Keep load and unknowns, and sum up the magnitudes of the unknowns.
+   pure subroutine take(n, f, x, f_last, x_last, lane)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: f(6, n), x(6, n)
+      real(wp), intent(out) :: f_last(6, n), x_last(6, n), lane(6)
+      integer :: i
+      lane = 0
+      do i = 1, n
+         lane = lane + abs(x(:, i))
+         x_last(:, i) = x(:, i)
+         f_last(:, i) = f(:, i)
+      end do
+   end subroutine take
 
    !> The same, where only the load may have changed since the last evaluation: f - K x = r + (f - last f).
    subroutine evaluate_again(self, matrix, f, x, relative)
