@@ -277,8 +277,8 @@ contains
             b = equations%pair(side, c)
             if (b == 0) cycle
             ends(2*side - 1:2*side) = ends(2*side - 1:2*side) + &
-               end_displacement(equations%x(:, b), ends(2*side - 1:2*side), context%moving(b)%centroid)
-            load = min(load, norm2(equations%block_load(1:2, b)))
+                                      end_displacement(context%moved(b), ends(2*side - 1:2*side))
+            load = min(load, equations%block_force(b))
          end do
          if (all(equations%pair(:, c) == 0)) cycle
          scale = max(load, abs(self%force(l) + self%stiffness(l)*self%stretch(l)))

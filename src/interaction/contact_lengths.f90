@@ -9,7 +9,8 @@ module rockdda_interaction_contact_lengths
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type
    use rockdda_interaction_contact_spring, only : spring_vectors
-   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_vectors, end_lengths
+   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, &
+      end_lengths
    use rockdda_interaction_kinematics, only : move_point
    implicit none
    private
@@ -34,14 +35,23 @@ contains
          else if (share >= 1) then
             call view_from(b, a, p, gap, -n, g, e)
          else
-            half = 0.5_wp*gap*n
-            call view_from(a, b, p + half, gap, n, e, g)
-            call view_from(b, a, p - half, gap, -n, other_g, other_e)
-            e = 0.5_wp*(e + other_e)
-            g = 0.5_wp*(g + other_g)
+            call view_from_both(a, b, p, gap, n, e, g)
          end if
       end associate
    end subroutine contact_vectors
+
+   !> A point half-way between block a and block b.
+   pure subroutine view_from_both(a, b, p, gap, n, e, g)
+      type(moving_block_type), intent(in) :: a, b
+      real(wp), intent(in) :: p(2), gap, n(2)
+      real(wp), intent(out) :: e(6, 2), g(6, 2)
+      real(wp) :: other_e(6, 2), other_g(6, 2), half(2)
+      half = 0.5_wp*gap*n
+      call view_from(a, b, p + half, gap, n, e, g)
+      call view_from(b, a, p - half, gap, -n, other_g, other_e)
+      e = 0.5_wp*(e + other_e)
+      g = 0.5_wp*(g + other_g)
+   end subroutine view_from_both
 
    !> A vertex p of block a on an edge of block b with normal n.
    pure subroutine view_from(a, b, p, gap, n, e, g)
@@ -56,25 +66,23 @@ contains
    end subroutine view_from
 
    !> Distance (1) of the blocks at row c, and slip (2), at the end of a step.
-   pure function contact_lengths(table, c, centroid_a, centroid_b, d_a, d_b) result(lengths)
+   pure function contact_lengths(table, c, a, b) result(lengths)
       type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                               !! row
-      real(wp), intent(in) :: centroid_a(2), centroid_b(2)   !! at the start of the step [length]
-      real(wp), intent(in) :: d_a(6), d_b(6)
-      real(wp) :: lengths(2)                                 !! [length]
+      integer, intent(in) :: c                       !! row
+      type(moved_block_type), intent(in) :: a, b     !! its blocks
+      real(wp) :: lengths(2)                         !! [length]
       real(wp) :: half(2), p(2), n(2)
       ! sums of sections of the table would be temporary arrays on the heap
       p = table%point(:, c)
       n = table%normal(:, c)
       associate (gap => table%distance(c), share => table%share(c))
          if (share <= 0) then
-            lengths = end_lengths(p, gap, n, centroid_a, centroid_b, d_a, d_b)
+            lengths = end_lengths(p, gap, n, a, b)
          else if (share >= 1) then
-            lengths = end_lengths(p, gap, -n, centroid_b, centroid_a, d_b, d_a)
+            lengths = end_lengths(p, gap, -n, b, a)
          else
             half = 0.5_wp*gap*n
-            lengths = 0.5_wp*(end_lengths(p + half, gap, n, centroid_a, centroid_b, d_a, d_b) + &
-                              end_lengths(p - half, gap, -n, centroid_b, centroid_a, d_b, d_a))
+            lengths = 0.5_wp*(end_lengths(p + half, gap, n, a, b) + end_lengths(p - half, gap, -n, b, a))
          end if
       end associate
    end function contact_lengths
@@ -87,13 +95,13 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb)
       logical, intent(in) :: exact            !! exact rotation, else linear
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: half(2), on_a(2), on_b(2)
+      real(wp) :: apart, half(2), on_a(2), on_b(2)
       integer :: c
-      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, half, on_a, on_b) &
+      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, apart, half, on_a, on_b) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
-         half = 0.5_wp*table%distance(c)*table%normal(:, c)
-         table%distance(c) = gap(c) + (table%distance(c) - table%gap(c))
+         apart = table%distance(c)
+         table%distance(c) = gap(c) + (apart - table%gap(c))
          ! a vertex has its place in the blocks
          if (table%station(c) == 0) cycle
          associate (a => table%block_a(c), b => table%block_b(c), share => table%share(c), p => table%point(:, c))
@@ -102,6 +110,7 @@ contains
             else if (share >= 1) then
                call move_point(d(:, b), centroid(:, b), exact, p)
             else
+               half = 0.5_wp*apart*table%normal(:, c)
                on_a = p + half
                on_b = p - half
                call move_point(d(:, a), centroid(:, a), exact, on_a)

@@ -331,13 +331,12 @@ contains
          b = self%table%block_b(c)
          if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
                     abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
-         off = contact_lengths(self%table, c, context%moving(a)%centroid, context%moving(b)%centroid, &
-                               equations%x(:, a), equations%x(:, b)) &
+         off = contact_lengths(self%table, c, context%moved(a), context%moved(b)) &
                - [self%trial%gap(c) + (self%table%distance(c) - self%table%gap(c)), self%trial%slip(c)]
          force = self%table%k_n(c)*abs(off(1))
          if (self%trial%state(c) == contact_state%locked) force = max(force, self%table%k_s(c)*abs(off(2)))
          scale = max(self%table%k_n(c)*abs(self%trial%gap(c)), &
-                     min(norm2(equations%block_load(1:2, a)), norm2(equations%block_load(1:2, b))))
+                     min(equations%block_force(a), equations%block_force(b)))
          if (scale > 0) equations%link_off(self%first_link + c) = force/scale
       end do
       !$omp end parallel do

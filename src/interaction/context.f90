@@ -7,7 +7,8 @@ module rockdda_interaction_context
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block
+   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, &
+      new_moved_block
    implicit none
    private
    public :: step_context_type
@@ -27,9 +28,11 @@ module rockdda_interaction_context
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
       logical, allocatable :: renewed(:)        !! (nb) for which that is new
+      type(moved_block_type), allocatable :: moved(:)     !! (nb) blocks with the motion of the last solve
    contains
       procedure :: renew_all
       procedure :: expect
+      procedure :: find_moved
       procedure :: follows_rotation
       procedure :: stress_at_start
    end type step_context_type
@@ -60,6 +63,7 @@ contains
    pure subroutine renew_all(self)
       class(step_context_type), intent(inout) :: self
       if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks), &
+                                                  self%moved(self%blocks%n_blocks), &
                                                   self%renewed(self%blocks%n_blocks))
       self%renewed = .true.
    end subroutine renew_all
@@ -86,5 +90,18 @@ contains
       end do
       !$omp end parallel do
    end subroutine expect
+
+   !> Take the motion of a solve, with exact rotation.
+   subroutine find_moved(self, d)
+      class(step_context_type), intent(inout) :: self
+      real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
+      integer :: i
+      !$omp parallel do default(none) shared(self, d) private(i) schedule(static) &
+      !$omp if (self%blocks%n_blocks > parallel_blocks)
+      do i = 1, self%blocks%n_blocks
+         self%moved(i) = new_moved_block(self%state%centroid(:, i), d(:, i))
+      end do
+      !$omp end parallel do
+   end subroutine find_moved
 
 end module rockdda_interaction_context

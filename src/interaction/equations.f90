@@ -49,6 +49,7 @@ module rockdda_interaction_equations
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
       real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
+      real(wp), allocatable :: block_force(:)        !! (nb) size of the force of block_load (clear_placement)
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
       integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
       integer, allocatable, private :: row_change(:) !! (nb) the same of rows, in the last assembly
@@ -84,7 +85,7 @@ contains
                    self%block_matrix(6, 6, n_blocks), source=0.0_wp)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
-         allocate (self%block_off(n_blocks), source=0.0_wp)
+         allocate (self%block_off(n_blocks), self%block_force(n_blocks), source=0.0_wp)
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) >= n_links) return
@@ -225,8 +226,11 @@ contains
    !> Before `measure_placement` of the families.
    subroutine clear_placement(self)
       class(equations_type), intent(inout) :: self
-      integer :: c
+      integer :: c, i
       self%block_off = 0
+      do i = 1, self%n_blocks
+         self%block_force(i) = norm2(self%block_load(1:2, i))
+      end do
       !$omp parallel do default(none) shared(self) private(c) schedule(static) if (self%n_links > parallel_contacts)
       do c = 1, self%n_links
          self%link_off(c) = 0

@@ -17,8 +17,8 @@ module rockdda_interaction_finite_rotation
    use rockdda_interaction_kinematics, only : displacement_gradient, displacement_at, point_load
    implicit none
    private
-   public :: moving_block_type, new_moving_block, turns, mean_load, mean_displacement, end_displacement
-   public :: mean_vectors, end_lengths
+   public :: moving_block_type, new_moving_block, moved_block_type, new_moved_block, turns
+   public :: mean_load, mean_displacement, end_displacement, mean_vectors, end_lengths
 
    !> Smaller angles are rounding. Much larger ones matter where stiff ties join many blocks.
    real(wp), parameter :: least_angle = 1.0e-12_wp
@@ -32,6 +32,13 @@ module rockdda_interaction_finite_rotation
       real(wp) :: full(2) = [1.0_wp, 0.0_wp]   !! cosine and sine of the angle
       real(wp) :: chord = 1         !! 2 sin(angle/2)/angle
    end type moving_block_type
+
+   !> A block and a motion that was found, with exact rotation: all that its points need.
+   type :: moved_block_type
+      real(wp) :: centroid(2) = 0      !! at the start of the step [length]
+      real(wp) :: shift(2) = 0         !! of the centroid [length]
+      real(wp) :: gradient(2, 2) = 0   !! of the displacement
+   end type moved_block_type
 
 contains
 
@@ -47,6 +54,15 @@ contains
       block%full = [cos(d(3)), sin(d(3))]
       block%chord = 2*block%half(2)/d(3)
    end function new_moving_block
+
+   !> A block with a motion that was found.
+   pure type(moved_block_type) function new_moved_block(centroid, d) result(block)
+      real(wp), intent(in) :: centroid(2)   !! at the start of the step [length]
+      real(wp), intent(in) :: d(6)
+      block%centroid = centroid
+      block%shift = d(1:2)
+      block%gradient = displacement_gradient(d, .true.)
+   end function new_moved_block
 
    !> Does a motion turn the block by an angle that is not negligible?
    pure logical function turns(d)
@@ -105,13 +121,11 @@ contains
    end function mean_displacement
 
    !> Displacement of a point with exact rotation.
-   pure function end_displacement(d, point, centroid) result(u)
-      real(wp), intent(in) :: d(6)
-      real(wp), intent(in) :: point(2), centroid(2)  !! at the start of the step [length]
+   pure function end_displacement(block, point) result(u)
+      type(moved_block_type), intent(in) :: block
+      real(wp), intent(in) :: point(2)               !! at the start of the step [length]
       real(wp) :: u(2)                               !! [length]
-      real(wp) :: h(2, 2)
-      h = displacement_gradient(d, .true.)
-      u = d(1:2) + times(h, point - centroid)
+      u = block%shift + times(block%gradient, point - block%centroid)
    end function end_displacement
 
    !> Vectors of gap (1) and slip (2) of a contact over the step: with the expected motion, gap + e.d_a + g.d_b is the
@@ -146,22 +160,20 @@ contains
    end subroutine mean_vectors
 
    !> Gap and slip at the end of a step, exactly.
-   pure function end_lengths(p, gap, normal, centroid_a, centroid_b, d_a, d_b) result(lengths)
+   pure function end_lengths(p, gap, normal, a, b) result(lengths)
       real(wp), intent(in) :: p(2)                   !! vertex of block a at the start of the step [length]
       real(wp), intent(in) :: gap                    !! there [length]
       real(wp), intent(in) :: normal(2)              !! of the edge of block b, there
-      real(wp), intent(in) :: centroid_a(2), centroid_b(2)   !! there [length]
-      real(wp), intent(in) :: d_a(6), d_b(6)
+      type(moved_block_type), intent(in) :: a, b
       real(wp) :: lengths(2)                         !! gap, slip [length]
-      real(wp) :: h(2, 2), moved(2), t(2), x(2)
-      h = displacement_gradient(d_b, .true.)
+      real(wp) :: moved(2), t(2), x(2)
       t = [-normal(2), normal(1)]
-      t = t + times(h, t)
+      t = t + times(b%gradient, t)
       t = t/sqrt(t(1)**2 + t(2)**2)
-      moved = end_displacement(d_a, p, centroid_a) - d_b(1:2)
-      x = gap*normal + moved - times(h, p - gap*normal - centroid_b)
+      moved = end_displacement(a, p) - b%shift
+      x = gap*normal + moved - times(b%gradient, p - gap*normal - b%centroid)
       lengths(1) = t(2)*x(1) - t(1)*x(2)
-      x = moved - times(h, p - centroid_b)
+      x = moved - times(b%gradient, p - b%centroid)
       lengths(2) = t(1)*x(1) + t(2)*x(2)
    end function end_lengths
 

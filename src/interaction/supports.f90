@@ -151,10 +151,11 @@ contains
       do p = 1, context%blocks%fixed%n
          if (context%released(p)) cycle
          b = context%blocks%fixed%block(p)
-         associate (d => equations%x(:, b), point => context%state%fixed_position(:, p), block => context%moving(b))
-            off = end_displacement(d, point, block%centroid) - mean_displacement(d, point, block)
+         associate (point => context%state%fixed_position(:, p))
+            off = end_displacement(context%moved(b), point) - mean_displacement(equations%x(:, b), point, &
+                                                                                context%moving(b))
          end associate
-         scale = norm2(equations%block_load(1:2, b))
+         scale = equations%block_force(b)
          if (scale > 0) equations%block_off(b) = max(equations%block_off(b), &
                                                      self%stiffness(p)*maxval(abs(off))/scale)
       end do

@@ -133,6 +133,7 @@ contains
       type(families_type), intent(in) :: families
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: off   !! share of force
+      call context%find_moved(equations%x)
       call families%measure_placement(context, equations)
       off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
       if (off > fine_placement) call equations%misplaced_blocks(fine_placement, context%renewed)
