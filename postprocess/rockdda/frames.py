@@ -199,6 +199,25 @@ class Frame:
         return self.vertices - self.results.vertices
 
     @property
+    def shown_vertices(self) -> FloatArray:
+        """(nv, 2) vertices to be drawn [length]: NaN for blocks that are not active, which leaves a gap."""
+        active = self.active
+        if active.all():
+            return self.vertices
+        return np.where(np.repeat(active, np.diff(self.results.vertex_offset))[:, None], self.vertices, np.nan)
+
+    @property
+    def shown_displacement(self) -> FloatArray:
+        """(nv, 2) of the vertices to be drawn [length]: blocks that are not active shrink to a point."""
+        active, offset = self.active, self.results.vertex_offset
+        if active.all():
+            return self.vertex_displacement
+        corners = np.diff(offset)
+        first = np.repeat(self.results.vertices[offset[:-1]], corners, axis=0)
+        there = np.repeat(active, corners)[:, None]
+        return np.where(there, self.vertex_displacement, first - self.results.vertices)
+
+    @property
     def contacts(self) -> Contacts:
         """The contacts of the step that ended here (none in a file without contacts)."""
         begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))

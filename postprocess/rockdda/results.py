@@ -54,7 +54,7 @@ HISTORY_TABLES = [
     "measured_rotation",
     "fixed_force",
 ]
-STAGE_TABLES = ["unbalanced", "stage"]  # of the history; not in older files
+STAGE_TABLES = ["unbalanced", "stage", "relaxation"]  # of the history; not in older files
 # files of versions without boundaries do not have it
 BOUNDARY_FORCE = "history/boundary_force"
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
@@ -217,7 +217,9 @@ class Results(StartArrays):
             item = file[path]
             if not isinstance(item, h5py.Dataset):
                 raise NoSuchPath(path)
-            return plain(item[()]) if h5py.check_string_dtype(item.dtype) else item[()]
+            if not h5py.check_string_dtype(item.dtype):
+                return item[()]
+            return item.asstr()[()] if item.shape else plain(item[()])
 
         try:
             rows = self._rows(path)
@@ -398,8 +400,9 @@ class Results(StartArrays):
         """One row per accepted step (the index), one column per number.
 
         time, dt, open_close_iterations, attempts, solver_iterations; open, sliding, locked: numbers of contacts;
-        max_displacement of the step; unbalanced force at its end, and stage: index in `results.stage_names` (not in
-        older files); energy_kinetic … energy_residual; then for each measured point i
+        max_displacement of the step; unbalanced force at its end, stage: index in `results.stage_names`, and
+        relaxation: released share of the forces of the last excavation (not in older files); energy_kinetic …
+        energy_residual; then for each measured point i
         measured_displacement_i_x, _y (since the start), measured_stress_i_x, _y, _xy, measured_rotation_i, for each
         fixed point fixed_force_i_x, _y (of the support on the block), and for each boundary boundary_force_i_x, _y (on
         the blocks). Points and boundaries count from 1, as in the input files. Points keep their numbers where others
@@ -416,7 +419,7 @@ class Results(StartArrays):
             columns[name] = tables["contacts"][:, i]
         columns["max_displacement"] = tables["max_displacement"]
         if "history/unbalanced" in self:
-            columns["unbalanced"], columns["stage"] = self["history/unbalanced"], self["history/stage"]
+            columns |= {name: self[f"history/{name}"] for name in STAGE_TABLES}
         for i, name in enumerate(self.energy_names):
             columns[f"energy_{name}"] = tables["energy"][:, i]
         for i, number in enumerate(self.point_numbers("measured")):
@@ -469,7 +472,7 @@ class Results(StartArrays):
             "fixed_force": ("step", "fixed", "xy"),
         }
         if "history/unbalanced" in self:  # not in older files
-            shapes |= {"unbalanced": ("step",), "stage": ("step",)}
+            shapes |= dict.fromkeys(STAGE_TABLES, ("step",))
             data["active"] = ((frame, block), self["frames/active"])
         for name, dimensions in shapes.items():
             data[name] = (dimensions, self[f"history/{name}"])

@@ -22,6 +22,7 @@ module rockdda_contact_broad_phase
       integer, allocatable :: candidates(:, :)      !! (2, >= n) first < second block, sorted
       real(wp), allocatable :: boxes(:, :)          !! (4, nb) xmin ymin xmax ymax now
       real(wp) :: reach = 0                         !! largest distance of interest now
+      logical, allocatable :: active(:)             !! (nb) blocks that are there; not allocated: all
       real(wp), allocatable, private :: places(:, :)   !! (4, nb) boxes when the candidates were found
       real(wp), private :: margin = -1              !! and the margin
       type(box_pairs_work_type), private :: work
@@ -61,6 +62,10 @@ contains
    pure logical function is_close(self, k)
       class(close_pairs_type), intent(in) :: self
       integer, intent(in) :: k
+      is_close = .false.
+      if (allocated(self%active)) then
+         if (.not. (self%active(self%candidates(1, k)) .and. self%active(self%candidates(2, k)))) return
+      end if
       is_close = boxes_close(self%boxes(:, self%candidates(1, k)), self%boxes(:, self%candidates(2, k)), self%reach)
    end function is_close
 

@@ -29,6 +29,8 @@ module rockdda_contact_search
 
    !> Parts of the narrow phase in a large model.
    integer, parameter :: many_parts = 16
+   !> Gaps and overlaps up to this share of the shorter edge are free of stress where a block is placed.
+   real(wp), parameter, public :: placing_share = 0.01_wp
 
    !> Scratch of the search; one per run, nothing in it is part of the state.
    type :: contact_search_type
@@ -39,6 +41,7 @@ module rockdda_contact_search
       type(contact_history_type) :: history
       type(exposure_type) :: exposure
       type(inheritance_work_type) :: inheritance
+      logical, allocatable :: newborn(:)              !! (nb) blocks that have just been placed; not allocated: none
       integer, allocatable :: order(:), start(:)
    contains
       procedure :: run => search_contacts
@@ -78,7 +81,41 @@ contains
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
       call hand_on_history(previous, self%history, topology, self%outlines, self%list, self%order, limits, &
                            first_step, touch, self%inheritance, table)
+      if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, limits%is_tied, touch, &
+                                                      table)
    end subroutine search_contacts
+
+   !> The contacts of blocks that have just been placed: gaps and overlaps that are small against the shorter edge are
+   !> free of stress, and what touches is bonded as at the start of the run.
+   subroutine touch_newborn(newborn, topology, outlines, is_tied, touch, table)
+      logical, intent(in) :: newborn(:)           !! (nb)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      logical, intent(in) :: is_tied(:)           !! (joints) intact rock
+      real(wp), intent(in) :: touch               !! [length]
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: shorter
+      integer :: c, e, v
+      do c = 1, table%n
+         if (.not. (newborn(table%block_a(c)) .or. newborn(table%block_b(c)))) cycle
+         if (table%partner(c) /= 0) cycle
+         e = table%edge(c)
+         v = table%vertex(c)
+         shorter = min(outlines%length(e), outlines%length(v))
+         if (table%station(c) == 0 .or. table%station(c) == corner_station) &
+            shorter = min(shorter, outlines%length(topology%edge_in(v)))
+         if (table%station(c) == corner_station) shorter = min(shorter, touch/placing_share)
+         if (abs(table%distance(c)) > placing_share*shorter) cycle
+         table%offset(c) = table%distance(c)
+         table%gap(c) = 0
+         table%state(c) = contact_state%locked
+         table%bonded(c) = table%length(c) > 0
+         table%tied(c) = table%bonded(c) .and. table%station(c) > 0 .and. table%station(c) /= corner_station .and. &
+                         is_tied(table%joint(c))
+         ! ties get their stiffness with the first step
+         table%k_n(c) = 0
+      end do
+   end subroutine touch_newborn
 
    !> Candidate rows of one part of the pairs.
    pure subroutine search_part(part, n_parts, pairs, blocks, topology, outlines, vertices, limits, previous, history, &

@@ -19,7 +19,7 @@ module rockdda_interaction_balance
       real(wp) :: contact_energy = 0
       real(wp), allocatable :: fixed_energy(:) !! (nf) fixed points
       real(wp) :: bolt_energy = 0
-      real(wp) :: boundary_energy = 0
+      real(wp), allocatable :: boundary_energy(:)
       real(wp) :: other_energy = 0             !! of interactions beside those of the program, in this step
       ! of the step
       real(wp) :: predicted(2) = 0             !! kinetic and strain energy with the masses and areas of its start

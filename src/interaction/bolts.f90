@@ -24,13 +24,14 @@ module rockdda_interaction_bolts
    use rockdda_interaction_interaction, only : interaction_type
    implicit none
    private
-   public :: bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
+   public :: is_there, bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
 
    !> All bolts: link l acts along bolt l.
    type, extends(interaction_type) :: bolts_type
       integer, private :: n = 0
       real(wp), allocatable, private :: stiffness(:), strength(:)   !! (n)
       real(wp), allocatable :: force(:)        !! (n) axial force at the step's start
+      logical, allocatable :: acts(:)          !! (n) both ends are in blocks that are there, or outside
       logical, allocatable :: yields(:)        !! (n) trial: force held at the strength
       real(wp), allocatable :: stretch(:)      !! (n) predicted change of length
       real(wp), allocatable, private :: kept_stretch(:)   !! (n)
@@ -123,11 +124,12 @@ contains
       class(bolts_type), intent(inout) :: self
       type(bolt_set_type), intent(in) :: bolts
       self%n = bolts%n
-      if (allocated(self%force)) deallocate (self%stiffness, self%strength, self%force, self%yields, self%stretch, &
-                                             self%kept_stretch)
+      if (allocated(self%force)) deallocate (self%stiffness, self%strength, self%force, self%acts, self%yields, &
+                                             self%stretch, self%kept_stretch)
       allocate (self%stiffness(self%n), self%strength(self%n), self%force(self%n), self%stretch(self%n), &
                 self%kept_stretch(self%n), source=0.0_wp)
       allocate (self%yields(self%n), source=.false.)
+      allocate (self%acts(self%n), source=.true.)
       if (self%n == 0) return
       self%stiffness = bolts%stiffness(1:self%n)
       self%strength = bolts%strength(1:self%n)
@@ -155,8 +157,24 @@ contains
          if (equations%pair(1, c) == equations%pair(2, c)) equations%pair(:, c) = 0
          self%force(l) = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
                                     context%state%bolt_elongation(l), context%state%bolt_plastic(l))
+         self%acts(l) = all(is_there(context%state%active, context%blocks%bolts%blocks(:, l)))
+         if (self%acts(l)) cycle
+         equations%pair(:, c) = 0
+         self%force(l) = 0
       end do
    end subroutine prepare
+
+   !> Is the block of an end there? The fixed outside always is.
+   pure function is_there(active, pair)
+      logical, intent(in) :: active(:)   !! (nb)
+      integer, intent(in) :: pair(2)
+      logical :: is_there(2)
+      integer :: side
+      is_there = .true.
+      do side = 1, 2
+         if (pair(side) > 0) is_there(side) = active(pair(side))
+      end do
+   end function is_there
 
    !> Begin an attempt: no bolt yields.
    subroutine begin(self, context)
@@ -351,7 +369,7 @@ contains
       integer :: b, l, side
       do l = 1, self%n
          associate (ends => context%state%bolt_ends(:, l), pair => context%blocks%bolts%blocks(:, l))
-            if (pair(1) == pair(2)) cycle
+            if (pair(1) == pair(2) .or. .not. self%acts(l)) cycle
             along = ends(3:4) - ends(1:2)
             length = norm2(along)
             if (.not. length > 0) cycle

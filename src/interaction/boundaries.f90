@@ -80,11 +80,12 @@ contains
 
    !> Find the edges of all boundaries. Errors: boundaries without an edge, edges that two boundaries hold. The groups
    !> have been checked (rockdda_model_boundary_check).
-   subroutine init(self, blocks, parameters, field, messages)
+   subroutine init(self, blocks, parameters, field, active, messages)
       class(boundaries_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(initial_stress_type), intent(in) :: field     !! stress at the start
+      logical, intent(in) :: active(:)                   !! (nb) the others are placed later, free of stress
       type(diagnostics_type), intent(inout) :: messages
       logical, allocatable :: outer(:)
       integer, allocatable :: edges(:), edge_blocks(:), holder(:)
@@ -131,6 +132,9 @@ contains
                end associate
             end do
          end associate
+      end do
+      do i = 1, size(self%springs)
+         if (.not. active(self%springs(i)%block)) self%springs(i)%start_force = 0
       end do
    end subroutine init
 
@@ -259,10 +263,18 @@ contains
       end do
    end function held_blocks
 
-   !> Energy of all springs at time 0.
-   pure real(wp) function start_energy(self)
+   !> Energy of the springs of each block at time 0.
+   pure function start_energy(self, n_blocks) result(stored)
       class(boundaries_type), intent(in) :: self
-      start_energy = 0.5_wp*sum(self%springs%start_force**2/self%springs%stiffness)
+      integer, intent(in) :: n_blocks
+      real(wp) :: stored(n_blocks)
+      integer :: i
+      stored = 0
+      do i = 1, size(self%springs)
+         associate (s => self%springs(i))
+            stored(s%block) = stored(s%block) + 0.5_wp*s%start_force**2/s%stiffness
+         end associate
+      end do
    end function start_energy
 
    !> Integral of the factor of a table from time 0 to t.
@@ -314,6 +326,7 @@ contains
          self%target_end(:, g) = target_of(context%parameters%boundaries(g), context%state%time + context%dt)
       end do
       do i = 1, size(self%springs)
+         if (.not. context%state%active(self%springs(i)%block)) cycle
          associate (s => self%springs(i))
             row = mean_load(s%direction, context%state%vertices(:, s%vertex), context%moving(s%block))
             force = -s%stiffness*(stretch_at_start(s, context) - pulled_by(self, s))
@@ -327,6 +340,11 @@ contains
          end associate
       end do
       do i = 1, size(self%loaded)
+         if (.not. context%state%active(self%loaded(i)%block)) then
+            self%loaded(i)%force = 0
+            self%loaded(i)%load = 0
+            cycle
+         end if
          associate (edge => self%loaded(i))
             call find_traction_load(context, context%parameters%boundaries(edge%group), context%moving(edge%block), edge)
             equations%block_load(:, edge%block) = equations%block_load(:, edge%block) + edge%load
@@ -388,7 +406,7 @@ contains
       do i = 1, size(self%springs)
          associate (s => self%springs(i), point => context%state%vertices(:, self%springs(i)%vertex), &
                     d => equations%x(:, self%springs(i)%block), block => context%moving(self%springs(i)%block))
-            off = end_displacement(d, point, block%centroid) - mean_displacement(d, point, block)
+            off = end_displacement(context%moved(s%block), point) - mean_displacement(d, point, block)
             scale = norm2(equations%block_load(1:2, s%block))
             if (scale > 0) equations%block_off(s%block) = max(equations%block_off(s%block), &
                s%stiffness*abs(dot_product(s%direction, off))/scale)
@@ -402,23 +420,31 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: x0, x1, dx, stored, lost, external, before, after
+      real(wp) :: x0, x1, dx, stored, lost, external
+      real(wp) :: before(context%blocks%n_blocks), after(context%blocks%n_blocks)
       integer :: i
+      if (size(self%springs) == 0 .and. size(self%loaded) == 0) return
       before = 0
       after = 0
       do i = 1, size(self%springs)
+         if (.not. context%state%active(self%springs(i)%block)) cycle
          associate (s => self%springs(i))
             x0 = stretch_at_start(s, context)
             x1 = stretch_at_end(self, s, context, d(:, s%block))
             dx = pulled_by(self, s)
             call support_energy(s%stiffness, [x0, 0.0_wp], [x1, 0.0_wp], [dx, 0.0_wp], stored, lost, external)
-            before = before + 0.5_wp*s%stiffness*x0**2
-            after = after + (0.5_wp*s%stiffness*x0**2 + stored)
+            before(s%block) = before(s%block) + 0.5_wp*s%stiffness*x0**2
+            after(s%block) = after(s%block) + (0.5_wp*s%stiffness*x0**2 + stored)
             call balance%add(energy%dissipated, lost)
             call balance%add(energy%external, external)
          end associate
       end do
-      call balance%add(energy%geometry, before - balance%boundary_energy)
+      do i = 1, context%blocks%n_blocks
+         ! that of a block that has been taken out is lost
+         call balance%add(merge(energy%geometry, energy%discarded, context%state%active(i)), &
+                          merge(before(i), 2*balance%boundary_energy(i), context%state%active(i)) &
+                          - balance%boundary_energy(i))
+      end do
       balance%boundary_energy = after
       do i = 1, size(self%loaded)
          call balance%add(energy%external, dot_product(self%loaded(i)%load, d(:, self%loaded(i)%block)))
@@ -444,6 +470,7 @@ contains
       integer :: i
       self%force = 0
       do i = 1, size(self%springs)
+         if (.not. context%state%active(self%springs(i)%block)) cycle
          associate (s => self%springs(i))
             self%force(:, s%group) = self%force(:, s%group) - &
                                      s%stiffness*stretch_at_end(self, s, context, d(:, s%block))*s%direction
@@ -467,6 +494,7 @@ contains
       integer :: i
       forces%driven = forces%driven .or. any(abs(self%target_end - self%target_start) > 0)
       do i = 1, size(self%springs)
+         if (.not. context%state%active(self%springs(i)%block)) cycle
          associate (s => self%springs(i))
             moved = context%state%vertices(:, s%vertex) - context%blocks%vertices(:, s%vertex)
             stretch = dot_product(s%direction, moved - self%target_end(:, s%group)) - s%start_force/s%stiffness
@@ -479,6 +507,7 @@ contains
       end do
       do i = 1, size(self%loaded)
          edge = self%loaded(i)
+         if (.not. context%state%active(edge%block)) cycle
          block = new_moving_block(context%state%centroid(:, edge%block), spread(0.0_wp, 1, 6))
          call find_traction_load(context, context%parameters%boundaries(edge%group), block, edge)
          call forces%add_load(edge%block, edge%load(1:3))

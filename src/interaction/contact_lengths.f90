@@ -25,7 +25,7 @@ contains
       type(moving_block_type), intent(in) :: a, b    !! its blocks
       real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
       real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
-      real(wp) :: other_e(6, 2), other_g(6, 2), half(2), p(2), n(2)
+      real(wp) :: p(2), n(2)
       ! sums of sections of the table would be temporary arrays on the heap
       p = table%point(:, c)
       n = table%normal(:, c)

@@ -39,6 +39,7 @@ module rockdda_interaction_contacts
       type(open_close_type) :: trial
       type(friction_search_type) :: friction
       integer :: weak_starts(2) = 0                    !! see `start_with_stress`
+      logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
    contains
       procedure :: count_links
@@ -77,17 +78,20 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
+      real(wp) :: old(2)
       integer :: a, b, c
-      !$omp parallel do default(none) shared(self, context, equations) private(a, b, c) schedule(static) &
+      !$omp parallel do default(none) shared(self, context, equations) private(a, b, c, old) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          equations%pair(:, self%first_link + c) = [a, b]
          if (.not. self%table%tied(c)) then
+            old = [self%table%k_n(c), self%table%k_s(c)]
             call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
                                self%table%length(c), self%table%k_n(c), self%table%k_s(c))
-         else if (context%state%step == 0) then
+            if (self%stiffness_is_new .and. old(1) > 0) call keep_forces(old, self%table, c)
+         else if (context%state%step == 0 .or. .not. self%table%k_n(c) > 0) then
             self%table%k_n(c) = tie_stiffness(self%table%station(c), self%table%length(c), &
                                               smaller_modulus(context, a, b), context%state%area(a), &
                                               context%state%area(b))
@@ -124,6 +128,20 @@ contains
       k_n = k_n*length
       k_s = k_s*length
    end subroutine set_stiffness
+
+   !> A closed contact keeps its forces with a new stiffness; the energy of its springs is that of the new ones.
+   pure subroutine keep_forces(old, table, c)
+      real(wp), intent(in) :: old(2)               !! stiffness before, normal and shear [force/length]
+      type(contact_table_type), intent(inout) :: table
+      integer, intent(in) :: c                     !! row
+      real(wp) :: gap
+      if (table%state(c) == contact_state%open) return
+      gap = table%gap(c)*(old(1)/table%k_n(c))
+      table%offset(c) = table%offset(c) + (table%gap(c) - gap)
+      table%gap(c) = gap
+      table%shear(c) = table%shear(c)*(old(2)/table%k_s(c))
+      table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
+   end subroutine keep_forces
 
    !> The smaller modulus of two blocks.
    pure real(wp) function smaller_modulus(context, a, b)

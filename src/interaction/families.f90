@@ -13,6 +13,7 @@ module rockdda_interaction_families
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_elasticity, only : elasticity_type
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_held_forces, only : held_forces_type
    use rockdda_interaction_inertia, only : inertia_type
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : loads_type
@@ -22,7 +23,7 @@ module rockdda_interaction_families
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 7
+   integer, parameter :: n_own = 8
 
    !> A family that was added.
    type :: added_family_type
@@ -37,6 +38,7 @@ module rockdda_interaction_families
       type(supports_type) :: supports
       type(bolts_type) :: bolts
       type(boundaries_type) :: boundaries
+      type(held_forces_type) :: held
       type(added_family_type), allocatable, private :: added(:)
    contains
       procedure :: add
@@ -73,6 +75,7 @@ contains
       case (5); item => self%supports
       case (6); item => self%bolts
       case (7); item => self%boundaries
+      case (8); item => self%held
       case default; item => self%added(i - n_own)%item
       end select
    end function family

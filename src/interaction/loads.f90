@@ -182,6 +182,9 @@ contains
          if (context%parameters%gravity >= 0) gravity = context%parameters%gravity
          self%weight(:, i) = body_force(context%state%mass(i), [0.0_wp, -gravity*context%gravity])
          self%external(:, i) = body_force(context%state%mass(i), base)
+         if (context%state%active(i)) cycle
+         self%weight(:, i) = 0
+         self%external(:, i) = 0
       end do
       !$omp end parallel do
       call add_points_and_lines(self, context)
@@ -207,6 +210,7 @@ contains
             if (.not. allocated(table%rows)) cycle
             if (size(table%rows, 2) == 0) cycle
             b = context%blocks%loading%block(p)
+            if (.not. context%state%active(b)) cycle
             force = table_value(table%rows, t_end)
          end associate
          self%external(:, b) = self%external(:, b) + mean_load(force, context%state%loading_position(:, p), &
@@ -214,6 +218,7 @@ contains
       end do
       do p = 1, size(self%line_blocks)
          b = self%line_blocks(p)
+         if (.not. context%state%active(b)) cycle
          associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
             factor = load_factor(load%table, t_end)
             self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), context%moving(b), &
@@ -271,6 +276,7 @@ contains
       t_end = context%state%time + context%dt
       base = -base_acceleration(context%parameters%base, context%state%time + 0.5_wp*context%dt)
       do i = 1, context%blocks%n_blocks
+         if (.not. context%state%active(i)) cycle
          call forces%add_load(i, self%weight(1:3, i))
          if (any(abs(base) > 0)) call forces%add_load(i, [context%state%mass(i)*base, 0.0_wp])
       end do
@@ -279,12 +285,14 @@ contains
             if (.not. allocated(table%rows)) cycle
             if (size(table%rows, 2) == 0) cycle
             b = context%blocks%loading%block(p)
+            if (.not. context%state%active(b)) cycle
             force = table_value(table%rows, t_end)
          end associate
          call forces%add_force(b, force, context%state%loading_position(:, p) - context%state%centroid(:, b))
       end do
       do p = 1, size(self%line_blocks)
          b = self%line_blocks(p)
+         if (.not. context%state%active(b)) cycle
          associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
             factor = load_factor(load%table, t_end)
             block = new_moving_block(context%state%centroid(:, b), spread(0.0_wp, 1, 6))

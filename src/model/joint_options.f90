@@ -9,7 +9,7 @@ module rockdda_model_joint_options
    use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
-   public :: take_joint_options, described_joints, joint_number
+   public :: change_joint, take_joint_options, described_joints, joint_number
 
    !> Largest number of a material.
    integer, parameter :: most_number = 9999
@@ -52,7 +52,7 @@ contains
          if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
              .not. is_set(added(i)%friction_angle)) call messages%add(severity%error, what// &
             'an added material needs its angle of friction', added(i)%origin)
-         call change(added(i), materials(m))
+         call change_joint(added(i), materials(m))
          bond_named(m) = bond_named(m) .or. is_set(added(i)%cohesion) .or. is_set(added(i)%tension)
          call check_name(materials, m, messages)
       end do
@@ -67,7 +67,7 @@ contains
             call messages%add(severity%error, what//'joint material '//to_string(m)//' already has a law', &
                               laws(i)%origin)
          else
-            call change(laws(i), materials(m))
+            call change_joint(laws(i), materials(m))
             bond_named(m) = bond_named(m) .or. is_set(laws(i)%cohesion) .or. is_set(laws(i)%tension)
             call check_name(materials, m, messages)
             has_law(m) = .true.
@@ -132,7 +132,7 @@ contains
    end subroutine append_material
 
    !> Values that a group names.
-   subroutine change(group, material)
+   subroutine change_joint(group, material)
       type(joint_material_type), intent(in) :: group
       type(joint_material_type), intent(inout) :: material
       call take_text(group%name, material%name)
@@ -159,7 +159,7 @@ contains
       material%brittle_given = material%brittle_given .or. group%brittle_given
       material%tie_given = material%tie_given .or. group%tie_given
       material%origin = group%origin
-   end subroutine change
+   end subroutine change_joint
 
    !> A number, when it is given.
    pure subroutine take(given, value)

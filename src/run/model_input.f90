@@ -30,6 +30,7 @@ module rockdda_run_model_input
    use rockdda_io_source, only : source_type, read_source, new_source
    use rockdda_linear_factory, only : default_solver
    use rockdda_run_cells, only : number_regions, check_regions, count_regions, check_names, check_cells, make_cells
+   use rockdda_run_stage_regions, only : number_changes, check_stage_regions
    use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
@@ -239,6 +240,8 @@ contains
       if (.not. allocated(input%options%joint_laws)) allocate (input%options%joint_laws(0))
       if (.not. allocated(input%options%regions)) allocate (input%options%regions(0))
       if (.not. allocated(input%options%subdivisions)) allocate (input%options%subdivisions(0))
+      if (.not. allocated(input%options%stages)) allocate (input%options%stages(0))
+      if (.not. allocated(input%options%changes)) allocate (input%options%changes(0))
       call check_materials(input, messages)
       if (.not. input%has_blocks) return
       if (messages%has_errors() .and. .not. input%labelled) return
@@ -310,6 +313,9 @@ contains
                       [input%options%joint_materials, input%options%joint_laws], input%blocks, found)
       if (.not. found%has_errors()) call messages%append(counts)
       call messages%append(found)
+      call number_changes(input%options%block_materials, input%options%changes, messages)
+      call check_stage_regions(input%blocks, input%options%stages, input%options%changes, input%options%regions, n(1), &
+                               n(2), [input%options%joint_materials, input%options%joint_laws], messages)
    end subroutine make_parts
 
    !> Name of a run, from which those of its files are made: the stem of its labelled or analysis file.

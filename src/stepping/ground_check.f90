@@ -27,7 +27,7 @@ contains
       if (messages%n_errors > before) return
       if (allocated(parameters%in_situ)) call check_in_situ_blocks(blocks, parameters, messages)
       call find_initial_stress(blocks, parameters, field)
-      call boundaries%init(blocks, parameters, field, messages)
+      call boundaries%init(blocks, parameters, field, spread(.true., 1, blocks%n_blocks), messages)
    end subroutine check_ground
 
 end module rockdda_stepping_ground_check

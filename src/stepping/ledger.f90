@@ -9,6 +9,7 @@ module rockdda_stepping_ledger
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy, n_energies
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_bolts, only : is_there
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_families, only : families_type
    use rockdda_stepping_given_energy, only : given_energy_type
@@ -44,11 +45,12 @@ contains
       self%total(energy%strain) = self%moved(2)
       associate (bolts => context%blocks%bolts)
          do l = 1, bolts%n
+            if (.not. all(is_there(context%state%active, bolts%blocks(:, l)))) cycle
             self%bolt_energy = self%bolt_energy + 0.5_wp*bolts%pretension(l)**2/bolts%stiffness(l)
          end do
       end associate
-      self%boundary_energy = families%boundaries%start_energy()
-      self%total(energy%springs) = self%bolt_energy + self%boundary_energy
+      self%boundary_energy = families%boundaries%start_energy(context%blocks%n_blocks)
+      self%total(energy%springs) = self%bolt_energy + sum(self%boundary_energy)
       self%at_start = sum(self%total(1:4))
       self%before = self%total
       call self%given%start(self%total(energy%kinetic))
@@ -91,7 +93,7 @@ contains
       self%total(energy%kinetic) = k01**2*self%moved(1)
       self%total(energy%strain) = self%moved(2)
       self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy + &
-                                   self%boundary_energy + self%other_energy
+                                   sum(self%boundary_energy) + self%other_energy
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)

@@ -15,7 +15,7 @@ module rockdda_stepping_motion
    use rockdda_interaction_inertia, only : new_velocity
    implicit none
    private
-   public :: start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
+   public :: reset_measured, start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
 
 contains
 
@@ -167,6 +167,18 @@ contains
       end do
       !$omp end parallel do
    end subroutine move_blocks
+
+   !> Measured displacements and rotations count from now on.
+   pure subroutine reset_measured(blocks, state)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(inout) :: state
+      integer :: p, b
+      do p = 1, blocks%measured%n
+         b = blocks%measured%block(p)
+         state%measured_from(1:2, p) = state%measured_position(:, p)
+         if (b > 0) state%measured_from(3, p) = state%rotation(b)
+      end do
+   end subroutine reset_measured
 
    !> Displacement, stress and rotation at the measured points.
    pure subroutine measure_points(blocks, state, record)

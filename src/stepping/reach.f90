@@ -8,7 +8,7 @@ module rockdda_stepping_reach
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_search, only : search_limits_type
    use rockdda_stepping_control, only : step_control_type
    implicit none
@@ -55,13 +55,15 @@ contains
    !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
    !> corner, and a bond that is stretched, or a joint that dilation has opened, further than blocks will move in this
    !> step must not be lost.
-   subroutine set_search_limits(contacts, parameters, n_blocks, reach, limits)
+   subroutine set_search_limits(contacts, parameters, n_blocks, reach, limits, has_placed)
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: n_blocks
       real(wp), intent(in) :: reach                      !! [length]
       type(search_limits_type), intent(inout) :: limits
+      logical, intent(in), optional :: has_placed        !! contacts of placed blocks may be free of stress at a gap
       real(wp) :: deepest, widest, pulled
+      logical :: placed
       logical :: opens                                   !! closed contacts may have a gap without being bonded
       integer :: c
       deepest = 0
@@ -70,12 +72,16 @@ contains
       opens = .false.
       if (allocated(parameters%joint_materials)) opens = any(parameters%joint_materials%dilation > 0 .or. &
                                                              parameters%joint_materials%tension > 0)
-      !$omp parallel do default(none) shared(contacts, parameters, opens) private(c) &
+      placed = .false.
+      if (present(has_placed)) placed = has_placed
+      opens = opens .or. placed
+      !$omp parallel do default(none) shared(contacts, parameters, opens, placed) private(c) &
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c))
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
+            if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
             pulled = max(pulled, -contacts%normal_force(c)/contacts%k_n(c))
          end if
          if (.not. contacts%bonded(c)) cycle

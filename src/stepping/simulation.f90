@@ -13,20 +13,25 @@ module rockdda_stepping_simulation
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : step_record_type
+   use rockdda_model_options, only : is_set
+   use rockdda_model_state, only : step_record_type, energy
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
-   use rockdda_contact_search, only : contact_search_type, search_limits_type
+   use rockdda_contact_search, only : contact_search_type, search_limits_type, placing_share
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_bolts, only : bolt_force
+   use rockdda_interaction_bolts, only : bolt_force, is_there
    use rockdda_interaction_contact_law, only : new_contact_laws
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_elasticity, only : strain_energy
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_stress, only : joint_stresses
+   use rockdda_interaction_kinematics, only : mass_times
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_linear_factory, only : new_solver, default_solver
+   use rockdda_stepping_construction, only : construction_type, retire_block, change_materials, &
+      show_blocks, longest_edge
    use rockdda_stepping_control, only : step_control_type, new_step_control, check_stages, cut_for_displacement, &
       cut_reason, n_cut_reasons
    use rockdda_stepping_equilibrium, only : varies_with_time, report_no_equilibrium
@@ -37,7 +42,8 @@ module rockdda_stepping_simulation
    use rockdda_stepping_newton, only : newton_type, newton_report_type
    use rockdda_stepping_parameter_check, only : check_parameters
    use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
-   use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement
+   use rockdda_stepping_motion, only : start_state, move_blocks, measure_points, largest_displacement, &
+      reset_measured
    implicit none
    private
    public :: simulation_type
@@ -47,6 +53,7 @@ module rockdda_stepping_simulation
       ! the rest of the state: what a checkpoint has to hold
       type(contact_table_type) :: contacts      !! of the last accepted step
       type(step_control_type) :: control
+      type(construction_type) :: construction
       type(ledger_type) :: ledger
       type(step_record_type) :: record          !! of the last accepted step
       type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
@@ -57,7 +64,7 @@ module rockdda_stepping_simulation
       type(contact_search_type) :: search       !! search%pairs%keep = .false.: never with pairs of an earlier step
       type(contact_topology_type), private :: topology
       type(search_limits_type), private :: limits
-      type(families_type), private :: families
+      type(families_type) :: families           !! families%held is a part of the state
       type(newton_type), private :: newton
       type(block_forces_type) :: forces         !! of the last accepted step of this process
       real(wp), allocatable, private :: last_motion(:, :)   !! (6, nb) to go back to when the step is interrupted
@@ -75,6 +82,8 @@ module rockdda_stepping_simulation
       procedure :: bolt_forces
       procedure :: list_boundaries
       procedure :: weak_starts
+      procedure, private :: begin_stages
+      procedure, private :: block_energies
       procedure, private :: prepare
       procedure, private :: try_step
       procedure, private :: expect_motion
@@ -92,6 +101,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
       type(diagnostics_type) :: problems
+      integer :: i
       self%blocks = blocks
       self%parameters = parameters
       if (blocks%n_blocks < 1) then
@@ -111,10 +121,15 @@ contains
       if (allocated(error)) return
       call start_state(blocks, parameters, self%state, self%initial_stress)
       call new_contact_topology(blocks, self%topology)
+      call self%construction%init(blocks, parameters)
+      do i = 1, blocks%n_blocks
+         if (any(self%construction%placed(i, :) > 0)) call retire_block(self%state, i)
+      end do
       call self%families%elasticity%init(parameters)
       call self%families%supports%init(blocks, parameters)
       call self%families%bolts%init(blocks%bolts)
-      call self%families%boundaries%init(blocks, parameters, self%initial_stress, problems)
+      call self%families%boundaries%init(blocks, parameters, self%initial_stress, self%state%active, &
+                                         problems)
       self%held = self%families%boundaries%held_blocks(blocks%n_blocks)
       call new_step_control(parameters, blocks%fixed%n, self%control)
       call self%contacts%resize(0)
@@ -184,7 +199,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(newton_report_type) :: report
       real(wp) :: wanted, reach, displacement
-      integer :: attempts, iterations
+      integer :: attempts, iterations, p
       logical :: at_floor, is_first
       real(wp), allocatable :: memory(:)
 
@@ -199,11 +214,17 @@ contains
                                     self%record%unbalanced, error)
          return
       end if
+      call self%begin_stages()
       self%released = self%control%released
+      do p = 1, self%blocks%fixed%n
+         if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
+      end do
       self%gravity = self%control%gravity(self%parameters)
       wanted = self%control%dt
       self%dt = self%control%step_size(self%parameters, self%state%time)
       reach = predicted_reach(self%blocks, self%parameters, self%state, self%control, self%dt)
+      if (any(self%construction%newborn)) reach = max(reach, quantised(2*placing_share*longest_edge( &
+         self%blocks, self%construction%newborn), self%parameters%w0))
       call self%prepare(reach)
       attempts = 0
       iterations = 0
@@ -253,6 +274,53 @@ contains
       call self%times%lap(phase%update)
    end subroutine advance
 
+   !> Carry out the start of all stages that have begun since the last step.
+   subroutine begin_stages(self)
+      class(simulation_type), intent(inout) :: self
+      type(diagnostics_type) :: ignored
+      real(wp), allocatable :: before(:)
+      real(wp) :: share
+      integer :: first, s
+      logical :: is_new
+      do s = self%control%begun + 1, min(self%control%stage, size(self%parameters%stages))
+         associate (stage => self%parameters%stages(s), held => self%families%held)
+            call self%construction%place(s, self%blocks, self%state, self%ledger)
+            call self%construction%excavate(s, self%blocks, self%contacts, self%block_energies(), self%state, held, &
+                                            self%ledger, first)
+            share = 1
+            if (is_set(stage%relax)) share = stage%relax
+            ! a share that is given holds for all forces, otherwise for those of this excavation
+            if (is_set(stage%relax)) first = 1
+            call held%relax(first, share, stage%relax_steps)
+            before = self%block_energies()
+            call change_materials(self%construction, s, self%blocks, self%parameters, self%state, is_new)
+            if (is_new) then
+               call new_contact_laws(self%parameters%joint_materials, self%families%contacts%laws, ignored)
+               call self%families%elasticity%init(self%parameters)
+               call self%ledger%add(energy%discarded, sum(before) - sum(self%block_energies()))
+               self%families%contacts%stiffness_is_new = .true.
+            end if
+            if (stage%reset_displacement) call reset_measured(self%blocks, self%state)
+         end associate
+         self%control%begun = s
+      end do
+   end subroutine begin_stages
+
+   !> Strain and kinetic energy of each block.
+   function block_energies(self) result(energies)
+      class(simulation_type), intent(in) :: self
+      real(wp) :: energies(self%blocks%n_blocks)
+      integer :: i
+      associate (s => self%state)
+         do i = 1, size(energies)
+            energies(i) = strain_energy(s%stress(:, i), &
+                                        self%families%elasticity%c(:, :, self%blocks%block_material(i)), s%area(i)) &
+                          + 0.5_wp*dot_product(s%velocity(:, i), mass_times(s%mass(i), s%area(i), s%moments(:, i), &
+                                                                            s%velocity(:, i)))
+         end do
+      end associate
+   end function block_energies
+
    !> A shorter step after a failed attempt; count why.
    pure subroutine shorten_step(self, outcome, displacement)
       class(simulation_type), intent(inout) :: self
@@ -282,7 +350,9 @@ contains
       class(simulation_type), intent(inout) :: self
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
-      call set_search_limits(self%contacts, self%parameters, self%blocks%n_blocks, reach, self%limits)
+      call set_search_limits(self%contacts, self%parameters, self%blocks%n_blocks, reach, self%limits, &
+                             any(self%construction%placed > 0))
+      call show_blocks(self%search, self%state%active, self%construction%newborn)
       call self%times%lap(phase%other)
       call self%search%run(self%blocks, self%topology, self%state%vertices, self%limits, self%contacts, &
                            self%state%step == 0, 1.0e-6_wp*self%parameters%w0, self%families%contacts%table)
@@ -380,10 +450,13 @@ contains
       call self%families%add_forces(self%step_context_type, self%forces)
       self%record%unbalanced = self%forces%unbalanced(self%state)
       self%record%stage = self%control%stage_index()
+      self%record%relaxation = self%families%held%relaxation()
       call self%control%judge_balance(self%parameters, self%record%unbalanced, self%forces%driven)
       if (self%control%is_static_search(self%parameters)) self%control%slip_share = &
          self%families%contacts%slip_share()
       self%state%velocity = k01*self%state%velocity
+      self%construction%newborn = .false.
+      self%families%contacts%stiffness_is_new = .false.
       self%state%step = self%state%step + 1
       self%state%time = self%state%time + self%dt
       may_grow = self%control%is_static_search(self%parameters)
@@ -443,7 +516,9 @@ contains
       class(simulation_type), intent(in) :: self
       real(wp) :: force(self%blocks%bolts%n)
       integer :: l
+      force = 0
       do l = 1, size(force)
+         if (.not. all(is_there(self%state%active, self%blocks%bolts%blocks(:, l)))) cycle
          force(l) = bolt_force(self%blocks%bolts%stiffness(l), self%blocks%bolts%pretension(l), &
                                self%state%bolt_elongation(l), self%state%bolt_plastic(l))
       end do

@@ -14,6 +14,7 @@ TABLE = {"option_table.f90", "material_options.f90", "boundary_options.f90", "st
 # words in quotes that are no names of options there: energies, kinds of value and of boundaries, a group of the
 # checkpoint
 OTHERS = {
+    ("checkpoint_model.f90", "block_material"),
     ("state.f90", "gravity"),
     ("state.f90", "friction"),
     ("state.f90", "geometry"),
@@ -123,8 +124,8 @@ class OptionsTable(ProgramTest):
             "dilation 0, damping_ratio 0.1, brittle .true., tie .false.\n",
             "line_load 1                        = ends (0 0 1 0), force_start (0 3), force_end (0 3), "
             "table 2 rows of t, factor: (0 0) (1 4)\n",
-            "stage 1                            = tolerance 1e-05, max_steps 5000, until_step 1, gravity 1, release (1), "
-            "reset_displacement .false., relax_steps 10\n",
+            "stage 1                            = tolerance 1e-05, max_steps 5000, until_step 1, gravity 1, "
+            "release (1), reset_displacement .false., relax_steps 10\n",
             "stage 2                            = tolerance 1e-05, max_steps 5000, k01 0, gravity 1, "
             "reset_displacement .false., relax_steps 10\n",
             "max_wall                           = 500\n",

@@ -118,6 +118,125 @@ class Equilibrium(StageTest):
             self.assertTrue(np.array_equal(one["frames/vertices"][-1], other["frames/vertices"][-1]))
 
 
+def column(*stages, formulation="length"):
+    """Options for the column of five: it comes to rest under its weight, then other stages follow."""
+    rest = "until = 'equilibrium', tolerance = 1e-8"
+    return (
+        f"&contact formulation = '{formulation}' /\n&region name = 'Top', box = -1,4,2,6 /\n"
+        "&region name = 'upper', box = -1,2,2,6 /\n"
+        f"&stage name = 'weight', {rest} /\n" + "".join(f"&stage {rest}, {stage} /\n" for stage in stages)
+    )
+
+
+class Building(StageTest):
+    """WEIGHT of each block of the column acts on the next one: stresses follow from statics alone."""
+
+    WEIGHT = 24525
+
+    def stresses(self, out="out"):
+        """σy of the five blocks of the column in the last frame, from below, over the weight of one."""
+        data = self.read(out)
+        small = data["model/block_area"] < 1.5
+        order = np.argsort(data["model/block_centroid"][:, 1])
+        energy = data["history/energy"]
+        # the balance is exact: the residual is what the direct solver left
+        self.assertLess(np.abs(energy[:, -1]).max(), 1e-12 * np.abs(energy).max())
+        return [data["frames/stress"][-1][i, 1] / self.WEIGHT for i in order if small[i]]
+
+    def assertStresses(self, expected):
+        # blocks become wider by 1e-6 under their load
+        np.testing.assert_allclose(self.stresses(), expected, rtol=1e-4, atol=1e-12)
+
+    def test_what_the_excavated_block_carried_is_released_by_the_share(self):
+        for formulation in ("length", "vertex"):
+            for relax in (0, 0.5, 1):
+                with self.subTest(formulation=formulation, relax=relax):
+                    stage = f"excavate = 'top', relax = {relax}"
+                    self.compute(column(stage, formulation=formulation), more=("--quiet",))
+                    self.assertStresses([-(3.5 - i + 1 - relax) for i in range(4)] + [0])
+                    data = self.read()
+                    gone = np.argmax(data["model/block_centroid"][:, 1])
+                    expected = np.ones(6, dtype=int)
+                    self.assertEqual(data["frames/active"][0].tolist(), expected.tolist())
+                    expected[gone] = 0
+                    self.assertEqual(data["frames/active"][-1].tolist(), expected.tolist())
+                    end = data["frames/contact_offset"][-2:]
+                    self.assertNotIn(gone, data["frames/contact_blocks"][end[0] : end[1]])
+                    last = data["history/unbalanced"][data["history/stage"] == 0][-1]
+                    self.assertLessEqual(last, 1e-8)
+
+    def test_a_later_stage_releases_the_rest(self):
+        self.compute(column("excavate = 'top', relax = 0.25", "gravity = 1", "relax = 0.75"), more=("--quiet",))
+        data = self.read()
+        self.assertStresses([-(3.5 - i + 0.25) for i in range(4)] + [0])
+        # the stage between changes nothing
+        force = data["history/fixed_force"][:, :, 1].sum(axis=1) / self.WEIGHT
+        ends = [force[data["history/stage"] == i][-1] for i in range(4)]
+        np.testing.assert_allclose(ends, [9, 8.75, 8.75, 8.25], rtol=1e-4)
+
+    def test_one_step_or_ten_stages_lead_to_the_same_place(self):
+        # rock and joints a thousand times stiffer than those of the model: strains of 1e-8, by the square of which the
+        # way matters
+        stiff = "&contact stiffness = 1e13 /\n&change stage = 'weight', block_material = 1, young = 1e13 /\n"
+        steps = ["excavate = 'upper', relax = 0.1", *(f"relax = {k / 10}" for k in range(2, 11))]
+        self.compute(column("excavate = 'upper', relax_steps = 1") + stiff, out="one", more=("--quiet",))
+        self.compute(column(*steps) + stiff, out="ten", more=("--quiet",))
+        one, ten = self.read("one"), self.read("ten")
+        stays = np.repeat(one["frames/active"][-1] == 1, np.diff(one["model/vertex_offset"]))
+        moved = (one["frames/vertices"][-1] - one["model/vertices"])[stays]
+        other = (ten["frames/vertices"][-1] - ten["model/vertices"])[stays]
+        self.assertEqual(stays.sum(), 12)
+        self.assertLess(np.abs(moved - other).max(), 1e-6 * np.abs(moved).max())
+
+    def test_placed_blocks_are_free_of_stress_where_they_were_drawn(self):
+        for formulation in ("length", "vertex"):
+            with self.subTest(formulation=formulation):
+                self.compute(column("place = 'top'", formulation=formulation), more=("--quiet",))
+                self.assertStresses([-(4.5 - i) for i in range(5)])
+                data = self.read()
+                self.assertEqual(data["frames/active"].sum(axis=1).tolist()[:2], [5, 5])
+                top = np.argmax(data["model/block_centroid"][:, 1])
+                before = np.flatnonzero(data["frames/active"][:, top] == 0)
+                self.assertTrue((data["frames/stress"][before][:, top] == 0).all())
+                # the column had sunk by 4 W (4 m) / 2 / E = 2e-5 m and more: it finds a gap, which is taken as closed
+                moved = (data["frames/centroid"][-1] - data["model/block_centroid"])[top, 1]
+                self.assertLess(abs(moved), 5.5e-5)
+
+    def test_new_values_hold_from_their_stage_on(self):
+        change = "&change stage = 'stage 2', region = 'TOP', density = 5000, unit_weight = 49050 /\n"
+        self.compute(column("gravity = 1") + change, more=("--quiet",))
+        self.assertStresses([-(5.5 - i) for i in range(4)] + [-1])
+        # softer joints and softer blocks keep their stress where they are
+        for change in ("joint_material = 1, normal_stiffness = 1e9", "block_material = 1, young = 1e9"):
+            self.compute(column("gravity = 1") + f"&change stage = 'stage 2', {change} /\n", more=("--quiet",))
+            self.assertStresses([-(4.5 - i) for i in range(5)])
+            data = self.read()
+            rest = int((data["history/stage"] == 0).sum())
+            self.assertLess(data["history/max_displacement"][rest:].max(), 1e-9)
+
+    def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(self):
+        options = (
+            column("excavate = 'top', relax = 0.6", "relax = 1, reset_displacement = .true.", "place = 'base'")
+            + "&region name = 'base', box = -1,3,2,4 /\n"
+            + "&change stage = 'stage 3', joint_material = 1, friction = 30 /\n"
+        )
+        self.compute(options, out="whole", more=("--threads", "1", "--quiet"))
+        self.compute(options, out="two", more=("--threads", "2", "--quiet"))
+        self.assertSame("whole.h5", "two.h5")
+        n = len(self.read("whole")["history/step"])
+        self.assertGreater(n, 25)
+        # in the first relaxation, in the second, after the placing
+        for steps in (9, 21, n - 2):
+            self.compute(options, out="part", more=("--steps", str(steps), "--quiet"))
+            self.good("resume", "part.ckpt.h5", "--steps", n - steps, "--quiet")
+            one, other = self.read("whole"), self.read("part")
+            for name in one:
+                if name.startswith("history/") and name != "history/solver_iterations":
+                    self.assertTrue(np.array_equal(one[name], other[name]), (steps, name))
+            for name in ("frames/vertices", "frames/active", "frames/stress"):
+                self.assertTrue(np.array_equal(one[name][-1], other[name][-1]), (steps, name))
+
+
 class Mistakes(StageTest):
     def test_all_of_them_in_one_pass(self):
         found = self.mistakes(
@@ -133,6 +252,7 @@ class Mistakes(StageTest):
             "&change stage = 'b', young = 1e9 /\n"
             "&change stage = 'b', joint_material = 1 /\n"
         )
+        self.assertGreater(len(found), 10)
         for place, text in (
             ("1:20", "did you mean 'tolerance'"),
             ("2:", "equilibr"),
@@ -148,6 +268,31 @@ class Mistakes(StageTest):
             ("11:1", "no new value is given"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
+
+    def test_names_that_the_model_does_not_have(self):
+        found = self.mistakes(
+            "&region name = 'heading', box = -1,4,2,6 /\n"
+            "&stage duration = 1, excavate = 'heding' /\n"
+            "&stage duration = 1, place = 'bench' /\n"
+            "&change stage = 'stage 1', joint_material = 7, friction = 20 /\n"
+            "&change stage = 'stage 1', block_material = 3, young = 1e9 /\n"
+            "&change stage = 'stage 2', region = 'headin', young = 1e9 /\n"
+        )
+        for place, text in (
+            ("2:1", "&stage: there is no region 'heding'; did you mean 'heading'?"),
+            ("3:1", "&stage: there is no region 'bench'"),
+            ("4:1", "&change: there is no joint material '7'"),
+            ("5:1", "&change: block material '3' is unknown; there is 1 block material"),
+            ("6:1", "&change: there is no region 'headin'; did you mean 'heading'?"),
+        ):
+            self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
+
+    def test_what_is_on_excavated_blocks_is_told(self):
+        self.write("dig.nml", column("excavate = 'top'"))
+        outcome = self.run_program("check", *STACK, "dig.nml", "--json")
+        said = [item["message"] for item in outcome.json["messages"]]
+        self.assertIn("&stage 'stage 2' excavates 1 block", said)
+        self.assertIn("&stage 'stage 2': 1 measured point on excavated blocks, without effect from then on", said)
 
 
 if __name__ == "__main__":

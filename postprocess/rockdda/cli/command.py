@@ -70,8 +70,8 @@ def plot_command(
         typer.Option(
             "--kind",
             "-k",
-            help="blocks (the default), stress, contacts, joints, displacements, history, profile, energy or "
-            "iterations; of a geometry file lines (the default) or blocks.",
+            help="blocks (the default), stress, contacts, joints, displacements, history, profile, energy, "
+            "iterations or ground-reaction; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
     ] = None,
@@ -93,6 +93,10 @@ def plot_command(
     columns: Annotated[
         list[str] | None,
         typer.Option("--column", "-c", help="Column of a history; may be repeated.", show_default=False),
+    ] = None,
+    stage: Annotated[
+        str | None,
+        typer.Option("--stage", help="Excavation of a ground reaction; the first one.", show_default=False),
     ] = None,
     labels: Annotated[
         list[str] | None,
@@ -127,6 +131,8 @@ def plot_command(
 
         rockdda-post plot roof.h5 --kind history --column measured_displacement
 
+        rockdda-post plot tunnel.h5 --kind ground-reaction --stage heading
+
         rockdda-post plot phi20.h5 phi30.h5 phi40.h5 --label 20° --label 30° --label 40°
     """
     import matplotlib as mpl
@@ -150,7 +156,7 @@ def plot_command(
     kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
     if kind == "joints":
         field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
-    framed = kind not in ("history", "energy", "iterations") or interactive or len(files) > 1
+    framed = kind not in ("history", "energy", "iterations", "ground-reaction") or interactive or len(files) > 1
     opened = [
         in_shown_units(open_results(path, frame, None if kind == "joints" else field, framed), units, show)
         for path in files
@@ -163,6 +169,7 @@ def plot_command(
         plot.interactive(runs[0], field, frame, units=units)
         return
     given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
+    given["stage"] = stage
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if line is not None:
         options["line"] = _four_numbers(line)

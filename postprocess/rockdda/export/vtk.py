@@ -117,7 +117,14 @@ def _blocks(frame: Frame) -> Any:
         "displacement": _in_space(frame.vertex_displacement),
         "edge_joint": results.edge_joint.astype(np.int32),
     }
-    return _grid(frame.time, frame.vertices, results.vertex_offset, VTK_POLYGON, points, cells)
+    vertices, offset, active = frame.vertices, results.vertex_offset, frame.active
+    if not active.all():  # blocks that are not there are left out; the field `block` keeps their numbers
+        corners = np.diff(offset)
+        there = np.repeat(active, corners)
+        cells = {name: values[active] for name, values in cells.items()}
+        points = {name: values[there] for name, values in points.items()}
+        vertices, offset = vertices[there], np.concatenate([[0], np.cumsum(corners[active])])
+    return _grid(frame.time, vertices, offset, VTK_POLYGON, points, cells)
 
 
 def _bolts(frame: Frame) -> Any:

@@ -139,7 +139,7 @@ def film_page(
     values = {name: np.empty((len(frames), results.n_blocks), dtype=np.float32) for name in fields}
     for k, index in enumerate(frames):
         now = results.frames[index]
-        moves[k] = now.vertex_displacement
+        moves[k] = now.shown_displacement
         for name in fields:
             values[name][k] = now.field(name)
         if progress is not None:

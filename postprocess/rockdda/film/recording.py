@@ -110,7 +110,7 @@ def _draw(
 
         def draw(index: int) -> None:
             now = results.frames[index]
-            drawn.set_verts(np.split(_moved(results, now.vertices, scale), results.vertex_offset[1:-1]))
+            drawn.set_verts(np.split(_moved(results, now.shown_vertices, scale), results.vertex_offset[1:-1]))
             if field != "material":
                 drawn.set_array(now.field(field))
             share = (now.time - first) / (last - first) if last > first else 1.0
@@ -172,9 +172,9 @@ def _scene(
     values = []
     for index in frames:
         now = results.frames[index]
-        shown = _moved(results, now.vertices, scale)
-        low, high = np.minimum(low, shown.min(axis=0)), np.maximum(high, shown.max(axis=0))
-        found = now.field(field)
+        shown = _moved(results, now.shown_vertices, scale)
+        low, high = np.fmin(low, np.nanmin(shown, axis=0)), np.fmax(high, np.nanmax(shown, axis=0))
+        found = now.field(field)[now.active]
         values += [found.min(), found.max()]
     margin = 0.03 * float((high - low).max())
     # H.264 takes even numbers of pixels; a quarter of one more, so that rounding does not lose one

@@ -57,7 +57,7 @@ class Viewer:
             if len(parts) == 2 and parts[0] == "limits" and parts[1] in FIELDS:
                 return "application/json", json.dumps(self._range(parts[1])).encode()
             if len(parts) == 2 and parts[0] == "displacement":
-                return self._floats(self._frame(parts[1]).vertex_displacement)
+                return self._floats(self._frame(parts[1]).shown_displacement)
             if len(parts) == 3 and parts[0] == "field" and parts[1] in FIELDS:
                 return self._floats(self._frame(parts[2]).field(parts[1]))
             if len(parts) == 2 and parts[0] == "bolts":

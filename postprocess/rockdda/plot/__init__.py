@@ -2,8 +2,8 @@
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`; curves: `history`, `profile`, `energy`,
-`iterations`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws the kind that
-is named. `input_plot` draws geometry and block files before any run.
+`iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws
+the kind that is named. `input_plot` draws geometry and block files before any run.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile, profile_data
+from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
@@ -24,6 +25,8 @@ __all__ = [
     "contact_forces",
     "displacements",
     "energy",
+    "ground_reaction",
+    "ground_reaction_data",
     "history",
     "input_plot",
     "interactive",

@@ -96,7 +96,8 @@ def add_start(axes: Axes, results: Results, shown: FloatArray) -> None:
     """Add the outlines at the start of those blocks that have visibly moved."""
     offset = results.vertex_offset
     shift = np.hypot(*(shown - results.vertices).T)
-    moved = np.maximum.reduceat(shift, offset[:-1]) > 0.002 * np.ptp(shown, axis=0).max()
+    extent = np.nanmax(shown, axis=0) - np.nanmin(shown, axis=0)
+    moved = np.maximum.reduceat(shift, offset[:-1]) > 0.002 * extent.max()  # not those that are drawn as gaps
     corners = np.diff(offset)
     of_moved = np.concatenate([[0], np.cumsum(corners[moved])])
     add_outline(axes, results.vertices[np.repeat(moved, corners)], of_moved)
@@ -107,7 +108,7 @@ def frame_axes(
 ) -> Axes:
     """Axes for a map of the blocks: equal scales, limits around start and frame, labels, title with the time."""
     corners = np.concatenate([results.vertices, shown])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = np.nanmin(corners, axis=0), np.nanmax(corners, axis=0)
     margin = 0.03 * float((high - low).max())
     width, height = high - low + 2 * margin
     _, axes = new_axes(axes, size_of(float(width), float(height)))
@@ -123,7 +124,8 @@ def frame_axes(
 
 
 def _moved(frame: Frame, scale: float) -> FloatArray:
-    return frame.results.vertices + scale * frame.vertex_displacement if scale != 1 else frame.vertices
+    shown, start = frame.shown_vertices, frame.results.vertices
+    return start + scale * (shown - start) if scale != 1 else shown
 
 
 def add_fixed_points(axes: Axes, results: Results) -> None:
@@ -257,7 +259,7 @@ def blocks(
             _material_blocks(axes, results, shown, colour_bar)
         else:
             values = now.field(field)
-            low, high, chosen = limits_of(field, values, limits)
+            low, high, chosen = limits_of(field, values[now.active], limits)
             drawn = add_blocks(axes, shown, offset, array=values, cmap=colour_map or chosen)
             drawn.set_clim(low, high)
             if colour_bar:
@@ -318,8 +320,8 @@ def stress_crosses(
     colours = np.where(principal.ravel() > 0, TENSION, COMPRESSION)
     order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
     with style():
-        axes = frame_axes(results, now, now.vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.vertices)
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+        add_plain_blocks(axes, results, now.shown_vertices)
         many = results.n_blocks > MANY
         axes.add_collection(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
@@ -362,8 +364,8 @@ def contact_forces(
     share = np.minimum(force / reference, 1.5)
     colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
     with style():
-        axes = frame_axes(results, now, now.vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.vertices)
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+        add_plain_blocks(axes, results, now.shown_vertices)
         if carrying.any():
             order = np.flatnonzero(carrying)[np.argsort(-force[carrying])]
             direction = contacts.force[order] / force[order, None]
@@ -413,7 +415,7 @@ def displacements(
     if scale is None:
         scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
     with style():
-        axes = frame_axes(results, now, now.vertices, axes, units, title)
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         add_plain_blocks(axes, results, results.vertices)
         start = results.block_centroid
         arrows = axes.quiver(

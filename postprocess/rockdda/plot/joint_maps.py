@@ -65,9 +65,9 @@ def joints(
     ends = points[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
     line = points["length"].to_numpy() > 0
     with style():
-        axes = frame_axes(results, now, now.vertices, axes, units, title)
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         width = size * _width(axes, results)
-        add_plain_blocks(axes, results, now.vertices)
+        add_plain_blocks(axes, results, now.shown_vertices)
         for some, colour, share in ((without, STATES["open"], 0.4), (~without, RIM, 1.0)):
             lines = LineCollection(list(ends[some & line]), colors=colour, zorder=3)
             lines.set(

@@ -19,6 +19,7 @@ from ..text import plain_text
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile
+from .ground_reaction import ground_reaction
 from .joint_maps import joints
 from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
 
@@ -99,6 +100,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     "profile": profile,
     "energy": energy,
     "iterations": iterations,
+    "ground-reaction": ground_reaction,
 }
 
 

@@ -22,7 +22,7 @@ def polygons_mesh(results: Results, frame: int = -1) -> Any:
     offset = results.vertex_offset
     count = np.diff(offset)
     faces = np.insert(np.arange(offset[-1]), offset[:-1], count)
-    vertices = results.frames[frame].vertices
+    vertices = results.vertices + results.frames[frame].shown_displacement
     return pyvista.PolyData(np.column_stack([vertices, np.zeros(len(vertices))]), faces=faces)
 
 
@@ -60,7 +60,7 @@ def interactive(
 
     def turn(value: float) -> None:
         now = frames[round(value)]
-        mesh.points[:, :2] = now.vertices
+        mesh.points[:, :2] = results.vertices + now.shown_displacement
         mesh.cell_data[field] = now.field(field)
         plotter.add_text(f"t = {now.time:.4g} {units.time}", name="time", font_size=10)
 

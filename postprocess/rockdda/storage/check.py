@@ -96,6 +96,7 @@ def _check(file: h5py.File) -> None:
     if "history/unbalanced" in file:  # not in older files
         _table(file, "history/unbalanced", "f8")
         _table(file, "history/stage", "i4")
+        _table(file, "history/relaxation", "f8")
         _table(file, "frames/active", "i4", nb)
     _check_boundaries(file, nv)
     _table(file, "frames/step", "i4")

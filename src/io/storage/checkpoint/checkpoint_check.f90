@@ -372,7 +372,7 @@ contains
       call check%is_finite([ledger%at_start], 'at_start')
       call check%is_finite([ledger%contact_energy], 'contact_energy')
       call check%is_finite([ledger%bolt_energy], 'bolt_energy')
-      call check%is_finite([ledger%boundary_energy], 'boundary_energy')
+      call check%list(ledger%boundary_energy, blocks%n_blocks, 'boundary_energy')
       call check%list(ledger%fixed_energy, blocks%fixed%n, 'fixed_energy')
       check%group = 'record'
       call check%holds(record%step == state%step, 'step')
@@ -383,7 +383,7 @@ contains
       call check%in_range([record%attempts], 0, huge(1), 'attempts')
       call check%in_range([record%solver_iterations], 0, huge(1), 'solver_iterations')
       call check%in_range(record%contacts, 0, huge(1), 'contacts')
-      call check%is_finite([record%max_displacement, record%unbalanced], 'max_displacement')
+      call check%is_finite([record%max_displacement, record%unbalanced, record%relaxation], 'max_displacement')
       call check%in_range([record%stage], 0, size(p%stages), 'stage')
       call check%is_finite(record%energy, 'energy')
       call check%table(record%measured_displacement, 2, blocks%measured%n, 'measured_displacement')

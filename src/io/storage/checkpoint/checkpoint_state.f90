@@ -6,12 +6,15 @@ module rockdda_io_checkpoint_state
    use rockdda_base_kinds, only : i8
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_state, only : block_state_type, step_record_type
+   use rockdda_interaction_held_forces, only : held_forces_type
+   use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_io_archive, only : archive_type
    implicit none
    private
-   public :: exchange_state, exchange_contacts, exchange_control, exchange_ledger, exchange_record
+   public :: exchange_state, exchange_contacts, exchange_control, exchange_construction, exchange_ledger, &
+      exchange_record
 
 contains
 
@@ -104,6 +107,27 @@ contains
       call archive%item('short_steps', control%short_steps)
    end subroutine exchange_control
 
+   !> Save or load what stages build: blocks of their regions, and the forces held for excavated ones.
+   subroutine exchange_construction(archive, construction, held, stiffness_is_new)
+      type(archive_type), intent(inout) :: archive
+      type(construction_type), intent(inout) :: construction
+      type(held_forces_type), intent(inout) :: held
+      logical, intent(inout) :: stiffness_is_new   !! a step that was stopped had new materials
+      call archive%section('construction')
+      call archive%item('excavated', construction%excavated)
+      call archive%item('placed', construction%placed)
+      call archive%item('changed', construction%changed)
+      call archive%item('newborn', construction%newborn)
+      call archive%item('stiffness_is_new', stiffness_is_new)
+      call archive%item('held_n', held%n)
+      call archive%item('held_block', held%block)
+      call archive%item('held_point', held%point)
+      call archive%item('held_force', held%force)
+      call archive%item('held_released', held%released)
+      call archive%item('held_goal', held%goal)
+      call archive%item('held_steps_left', held%steps_left)
+   end subroutine exchange_construction
+
    !> Save or load energies.
    subroutine exchange_ledger(archive, ledger)
       type(archive_type), intent(inout) :: archive
@@ -139,6 +163,7 @@ contains
       call archive%item('max_displacement', record%max_displacement)
       call archive%item('unbalanced', record%unbalanced)
       call archive%item('stage', record%stage)
+      call archive%item('relaxation', record%relaxation)
       call archive%fixed('energy', record%energy)
       call archive%item('measured_displacement', record%measured_displacement)
       call archive%item('measured_stress', record%measured_stress)

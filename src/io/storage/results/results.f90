@@ -31,13 +31,11 @@ module rockdda_io_results
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, s_boundary_force = 14, &
-                         s_unbalanced = 15, &
-                         s_stage = 16, &
-                         s_frame_step = 17, s_frame_time = 18, s_vertices = 19, s_centroid = 20, s_rotation = 21, &
-                         s_stress = 22, s_velocity = 23, s_bolt_ends = 24, s_bolt_force = 25, s_active = 26, &
-                         s_offset = 27, &
-                         s_point = 28, s_force = 29, s_state = 30, s_blocks = 31, &
-                         s_opening = 32, s_slip = 33, s_length = 34, s_normal_stress = 35, s_shear_stress = 36, &
+                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, &
+                         s_frame_step = 18, s_frame_time = 19, s_vertices = 20, s_centroid = 21, s_rotation = 22, &
+                         s_stress = 23, s_velocity = 24, s_bolt_ends = 25, s_bolt_force = 26, s_active = 27, &
+                         s_offset = 28, s_point = 29, s_force = 30, s_state = 31, s_blocks = 32, s_opening = 33, &
+                         s_slip = 34, s_length = 35, s_normal_stress = 36, s_shear_stress = 37, &
                          n_series = n_tables
 
    type :: results_type
@@ -242,6 +240,7 @@ contains
       call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, n_boundaries])
       call self%series(s_unbalanced)%init('history/unbalanced', reals, single)
       call self%series(s_stage)%init('history/stage', integers, single)
+      call self%series(s_relaxation)%init('history/relaxation', reals, single)
       call self%series(s_frame_step)%init('frames/step', integers, single)
       call self%series(s_frame_time)%init('frames/time', reals, single)
       call self%series(s_vertices)%init('frames/vertices', reals, [2, nv])
@@ -291,6 +290,7 @@ contains
          call s(s_boundary_force)%add(reshape(record%boundary_force(:, 1:n_boundaries), [2*n_boundaries]), 1)
          call s(s_unbalanced)%add([record%unbalanced], 1)
          call s(s_stage)%add([record%stage], 1)
+         call s(s_relaxation)%add([record%relaxation], 1)
       end associate
       call self%write_if_large(error)
    end subroutine append_history
@@ -499,8 +499,8 @@ contains
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
       integer(i8) :: lengths(n_series)
-      lengths(:s_stage) = rows%steps
-      lengths(s_stage + 1:) = rows%frames
+      lengths(:s_relaxation) = rows%steps
+      lengths(s_relaxation + 1:) = rows%frames
       lengths(s_offset) = rows%frames + 1
       lengths(s_point:) = rows%contacts
    end function lengths

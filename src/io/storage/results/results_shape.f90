@@ -182,6 +182,7 @@ contains
       n = rows_of(file, check, 'fixed_force', reals, [2, points(1)])
       ! older files do not have them
       if (file%exists('history/unbalanced')) n = rows_of(file, check, 'unbalanced', reals, [integer ::])
+      if (file%exists('history/relaxation')) n = rows_of(file, check, 'relaxation', reals, [integer ::])
       if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
    end subroutine check_history
 

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""Ground reaction: how far the ground has moved when a share of the forces of excavated blocks is released."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..namelist import parse_groups
+from ..text import plain_text
+from ..units import Units
+from .style import PALETTE, PAPER_WIDTH, new_axes, nice_ticks, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..results import Results
+
+__all__ = ["ground_reaction", "ground_reaction_data"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[FloatArray, FloatArray, npt.NDArray[Any]]:
+    """(n,) released shares, (n, points) convergence of the measured points [length], (n,) rows that end a stage.
+
+    The rows are those from the end of the stage before the excavation on: of the first excavation, or of the one in
+    the stage of this name, up to the next one. The convergence of a point is its displacement since then in the
+    direction in which it has moved at the end.
+    """
+    if "history/relaxation" not in results:
+        raise InputError("there are no stages in it: the file was written by an older version", results.path)
+    share, index = results["history/relaxation"], results["history/stage"]
+    moved = results["history/measured_displacement"]
+    names = [name.strip().lower() for name in results.stage_names]
+    begins = [k for k in range(len(names)) if (share[index == k] > 0).any() and _is_new(share, index, k)]
+    if not begins:
+        raise InputError("no stage has released forces of excavated blocks", results.path)
+    if stage is not None and stage.strip().lower() not in names:
+        raise InputError(f"there is no stage {stage!r}; the stages are: {', '.join(results.stage_names)}", results.path)
+    first = begins[0] if stage is None else names.index(stage.strip().lower())
+    if first not in begins:
+        raise InputError(f"stage {stage!r} excavates nothing", results.path)
+    if not moved.shape[1]:
+        raise InputError("there is no measured point in it: convergence needs one", results.path)
+    later = [k for k in begins if k > first]
+    rows = np.flatnonzero((index >= first) & (index < (later[0] if later else len(names))))
+    way = _way(results, rows)
+    length = np.hypot(way[-1, :, 0], way[-1, :, 1])
+    direction = way[-1] / np.where(length > 0, length, 1.0)[:, None]
+    convergence = np.concatenate([np.zeros((1, moved.shape[1])), (way * direction).sum(axis=2)])
+    ends = np.concatenate([[True], np.diff(index[rows]) > 0, [True]])
+    return np.concatenate([[0.0], share[rows]]), convergence, np.flatnonzero(ends)
+
+
+def _is_new(share: FloatArray, index: npt.NDArray[Any], stage: int) -> bool:
+    """Does the share begin in this stage, at less than it was before?"""
+    rows = np.flatnonzero(index == stage)
+    before = share[rows[0] - 1] if rows[0] > 0 else 0.0
+    return bool(before == 0 or share[rows[0]] < before)
+
+
+def _resets(results: Results) -> set[int]:
+    """Indices of the stages that let displacements count anew."""
+    try:
+        groups = parse_groups(str(results["input/config"])).get("stage", [])
+    except (KeyError, ValueError):  # no text that the program has accepted
+        return set()
+    stages = [groups] if isinstance(groups, dict) else groups
+    return {k for k, stage in enumerate(stages) if stage.get("reset_displacement") is True}
+
+
+def _way(results: Results, rows: npt.NDArray[Any]) -> FloatArray:
+    """(n, points, 2) displacements of the measured points since the row before the first, across stages that let them
+    count anew."""
+    moved, index = results["history/measured_displacement"], results["history/stage"]
+    resets = _resets(results)
+    way = np.zeros((len(rows), *moved.shape[1:]))
+    last, before = np.zeros_like(moved[0]), np.zeros_like(moved[0])
+    for k, row in enumerate(rows):
+        new_stage = row == 0 or index[row] != index[row - 1]
+        if row > 0 and not (new_stage and int(index[row]) in resets):
+            before = moved[row - 1]
+        else:
+            before = np.zeros_like(moved[0])
+        last = last + (moved[row] - before)
+        way[k] = last
+    return way
+
+
+def ground_reaction(
+    results: Results,
+    stage: str | None = None,
+    *,
+    axes: Axes | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """Released share of the forces of excavated blocks over the convergence of the measured points.
+
+    `stage` names the excavation (by default the first one); dots mark the ends of stages.
+    """
+    units = Units.parse(units)
+    share, convergence, ends = ground_reaction_data(results, stage)
+    with style():
+        _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
+        for i, number in enumerate(results.point_numbers("measured")):
+            colour = PALETTE[i % len(PALETTE)]
+            axes.plot(convergence[:, i], share, color=colour, label=f"point {number}")
+            axes.plot(convergence[ends, i], share[ends], "o", color=colour, markersize=3.5)
+        axes.set_xlabel(units.label("convergence", "length"))
+        axes.set_ylabel("relaxation")
+        axes.set_ylim(0, 1.05)
+        axes.set_xlim(left=min(0.0, float(convergence.min())))
+        nice_ticks(axes.xaxis)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
+        axes.set_title(plain_text(results.title) if title is None else title)
+    return axes

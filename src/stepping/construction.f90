@@ -1,0 +1,309 @@
+! SPDX-License-Identifier: MIT
+!> What happens when a stage begins: blocks are placed and excavated, forces are held and released, materials change,
+!> measured displacements count anew.
+!>
+!> Which blocks belong to the regions of stages is found at the start of the run, and kept.
+module rockdda_stepping_construction
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_analysis_input, only : block_material_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_joint_options, only : change_joint
+   use rockdda_model_options, only : stage_type, change_type, is_set
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_regions, only : blocks_of_region, same_name, material_number
+   use rockdda_model_stage_options, only : stage_name, is_given
+   use rockdda_model_state, only : block_state_type, energy
+   use rockdda_contact_search, only : contact_search_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_bolts, only : bolt_force
+   use rockdda_interaction_contacts, only : force_on_a
+   use rockdda_interaction_held_forces, only : held_forces_type
+   implicit none
+   private
+   public :: construction_type, retire_block, change_materials, show_blocks, longest_edge
+
+   !> Part of the state of a run.
+   type :: construction_type
+      integer, allocatable :: excavated(:, :)   !! (nb, stages) 1: the block is taken out when the stage begins
+      integer, allocatable :: placed(:, :)      !! (nb, stages) 1: it is absent until then
+      integer, allocatable :: changed(:, :)     !! (nb, changes) 1: it belongs to the regions of the change
+      logical, allocatable :: newborn(:)        !! (nb) placed, and without a step since
+   contains
+      procedure :: init
+      procedure :: place
+      procedure :: excavate
+   end type construction_type
+
+contains
+
+   !> Blocks of all regions.
+   subroutine init(self, blocks, parameters)
+      class(construction_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer :: i, n
+      if (allocated(self%newborn)) deallocate (self%newborn, self%excavated, self%placed, self%changed)
+      n = 0
+      if (allocated(parameters%changes)) n = size(parameters%changes)
+      allocate (self%newborn(blocks%n_blocks), source=.false.)
+      allocate (self%excavated(blocks%n_blocks, size(parameters%stages)), &
+                self%placed(blocks%n_blocks, size(parameters%stages)), self%changed(blocks%n_blocks, n), source=0)
+      if (.not. allocated(parameters%regions)) return
+      do i = 1, size(parameters%stages)
+         associate (stage => parameters%stages(i))
+            if (is_given(stage%excavate)) self%excavated(:, i) = mask(stage%excavate)
+            if (is_given(stage%place)) self%placed(:, i) = mask(stage%place)
+         end associate
+      end do
+      do i = 1, n
+         if (is_given(parameters%changes(i)%region)) self%changed(:, i) = mask(parameters%changes(i)%region)
+      end do
+
+   contains
+
+      !> 1 for the blocks of some regions.
+      function mask(names)
+         character(len=*), intent(in) :: names
+         integer :: mask(blocks%n_blocks)
+         mask = merge(1, 0, blocks_of_region(blocks, parameters%regions, names))
+      end function mask
+
+   end subroutine init
+
+   !> Let the search find no contacts of blocks that are not there, and make those of new ones free of stress.
+   pure subroutine show_blocks(search, active, newborn)
+      type(contact_search_type), intent(inout) :: search
+      logical, intent(in) :: active(:), newborn(:)   !! (nb)
+      if (allocated(search%pairs%active)) deallocate (search%pairs%active)
+      if (.not. all(active)) search%pairs%active = active
+      if (allocated(search%newborn)) deallocate (search%newborn)
+      if (any(newborn)) search%newborn = newborn
+   end subroutine show_blocks
+
+   !> Length of the longest edge of some blocks.
+   pure real(wp) function longest_edge(blocks, chosen) result(longest)
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: chosen(:)               !! (nb)
+      integer :: i, v, next
+      longest = 0
+      do i = 1, blocks%n_blocks
+         if (.not. chosen(i)) cycle
+         do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            next = merge(blocks%vertex_offset(i) + 1, v + 1, v == blocks%vertex_offset(i + 1))
+            longest = max(longest, norm2(blocks%vertices(:, next) - blocks%vertices(:, v)))
+         end do
+      end do
+   end function longest_edge
+
+   !> A block that is not there has neither stress nor velocity.
+   pure subroutine retire_block(state, i)
+      type(block_state_type), intent(inout) :: state
+      integer, intent(in) :: i
+      state%active(i) = .false.
+      state%stress(:, i) = 0
+      state%velocity(:, i) = 0
+   end subroutine retire_block
+
+   !> Place the blocks of a stage where they were drawn, free of stress. Bolts with an end in them have their pretension
+   !> from now on.
+   subroutine place(self, stage, blocks, state, balance)
+      class(construction_type), intent(inout) :: self
+      integer, intent(in) :: stage
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(inout) :: state
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: stored
+      integer :: i, l
+      do i = 1, blocks%n_blocks
+         self%newborn(i) = self%newborn(i) .or. (self%placed(i, stage) > 0 .and. .not. state%active(i))
+         state%active(i) = state%active(i) .or. self%placed(i, stage) > 0
+      end do
+      do l = 1, blocks%bolts%n
+         if (.not. any(on(blocks%bolts%blocks(:, l), self%newborn)) .or. &
+             any(on(blocks%bolts%blocks(:, l), .not. state%active))) cycle
+         state%bolt_plastic(l) = state%bolt_elongation(l)
+         stored = 0.5_wp*blocks%bolts%pretension(l)**2/blocks%bolts%stiffness(l)
+         balance%bolt_energy = balance%bolt_energy + stored
+         call balance%add(energy%external, stored)
+      end do
+   end subroutine place
+
+   !> Take out the blocks of a stage; the forces that they gave are held. Their energy, and that of bolts that end in
+   !> them, is discarded; that of their contacts and supports in the next step.
+   subroutine excavate(self, stage, blocks, contacts, strain_and_kinetic, state, held, balance, first)
+      class(construction_type), intent(in) :: self
+      integer, intent(in) :: stage
+      type(block_system_type), intent(in) :: blocks
+      type(contact_table_type), intent(in) :: contacts         !! of the last step
+      real(wp), intent(in) :: strain_and_kinetic(:)            !! (nb) energy of each block
+      type(block_state_type), intent(inout) :: state
+      type(held_forces_type), intent(inout) :: held
+      class(energy_balance_type), intent(inout) :: balance
+      integer, intent(out) :: first                            !! of the forces that are new
+      logical :: goes(blocks%n_blocks)
+      integer :: i
+      goes = self%excavated(:, stage) > 0 .and. state%active
+      call held%drop(state%active .and. .not. goes)
+      first = held%n + 1
+      if (.not. any(goes)) return
+      call hold_contact_forces(goes, contacts, state, held)
+      call hold_bolt_forces(goes, blocks, state, held, balance)
+      do i = 1, size(goes)
+         if (.not. goes(i)) cycle
+         call balance%add(energy%discarded, strain_and_kinetic(i))
+         call retire_block(state, i)
+      end do
+   end subroutine excavate
+
+   !> Hold the forces of contacts between a block that goes and one that stays.
+   subroutine hold_contact_forces(goes, contacts, state, held)
+      logical, intent(in) :: goes(:)
+      type(contact_table_type), intent(in) :: contacts
+      type(block_state_type), intent(in) :: state
+      type(held_forces_type), intent(inout) :: held
+      real(wp) :: force(2), point(2)
+      integer :: c
+      do c = 1, contacts%n
+         if (contacts%state(c) == contact_state%open) cycle
+         associate (a => contacts%block_a(c), b => contacts%block_b(c))
+            if (goes(a) .eqv. goes(b)) cycle
+            force = force_on_a(contacts, c)
+            point = contacts%point(:, c)
+            if (contacts%station(c) == 0) point = state%vertices(:, contacts%vertex(c))
+            if (goes(a)) call held%hold(b, point, -force)
+            if (goes(b)) call held%hold(a, point, force)
+         end associate
+      end do
+   end subroutine hold_contact_forces
+
+   !> Hold the forces of bolts between a block that goes and one that stays.
+   subroutine hold_bolt_forces(goes, blocks, state, held, balance)
+      logical, intent(in) :: goes(:)
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      type(held_forces_type), intent(inout) :: held
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: along(2), force, length
+      integer :: l, side
+      do l = 1, blocks%bolts%n
+         associate (pair => blocks%bolts%blocks(:, l), ends => state%bolt_ends(:, l), k => blocks%bolts%stiffness(l))
+            if (.not. any(on(pair, goes)) .or. any(on(pair, .not. state%active))) cycle
+            force = bolt_force(k, blocks%bolts%pretension(l), state%bolt_elongation(l), state%bolt_plastic(l))
+            balance%bolt_energy = balance%bolt_energy - 0.5_wp*force**2/k
+            call balance%add(energy%discarded, 0.5_wp*force**2/k)
+            if (pair(1) == pair(2)) cycle
+            along = ends(3:4) - ends(1:2)
+            length = norm2(along)
+            if (.not. length > 0) cycle
+            do side = 1, 2
+               if (pair(side) < 1) cycle
+               if (goes(pair(side))) cycle
+               call held%hold(pair(side), ends(2*side - 1:2*side), merge(force, -force, side == 1)*along/length)
+            end do
+         end associate
+      end do
+   end subroutine hold_bolt_forces
+
+   !> Is a block of an end one of a set? Not the fixed outside.
+   pure function on(pair, set)
+      integer, intent(in) :: pair(2)
+      logical, intent(in) :: set(:)
+      logical :: on(2)
+      integer :: side
+      on = .false.
+      do side = 1, 2
+         if (pair(side) > 0) on(side) = set(pair(side))
+      end do
+   end function on
+
+   !> The changes of materials that begin with a stage.
+   subroutine change_materials(construction, stage, blocks, parameters, state, is_new)
+      type(construction_type), intent(in) :: construction
+      integer, intent(in) :: stage
+      type(block_system_type), intent(inout) :: blocks
+      type(parameters_type), intent(inout) :: parameters
+      type(block_state_type), intent(inout) :: state
+      logical, intent(out) :: is_new            !! something has changed
+      real(wp) :: density(blocks%n_blocks)
+      integer :: i, j, m
+      is_new = .false.
+      if (.not. allocated(parameters%changes)) return
+      density = parameters%block_materials(blocks%block_material(1:blocks%n_blocks))%density
+      do i = 1, size(parameters%changes)
+         associate (change => parameters%changes(i))
+            if (.not. is_given(change%stage)) cycle
+            if (.not. same_name(change%stage, stage_name(parameters%stages, stage))) cycle
+            is_new = .true.
+            if (is_given(change%joint_material)) then
+               j = joint_of(change%joint_material, parameters)
+               if (j > 0) call change_joint(change%joint, parameters%joint_materials(j))
+            else if (is_given(change%region)) then
+               call change_region(change, construction%changed(:, i) > 0, blocks, parameters)
+            else
+               m = material_number(trim(adjustl(change%block_material)))
+               if (m >= 1 .and. m <= size(parameters%block_materials)) &
+                  call change_block_material(change, parameters%block_materials(m))
+            end if
+         end associate
+      end do
+      if (.not. is_new) return
+      do i = 1, blocks%n_blocks
+         associate (now => parameters%block_materials(blocks%block_material(i))%density)
+            if (abs(now - density(i)) > 0) state%mass(i) = state%mass(i)*(now/density(i))
+         end associate
+      end do
+   end subroutine change_materials
+
+   !> Number of the joint material with a number or name, 0: none.
+   pure integer function joint_of(word, parameters) result(j)
+      character(len=*), intent(in) :: word
+      type(parameters_type), intent(in) :: parameters
+      integer :: i
+      j = material_number(trim(adjustl(word)))
+      if (j > size(parameters%joint_materials)) j = 0
+      if (j > 0) return
+      do i = 1, size(parameters%joint_materials)
+         if (.not. is_given(parameters%joint_materials(i)%name)) cycle
+         if (same_name(parameters%joint_materials(i)%name, word)) j = i
+      end do
+   end function joint_of
+
+   !> The blocks of a region have another material, or new values: a material of their own for each that they have.
+   subroutine change_region(change, inside, blocks, parameters)
+      type(change_type), intent(in) :: change
+      logical, intent(in) :: inside(:)          !! (nb)
+      type(block_system_type), intent(inout) :: blocks
+      type(parameters_type), intent(inout) :: parameters
+      type(block_material_type) :: own
+      integer :: m, n
+      n = size(parameters%block_materials)
+      if (is_given(change%block_material)) then
+         m = material_number(trim(adjustl(change%block_material)))
+         if (m >= 1 .and. m <= n) then
+            where (inside) blocks%block_material = m
+         end if
+      end if
+      if (.not. any([is_set(change%density), is_set(change%young), is_set(change%poisson), &
+                     is_set(change%unit_weight)])) return
+      do m = 1, n
+         if (.not. any(inside .and. blocks%block_material(1:size(inside)) == m)) cycle
+         own = parameters%block_materials(m)
+         call change_block_material(change, own)
+         parameters%block_materials = [parameters%block_materials, own]
+         where (inside .and. blocks%block_material(1:size(inside)) == m) &
+            blocks%block_material(1:size(inside)) = size(parameters%block_materials)
+      end do
+   end subroutine change_region
+
+   !> Values that a change names.
+   pure subroutine change_block_material(change, material)
+      type(change_type), intent(in) :: change
+      type(block_material_type), intent(inout) :: material
+      if (is_set(change%density)) material%density = change%density
+      if (is_set(change%young)) material%youngs_modulus = change%young
+      if (is_set(change%poisson)) material%poisson_ratio = change%poisson
+      if (is_set(change%unit_weight)) material%weight = change%unit_weight
+   end subroutine change_block_material
+
+end module rockdda_stepping_construction
