@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .namelist import parse_groups
 
-__all__ = ["JointStrength", "joint_strengths", "material_rows"]
+__all__ = ["JointStrength", "densities_and_weights", "joint_strengths", "material_rows"]
 
 Rows = list[list[float]]
 FloatArray = npt.NDArray[np.float64]
@@ -38,6 +38,30 @@ def material_rows(text: str) -> tuple[Rows, Rows]:
     except (ValueError, IndexError, OverflowError):
         pass
     return [], []
+
+
+def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float]]:
+    """Density and weight of each block material of an analysis file, or of a labelled file."""
+    found = {i: (row[0], row[1]) for i, row in enumerate(material_rows(analysis)[0], start=1)}
+    try:
+        groups = parse_groups(config)
+    except (KeyError, ValueError):  # no text that the program has accepted
+        return list(found.values())
+    gravity = 0.0
+    for group in _as_list(groups.get("load", [])):
+        gravity = float(group.get("gravity", gravity))
+    for group in _as_list(groups.get("block_material", [])):
+        number = group.get("number")
+        density, weight = found.get(number, (0.0, None))
+        density = float(group.get("density", density))
+        weight = group.get("unit_weight", weight)
+        found[number] = (density, gravity * density if weight is None else float(weight))
+    return list(found.values())
+
+
+def _as_list(groups: Any) -> list[Any]:
+    """One or several groups as a list."""
+    return list(groups) if isinstance(groups, list | tuple) else [groups]
 
 
 @dataclass(frozen=True)

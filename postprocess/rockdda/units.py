@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .materials import JointStrength, material_rows
+from .materials import JointStrength, densities_and_weights
 from .results import Results
 
 __all__ = ["ConvertedResults", "Units", "check_units", "in_units"]
@@ -206,8 +206,8 @@ def _fits(name: str, density: float, weight: float) -> bool:
 
 
 def _densities_and_weights(results: Results) -> list[tuple[float, float]]:
-    """Of the block materials in the analysis file that the results hold; [] where it cannot be read."""
+    """Of the block materials in the input that the results hold; [] where it cannot be read."""
     try:
-        return [(row[0], row[1]) for row in material_rows(str(results["input/analysis"]))[0]]
+        return densities_and_weights(str(results["input/analysis"]), str(results["input/config"]))
     except (KeyError, InputError):
         return []

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rockdda.materials import densities_and_weights
 
 rockdda = pytest.importorskip("rockdda")
 pytest.importorskip("rockdda._rockdda")
@@ -91,3 +92,14 @@ def test_unknown_names_suggest_the_nearest(tmp_path):
         rockdda.Model().add_block_material(density=1, youngs_modulus=1, poisson_ratio=0)
     with pytest.raises(rockdda.InputError, match="no analysis file"):
         block_on_base(labelled=True).analysis_text()
+
+
+def test_densities_of_a_labelled_file_tell_its_units(tmp_path, monkeypatch):
+    """Pictures check stated units by density and weight, which a labelled file holds in groups."""
+    monkeypatch.chdir(tmp_path)
+    results = block_on_base(labelled=True).run(output="units.h5")
+    found = densities_and_weights(str(results["input/analysis"]), str(results["input/config"]))
+    assert found == [(2500.0, 2500 * 9.81)]
+    legacy = "1 1 1 1 0.01 0.01\n1000 9810 1e8 0.2  0 0 0  0 0 0  0 0 0\n30 0 0\n"
+    changed = "&block_material number = 1, density = 900 / &block_material number = 2, density = 5, unit_weight = 7 /"
+    assert densities_and_weights(legacy, changed) == [(900.0, 9810.0), (5.0, 7.0)]

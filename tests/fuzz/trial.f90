@@ -352,7 +352,8 @@ contains
       else if (slots(n_slots) == 1 .and. trial%n_commands > 1 .and. checked >= 0 .and. .not. trial%spoiled_output) then
          if (checked == 0 .and. ran == 2) failure = 'run refuses what check accepts'
          ! the end of a labelled run may stand on the command line of run alone
-         if (checked == 2 .and. any(ran == [0, 3, 4]) .and. index(output, 'the run has no end') == 0) failure = 'run accepts what check refuses'
+         if (checked == 2 .and. any(ran == [0, 3, 4]) .and. index(output, 'the run has no end') == 0) &
+            failure = 'run accepts what check refuses'
       end if
    end function judge
 

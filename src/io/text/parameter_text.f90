@@ -53,6 +53,7 @@ contains
       type(run_options_type) :: o
       type(parameter_text_type) :: table
       type(defaults_type) :: defaults
+      character(len=:), allocatable :: label
       integer :: i
       p = parameters
       if (present(options)) o = options
@@ -63,7 +64,9 @@ contains
       call describe_settings(table, o, p)
       do i = 1, size(p%block_materials)
          associate (m => p%block_materials(i))
-            call table%line('block material '//to_string(i), 'density '//number(m%density)//', weight '// &
+            label = 'block material '//to_string(i)
+            if (allocated(m%name)) label = trim(label//' '//m%name)
+            call table%line(label, 'density '//number(m%density)//', weight '// &
                             number(m%weight)//', E '//number(m%youngs_modulus)//', nu '//number(m%poisson_ratio)// &
                             ', stress '//numbers(m%stress)//', its gradient with y '//numbers(m%stress_gradient)// &
                             ', velocity '//numbers(m%velocity))
