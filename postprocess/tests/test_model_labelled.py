@@ -85,8 +85,8 @@ def test_legacy_model_of_the_inputs_becomes_labelled(tmp_path, monkeypatch):
 
 def test_unknown_names_suggest_the_nearest(tmp_path):
     model = block_on_base(labelled=True)
-    model.add_line((0, 0.5), (4, 0.5), joint="beding")
-    with pytest.raises(rockdda.InputError, match="no joint material 'beding'; did you mean 'bedding'"):
+    model.add_line((0, 0.5), (4, 0.5), joint="beddingg")
+    with pytest.raises(rockdda.InputError, match="no joint material 'beddingg'; did you mean 'bedding'"):
         model.to_files(tmp_path)
     with pytest.raises(rockdda.InputError, match="either gravity or weight"):
         rockdda.Model().add_block_material(density=1, youngs_modulus=1, poisson_ratio=0)

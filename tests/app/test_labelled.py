@@ -81,19 +81,19 @@ class LabelledFile(ProgramTest):
 
     def test_all_mistakes_in_one_pass(self):
         found = self.messages(
-            "&model geometry = 'block.dc', titel = 'x' /\n"
+            "&model geometry = 'block.dc', titlx = 'x' /\n"
             "&block_material number = 2, name = 'Rock', density = -1, young = 5e9, poisson = 0.2 /\n"
             "&block_material number = 3, name = 'rock', density = 1, poisson = 0.2 /\n"
             "&joint_material number = 2, name = 'bedding', friction = 30, law = 'velocity' /\n"
-            "&joint_law material = 'beding', damping_ratio = 0.1 /\n"
+            "&joint_law material = 'beddingg', damping_ratio = 0.1 /\n"
             "&region name = 'roof', material = 'rok' /\n"
             "&subdivide region = 'rof', size = 1, joint_material = 'BEDDNIG' /\n"
             "&load gravity = -9.81 /\n"
         )
         expected = [
-            "slope.nml:1:31: error: unknown name 'titel' in &model; did you mean 'title'?",
+            "slope.nml:1:31: error: unknown name 'titlx' in &model; did you mean 'title'?",
             "slope.nml:2:54: error: density: must be greater than 0, found '-1'",
-            "slope.nml:5:1: error: &joint_law: there is no joint material 'beding'; did you mean 'bedding'?",
+            "slope.nml:5:1: error: &joint_law: there is no joint material 'beddingg'; did you mean 'bedding'?",
             "slope.nml:8:17: error: gravity: must not be negative (it acts in -y), found '-9.81'",
             "block.dc:9:1: error: joint material 1, used by line 1 (and by 6 more), is not described: "
             "add &joint_material number = 1, ... /",
