@@ -7,7 +7,7 @@ module rockdda_app_command_run
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : is_set
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : file_kind, kind_of_ending
+   use rockdda_io_recognise, only : file_kind, kind_of_ending, recognise
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_model_input, only : model_input_type, find_files, read_model
    use rockdda_run_model_run, only : run_type
@@ -67,9 +67,13 @@ contains
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: unreadable
+      integer :: kind
       if (size(line%files) == 1) then
-         if (get_path_kind(line%files(1)%text) == path_kind%directory .or. &
-             kind_of_ending(line%files(1)%text) == file_kind%options) then
+         kind = kind_of_ending(line%files(1)%text)
+         if (get_path_kind(line%files(1)%text) == path_kind%file) call recognise(line%files(1)%text, kind, unreadable)
+         if (get_path_kind(line%files(1)%text) == path_kind%directory .or. kind == file_kind%options .or. &
+             kind == file_kind%labelled) then
             call find_files(line%files(1)%text, '', line%config, input, messages, error)
             return
          end if

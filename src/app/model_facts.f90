@@ -64,7 +64,8 @@ contains
                if (any(abs([m%stress, m%stress_gradient]) > 0)) text = text//', s11 s22 at the base '// &
                   to_string(m%stress(1) + m%stress_gradient(1)*survey%y_min, digits)//' '// &
                   to_string(m%stress(2) + m%stress_gradient(2)*survey%y_min, digits)
-               call facts%add('block_material_'//to_string(i), text)
+               if (survey%blocks_of(i) > 0 .or. len(name_of(m%name)) > 0) &
+                  call facts%add('block_material_'//to_string(i), text)
             end associate
          end do
          call facts%add('stress_at_the_base', survey%base_stress)
@@ -75,7 +76,8 @@ contains
                       ', tension '//to_string(m%tension, digits)//'; shear strength under the stress at half depth '// &
                       to_string(joint_strength(m, 0.5_wp*survey%base_stress), digits)//', at the base '// &
                       to_string(joint_strength(m, survey%base_stress), digits)
-               call facts%add('joint_material_'//to_string(i), text)
+               if (survey%joint_length(i) > 0 .or. len(name_of(m%name)) > 0) &
+                  call facts%add('joint_material_'//to_string(i), text)
             end associate
          end do
       end associate

@@ -12,7 +12,7 @@ module rockdda_model_joint_options
    public :: change_joint, take_joint_options, described_joints, joint_number
 
    !> Largest number of a material.
-   integer, parameter :: most_number = 9999
+   integer, parameter :: most_number = 999
 
 contains
 

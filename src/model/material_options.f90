@@ -15,7 +15,7 @@ module rockdda_model_material_options
    public :: take_block_options, take_point_tables, described_blocks, block_number
 
    !> Largest number of a material.
-   real(wp), parameter :: most_number = 9999
+   real(wp), parameter :: most_number = 999
 
 contains
 

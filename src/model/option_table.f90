@@ -73,7 +73,7 @@ contains
       do i = 1, size(joint_materials)
          call table%start_element(i, joint_materials(i)%origin)
          call table%add(option('number', 'number of the joint material; beside an analysis file the next free '// &
-                               'one adds a material', least=1.0_wp, most=9999.0_wp, required=.true.), &
+                               'one adds a material', least=1.0_wp, most=999.0_wp, required=.true.), &
                         joint_materials(i)%number)
          call describe_joint(table, joint_materials(i))
       end do
