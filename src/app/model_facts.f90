@@ -96,7 +96,8 @@ contains
          call facts%add('time_step', p%dt_max)
          call facts%add('smallest_time_step', p%dt_min)
          call facts%add('contact_stiffness', p%normal_stiffness)
-         call facts%add('joint_stiffness', p%normal_stiffness/mean_edge(input%blocks)*merge(1.0_wp, 2.0_wp, p%by_length))
+         call facts%add('joint_stiffness', p%normal_stiffness/mean_edge(input%blocks)* &
+                        merge(1.0_wp, 2.0_wp, p%by_length))
          call facts%add('contact_search_distance', p%search_distance)
          call facts%add('k01', p%k01)
          call facts%add('stages', size(p%stages))

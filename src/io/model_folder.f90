@@ -11,9 +11,9 @@ module rockdda_io_model_folder
 
 contains
 
-   !> Find the labelled file of a folder: then there is no model and no analysis file, and it is `config`. Or find exactly
-   !> one geometry or block file, one analysis file and at most one file of options. Only files with one of the known
-   !> endings count; their content decides what they are.
+   !> Find the labelled file of a folder: then there is no model and no analysis file, and it is `config`. Or find
+   !> exactly one geometry or block file, one analysis file and at most one file of options. Only files with one of the
+   !> known endings count; their content decides what they are.
    subroutine find_model_files(folder, model, analysis, config, error)
       character(len=*), intent(in) :: folder
       character(len=:), allocatable, intent(out) :: model     !! path of the geometry or block file
