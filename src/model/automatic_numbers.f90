@@ -17,6 +17,8 @@ module rockdda_model_automatic_numbers
 
    !> Share of the time in which a block falls by its own size that a step takes at most.
    real(wp), parameter :: share_of_fall = 0.01_wp
+   !> Numbers beyond this, and below its inverse, come from moduli or densities that no unit explains.
+   real(wp), parameter :: most_sensible = 1.0e30_wp
    !> Factor of the time step where all of the run is static.
    real(wp), parameter :: static_factor = 4.0_wp
 
@@ -37,14 +39,15 @@ contains
             to_string(edge, 4)//' over w0 = '//to_string(parameters%w0, 4)// &
             ': a block moves by at most '//to_string(parameters%displacement_ratio*parameters%w0, 4)//' in a step')
       end if
-      if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, edge, parameters, messages)
-      if (.not. is_set(options%dt_max)) call choose_step(blocks, edge, parameters, messages)
+      if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, options, edge, parameters, messages)
+      if (.not. is_set(options%dt_max)) call choose_step(blocks, options, edge, parameters, messages)
    end subroutine choose_numbers
 
    !> Contact stiffness of joints without a stiffness of their own, and of fixed points: from E, or from the joint
    !> materials where all that are used have their own.
-   subroutine choose_stiffness(blocks, edge, parameters, messages)
+   subroutine choose_stiffness(blocks, options, edge, parameters, messages)
       type(block_system_type), intent(in) :: blocks
+      type(run_options_type), intent(in) :: options
       real(wp), intent(in) :: edge               !! mean length of edges
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
@@ -74,14 +77,21 @@ contains
          reason = 'the largest E of the blocks, at both ends of a joint, so that it closes by half of what the '// &
                   'block behind it is compressed'
       end if
+      if (.not. is_sensible(parameters%normal_stiffness)) then
+         call messages%add(severity%error, 'contact stiffness (g0) cannot be automatic: it would be '// &
+                           to_string(parameters%normal_stiffness, 4)//', '//reason//'; check Young''s moduli', &
+                           options%model_origin)
+         return
+      end if
       call messages%add(severity%note, 'contact stiffness (g0) is automatic: '// &
                         to_string(parameters%normal_stiffness, 4)//', '//reason)
    end subroutine choose_stiffness
 
    !> Largest time step: from the time in which a block swings on its joints, and the time in which it falls by
    !> its size.
-   subroutine choose_step(blocks, edge, parameters, messages)
+   subroutine choose_step(blocks, options, edge, parameters, messages)
       type(block_system_type), intent(in) :: blocks
+      type(run_options_type), intent(in) :: options
       real(wp), intent(in) :: edge               !! mean length of edges
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
@@ -116,6 +126,12 @@ contains
             reason = '1 % of the time in which a block falls by the mean edge '//to_string(edge, 4)
          end if
       end if
+      if (.not. is_sensible(parameters%dt_max)) then
+         call messages%add(severity%error, 'time step (dt_max) cannot be automatic: it would be '// &
+                           to_string(parameters%dt_max, 4)//', '//reason//'; check Young''s moduli and densities', &
+                           options%model_origin)
+         return
+      end if
       call messages%add(severity%note, 'time step (dt_max) is automatic: '//to_string(parameters%dt_max, 4)//', '// &
                         reason)
    end subroutine choose_step
@@ -137,6 +153,12 @@ contains
       end do
       if (.not. k_n > 0) k_n = of_run
    end function stiffest_joint
+
+   !> Is this number one that some units explain?
+   pure logical function is_sensible(number)
+      real(wp), intent(in) :: number
+      is_sensible = number < most_sensible .and. number > 1/most_sensible
+   end function is_sensible
 
    !> Is k01 0 all the time?
    pure logical function all_static(parameters)

@@ -114,7 +114,9 @@ class LabelledFile(ProgramTest):
         self.labelled()
         for text, expected in {
             LABELLED.replace("block.dc", "missing.dc"): "missing.dc: error: ",
-            LABELLED.replace("block.dc", "block.df"): "block.df: expected a geometry or block file, found an analysis file",
+            LABELLED.replace(
+                "block.dc", "block.df"
+            ): "block.df: expected a geometry or block file, found an analysis file",
             LABELLED.replace("geometry = 'block.dc', ", ""): "&model: 'geometry' is missing",
             LABELLED.replace("&run ", "&run strict = .true., stepps = 3,"): "unknown name 'stepps' in &run",
         }.items():
@@ -131,6 +133,17 @@ class LabelledFile(ProgramTest):
         outcome = self.run_program("run", "options.nml")
         self.assertEqual(outcome.code, 2)
         self.assertIn("expected a labelled file (.nml with &model)", outcome.err)
+
+    def test_numbers_that_no_unit_explains(self):
+        text = LABELLED.replace("9.81", "0")
+        for changed, expected in (
+            (text.replace("5e9", "1e-308"), "contact stiffness (g0) cannot be automatic: it would be "),
+            (
+                text.replace("5e9", "1e-29").replace("2500", "1e55"),
+                "time step (dt_max) cannot be automatic: it would be ",
+            ),
+        ):
+            self.assertIn(f"slope.nml:1:1: error: {expected}", "\n".join(self.messages(changed)))
 
     @unittest.skipUnless(h5py, "needs h5py")
     def test_values_of_the_analysis_file_and_what_wins(self):
@@ -171,7 +184,9 @@ class LabelledFile(ProgramTest):
         self.assertAlmostEqual(model["smallest_block_area"], 2)
         # the weight of a column of the height of the model, and what the joint bears there
         self.assertAlmostEqual(model["stress_at_the_base"], 2500 * 9.81 * 2)
-        self.assertIn("shear strength under the stress at half depth 14160, at the base 28319", model["joint_material_1"])
+        self.assertIn(
+            "shear strength under the stress at half depth 14160, at the base 28319", model["joint_material_1"]
+        )
         self.assertIn("Rock: 2 blocks, unit weight 24525", model["block_material_1"])
         self.assertEqual(model["plane"], "strain")
         reasons = [m["message"] for m in outcome.json["messages"] if "is automatic" in m["message"]]
