@@ -3,6 +3,7 @@
 module rockdda_io_checkpoint_ground
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_model_options, only : region_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_value_check, only : value_check_type
    implicit none
@@ -31,6 +32,9 @@ contains
             call check_table(check, name//'_table', 2, b%table)
          end associate
       end do
+      if (size(p%in_situ) > 0) call check%is_there(allocated(p%regions), 'regions')
+      if (.not. check%passed()) return
+      if (size(p%in_situ) > 0) call check_regions(check, p%regions)
       do i = 1, size(p%in_situ)
          associate (g => p%in_situ(i), name => 'in_situ_'//to_string(i))
             call check_rows(check, name//'_profile', 2, g%profile)
@@ -43,6 +47,21 @@ contains
          end associate
       end do
    end subroutine check_ground
+
+   !> Check regions, which stress in the ground may name.
+   subroutine check_regions(check, regions)
+      type(value_check_type), intent(inout) :: check
+      type(region_type), intent(in) :: regions(:)
+      integer :: i
+      do i = 1, size(regions)
+         associate (name => 'region_'//to_string(i))
+            call check%is_there(allocated(regions(i)%name), name//'_name')
+            call check_rows(check, name//'_box', 4, regions(i)%boxes)
+            call check_rows(check, name//'_circle', 3, regions(i)%circles)
+            call check_rows(check, name//'_polygon', 2, regions(i)%polygon)
+         end associate
+      end do
+   end subroutine check_regions
 
    !> Check rows of m finite numbers, where they are given.
    subroutine check_rows(check, name, m, rows)
