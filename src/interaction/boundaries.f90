@@ -22,21 +22,17 @@ module rockdda_interaction_boundaries
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, nearest_outer_edge, next_vertex
-   use rockdda_interaction_contacts, only : set_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load, mean_displacement, &
       end_displacement
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : line_load, load_factor
+   use rockdda_interaction_support_stiffness, only : support_stiffness
    use rockdda_interaction_supports, only : support_energy
-   use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
    public :: boundaries_type, factor_integral
-
-   !> Largest weight of a contact point of an interval over its length, with 3, 4 and 5 points.
-   real(wp), parameter :: largest_weight(3:5) = [4.0_wp/6, 5.0_wp/12, 64.0_wp/180]
 
    !> One spring, along a direction that is fixed in space.
    type :: boundary_spring_type
@@ -153,7 +149,7 @@ contains
       forces = end_forces(blocks, field, b, vertices)
       spring%group = g
       spring%block = b
-      spring%stiffness = parameters%fixed_stiffness/parameters%normal_stiffness*contact_stiffness(blocks, parameters, b)
+      spring%stiffness = support_stiffness(blocks, parameters, b)
       directions = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       n = 2
       if (parameters%boundaries(g)%kind == 'roller') then
@@ -188,35 +184,6 @@ contains
       forces(:, 1) = (2*traction(:, 1) + traction(:, 2))/6
       forces(:, 2) = (traction(:, 1) + 2*traction(:, 2))/6
    end function end_forces
-
-   !> The largest stiffness that a contact of a whole edge of the block has.
-   pure real(wp) function contact_stiffness(blocks, parameters, b) result(largest)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: b
-      real(wp) :: k_n, k_s, length, area, edge(2)
-      integer :: k, next
-      largest = parameters%normal_stiffness
-      if (.not. parameters%by_length) return
-      largest = 0
-      area = 0
-      do k = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
-         next = next_vertex(blocks, b, k)
-         edge = blocks%vertices(:, k) - blocks%vertices(:, blocks%vertex_offset(b) + 1)
-         area = area + 0.5_wp*(edge(1)*(blocks%vertices(2, next) - blocks%vertices(2, k)) - &
-                               edge(2)*(blocks%vertices(1, next) - blocks%vertices(1, k)))
-      end do
-      do k = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
-         if (blocks%edge_joint(k) < 1) cycle
-         length = norm2(blocks%vertices(:, next_vertex(blocks, b, k)) - blocks%vertices(:, k))
-         associate (material => parameters%joint_materials(blocks%edge_joint(k)), &
-                    modulus => parameters%block_materials(blocks%block_material(b))%youngs_modulus)
-            call set_stiffness(parameters, material, largest_weight(parameters%points)*length, k_n, k_s)
-            if (material%tie) k_n = max(k_n, tie_stiffness(2, largest_weight(3)*length, modulus, area, area))
-         end associate
-         largest = max(largest, k_n, k_s)
-      end do
-   end function contact_stiffness
 
    !> A boundary without an edge.
    subroutine report_missing(blocks, outer, group, g, tolerance, messages)
