@@ -24,6 +24,8 @@ module rockdda_contact_inheritance
    private
    public :: hand_on_history, inheritance_work_type
 
+   !> Blocks further apart than this share of the smaller inradius do not touch at the start.
+   real(wp), parameter :: touching_share = 1.0e-3_wp
    !> An edge that bears more by less than this share has not grown.
    real(wp), parameter :: least_growth = 1.0e-9_wp
 
@@ -53,12 +55,13 @@ contains
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
-      logical :: is_own
+      logical :: is_own, touches
       call make_room(work, previous%n, table%n, size(topology%block))
       call find_sources(previous, history, topology, list, order, limits, table, work%source, work%is_taken)
       if (limits%by_length .or. limits%corrected) &
          call find_pressed(previous, topology, outlines, limits, work%pressed)
-      !$omp parallel do default(none) private(k, row, is_own) schedule(static) if (table%n > parallel_contacts) &
+      !$omp parallel do default(none) private(k, row, is_own, touches) schedule(static) &
+      !$omp if (table%n > parallel_contacts) &
       !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table)
       do k = 1, table%n
          row = abs(work%source(k))
@@ -68,21 +71,22 @@ contains
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
             if (limits%by_length .or. limits%corrected) then
-               call keep_energy(previous, row, is_own, limits%by_length, k, table)
+               call keep_energy(previous, row, is_own, limits, k, table)
             else if (table%offset(k) < 0) then
-               call follow_gap(table%state(k) /= contact_state%open, table%gap(k), table%offset(k))
+               call follow_gap(table%state(k) /= contact_state%open, table%gap(k), 0.0_wp, table%offset(k))
             end if
          else
             call table%open_row(k)
             table%offset(k) = 0
-            table%bonded(k) = first_step .and. abs(table%gap(k)) <= touch .and. table%length(k) > 0
+            touches = first_step .and. abs(table%gap(k)) <= near_gap(table, k, topology, limits, touch)
+            table%bonded(k) = touches .and. table%length(k) > 0
             table%tied(k) = table%bonded(k) .and. table%station(k) > 0
             if (table%tied(k)) table%tied(k) = limits%is_tied(table%joint(k))
             ! what touches at the start is in contact; the first solve tells what stays so
-            if (first_step .and. abs(table%gap(k)) <= touch .and. table%partner(k) == 0) &
-               table%state(k) = contact_state%locked
+            if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
             if (limits%by_length .or. limits%corrected) &
-               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), k, table)
+               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), &
+                              limits%close_tolerance, k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
@@ -101,6 +105,19 @@ contains
          end if
       end do
    end subroutine hand_on_history
+
+   !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
+   !> but for presets.
+   pure real(wp) function near_gap(table, k, topology, limits, touch)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: k
+      type(contact_topology_type), intent(in) :: topology
+      type(search_limits_type), intent(in) :: limits
+      real(wp), intent(in) :: touch         !! of the model [length]
+      near_gap = touch
+      if (limits%by_length .or. limits%corrected) near_gap = min(touch, touching_share* &
+         min(topology%inradius(table%block_a(k)), topology%inradius(table%block_b(k))))
+   end function near_gap
 
    !> Arrays of the size that this step needs.
    pure subroutine make_room(work, n_before, n, n_vertices)
@@ -221,11 +238,11 @@ contains
 
    !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
    !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
-   pure subroutine keep_energy(previous, row, is_own, by_length, k, table)
+   pure subroutine keep_energy(previous, row, is_own, limits, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: row
       logical, intent(in) :: is_own        !! the row has the same identity
-      logical, intent(in) :: by_length     !! its stiffness follows from its length
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth, share
@@ -235,33 +252,34 @@ contains
          table%length(k) = previous%length(row)
          return
       end if
-      if (by_length .and. is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
+      if (limits%by_length .and. is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
          table%length(k) = previous%length(row)
       ! what comes to face each other later is not bonded: the bond keeps its own length until it slips
-      if (by_length .and. table%bonded(k) .and. .not. previous%total_slip(row) > 0) &
+      if (limits%by_length .and. table%bonded(k) .and. .not. previous%total_slip(row) > 0) &
          table%length(k) = min(table%length(k), previous%length(row))
       if (.not. is_own .and. is_closed) then
          depth = max(0.0_wp, depth_of(previous, row))
          ! the end of an interval may stand for more than the corner did, which kept its length
-         if (by_length .and. table%length(k) > previous%length(row)) then
+         if (limits%by_length .and. table%length(k) > previous%length(row)) then
             share = sqrt(previous%length(row)/table%length(k))
             depth = share*depth
             table%shear(k) = share*table%shear(k)
          end if
          table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
-         call follow_gap(is_closed, table%gap(k), table%offset(k))
+         call follow_gap(is_closed, table%gap(k), limits%close_tolerance, table%offset(k))
       end if
    end subroutine keep_energy
 
-   !> Let the offset of a row follow the blocks as they part, up to zero. That of an open row is never above the gap: it
-   !> closes without force.
-   pure subroutine follow_gap(is_closed, gap, offset)
+   !> Let the offset of a row follow the blocks as they part, up to zero. That of an open row is never above the gap but
+   !> for the tolerance: it closes with no more force than that.
+   pure subroutine follow_gap(is_closed, gap, tolerance, offset)
       logical, intent(in) :: is_closed
       real(wp), intent(in) :: gap          !! between the blocks [length]
+      real(wp), intent(in) :: tolerance    !! penetration beyond which an open row closes [length]
       real(wp), intent(inout) :: offset    !! gap that is free of force [length]
       if (.not. is_closed) then
-         offset = min(max(0.0_wp, offset), gap)
+         offset = min(max(0.0_wp, offset), gap + tolerance)
       else if (offset < 0) then
          offset = min(0.0_wp, max(offset, gap))
       end if
@@ -414,15 +432,16 @@ contains
    !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
    !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial
    !> stress, that is its gap too.
-   pure subroutine begin_row(previous, pressed, f, k, table)
+   pure subroutine begin_row(previous, pressed, f, tolerance, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)
       integer, intent(in) :: f             !! edge that lies against that of the row, 0 none
+      real(wp), intent(in) :: tolerance    !! penetration beyond which an open row closes [length]
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth, free
       integer :: row
-      table%offset(k) = min(0.0_wp, table%gap(k))
+      table%offset(k) = min(0.0_wp, table%gap(k) + tolerance)
       if (f == 0) return
       row = pressed(f)
       if (row == 0) then
