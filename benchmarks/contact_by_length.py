@@ -4,6 +4,7 @@
     python benchmarks/contact_by_length.py                  all topics, about half an hour on one core
     python benchmarks/contact_by_length.py sliding ties     these topics only; the rows of the others are kept
     python benchmarks/contact_by_length.py --quick          the short cases of the topics; nothing is kept
+    python benchmarks/contact_by_length.py --formulation vertex         with vertices on edges; nothing is kept
     python benchmarks/contact_by_length.py --table          write docs/contact-by-length.md from the rows, run nothing
 
 Needs scipy (benchmarks/requirements.txt). ROCKDDA_PROGRAM names the program, default build/bin/rockdda. Rows go to
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -98,7 +100,10 @@ def main() -> int:
     parser.add_argument("topics", nargs="*", help=f"of {', '.join(TOPICS)}; default all")
     parser.add_argument("--quick", action="store_true", help="short cases, nothing kept")
     parser.add_argument("--table", action="store_true", help="write the table, run nothing")
+    parser.add_argument("--formulation", choices=("length", "vertex"), default="length")
     arguments = parser.parse_args()
+    os.environ["ROCKDDA_FORMULATION"] = arguments.formulation
+    keeps = not arguments.quick and arguments.formulation == "length"
     for unknown in set(arguments.topics) - set(TOPICS):
         parser.error(f"no topic {unknown}")
     if not arguments.table:
@@ -108,9 +113,9 @@ def main() -> int:
             for row in rows:
                 print("met " if row.met else "NOT ", row.topic, row.case, "|", row.truth, "|", row.result, flush=True)
             print(f"{name}: {time.monotonic() - start[1]:.0f} s", file=sys.stderr)
-            if not arguments.quick:
+            if keeps:
                 keep(name, rows)
-    if not arguments.quick:
+    if keeps:
         write_page()
     return 0
 

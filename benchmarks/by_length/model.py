@@ -103,7 +103,7 @@ class Model:
     base: list[Sequence[float]] = field(default_factory=list)
     options: str = ""
     save_every: int = 1_000_000
-    formulation: str = "length"
+    formulation: str = field(default_factory=lambda: os.environ.get("ROCKDDA_FORMULATION", "length"))
 
     def add(self, points: Sequence[Point], number: int = 1, held: bool = False) -> int:
         """Add a block, held near its corners or free; its number from 1."""
