@@ -10,7 +10,7 @@
 !> keep the ways of the programs that they stand for: there a row begins with the force of its depth.
 module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_base_room, only : reserve
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
@@ -54,16 +54,46 @@ contains
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer :: k, row
-      logical :: is_own, touches
+      integer :: k, p, row
       call make_room(work, previous%n, table%n, size(topology%block))
       call find_sources(previous, history, topology, list, order, limits, table, work%source, work%is_taken)
       if (limits%by_length .or. limits%corrected) &
          call find_pressed(previous, topology, outlines, limits, work%pressed)
-      !$omp parallel do default(none) private(k, row, is_own, touches) schedule(static) &
-      !$omp if (table%n > parallel_contacts) &
+      !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
       !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table)
+      do p = 1, n_pieces(table%n)
+         call begin_rows((p - 1)*piece + 1, min(p*piece, table%n), previous, topology, outlines, limits, first_step, &
+                         touch, work, table)
+      end do
+      !$omp end parallel do
+      if (limits%by_length) call free_new_lengths(previous, work%before, work%now, table)
+      ! of two partners at most one is closed: the one with the larger gap stays
       do k = 1, table%n
+         row = table%partner(k)
+         if (row <= k) cycle
+         if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
+         if (table%distance(k) >= table%distance(row)) then
+            call table%open_row(row)
+         else
+            call table%open_row(k)
+         end if
+      end do
+   end subroutine hand_on_history
+
+   !> `hand_on_history` for some of the rows, each by itself, with its arguments.
+   pure subroutine begin_rows(first, last, previous, topology, outlines, limits, first_step, touch, work, table)
+      integer, intent(in) :: first, last
+      type(contact_table_type), intent(in) :: previous
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      logical, intent(in) :: first_step
+      real(wp), intent(in) :: touch
+      type(inheritance_work_type), intent(in) :: work
+      type(contact_table_type), intent(inout) :: table
+      integer :: k, row
+      logical :: is_own, touches
+      do k = first, last
          row = abs(work%source(k))
          is_own = work%source(k) > 0
          if (row > 0) then
@@ -91,20 +121,7 @@ contains
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
-      !$omp end parallel do
-      if (limits%by_length) call free_new_lengths(previous, work%before, work%now, table)
-      ! of two partners at most one is closed: the one with the larger gap stays
-      do k = 1, table%n
-         row = table%partner(k)
-         if (row <= k) cycle
-         if (table%state(k) == contact_state%open .or. table%state(row) == contact_state%open) cycle
-         if (table%distance(k) >= table%distance(row)) then
-            call table%open_row(row)
-         else
-            call table%open_row(k)
-         end if
-      end do
-   end subroutine hand_on_history
+   end subroutine begin_rows
 
    !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
    !> but for presets.

@@ -58,30 +58,14 @@ contains
       type(exposure_type), intent(in) :: exposure     !! by length: what is covered
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), far
-      integer :: i, j
-
       call collect_near(range_a, box_b, size(vertices, 2), vertices, topology, limits%reach, list%near_a, &
                         list%n_near_a, list%edges_a, list%n_edges_a)
       if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
       call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, limits%reach, list%near_b, &
                         list%n_near_b, list%edges_b, list%n_edges_b)
       list%n_corners = 0
-      far = max(limits%reach, 2*limits%zone)**2
-      if (limits%by_length) far = huge(far)
-      do i = 1, list%n_near_a
-         do j = 1, list%n_near_b
-            r = vertices(:, list%near_a(i)) - vertices(:, list%near_b(j))
-            if (r(1)**2 + r(2)**2 > far) cycle
-            if (limits%by_length) then
-               call try_rounded_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, exposure, limits, &
-                                       list)
-               cycle
-            end if
-            call try_corner(list%near_a(i), list%near_b(j), vertices, topology, outlines, previous, history, exposure, &
-                            limits, list)
-         end do
-      end do
+      call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(vertices, 2), vertices, &
+                          topology, outlines, previous, history, exposure, limits, list)
       call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
                         outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
                         list)
@@ -136,6 +120,41 @@ contains
       end function sides_of
 
    end subroutine collect_near
+
+   !> Contacts of some vertices of one block with some of the other. Most pairs are too far apart.
+   pure subroutine search_corners(near_a, n_near_a, near_b, n_near_b, nv, vertices, topology, outlines, previous, &
+                                  history, exposure, limits, list)
+      integer, intent(in) :: n_near_a, n_near_b, nv
+      integer, intent(in) :: near_a(n_near_a), near_b(n_near_b)
+      real(wp), intent(in) :: vertices(2, nv)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      real(wp) :: x, y, far
+      integer :: i, j
+      if (limits%by_length) then
+         do i = 1, n_near_a
+            do j = 1, n_near_b
+               call try_rounded_corner(near_a(i), near_b(j), vertices, topology, outlines, exposure, limits, list)
+            end do
+         end do
+         return
+      end if
+      far = max(limits%reach, 2*limits%zone)**2
+      do i = 1, n_near_a
+         x = vertices(1, near_a(i))
+         y = vertices(2, near_a(i))
+         do j = 1, n_near_b
+            if ((x - vertices(1, near_b(j)))**2 + (y - vertices(2, near_b(j)))**2 > far) cycle
+            call try_corner(near_a(i), near_b(j), vertices, topology, outlines, previous, history, exposure, limits, &
+                            list)
+         end do
+      end do
+   end subroutine search_corners
 
    !> Contacts of some vertices of one block with some edges of the other. Most pairs are out of reach. (Arrays of
    !> constant shape, here and below, spare the compiler to work out where an element lies, each time.)

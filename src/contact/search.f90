@@ -6,7 +6,7 @@
 !> in a pair depends on nothing but the pair.
 module rockdda_contact_search
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_base_room, only : reserve
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -292,15 +292,33 @@ contains
       type(candidate_list_type), intent(in) :: list
       integer, intent(in) :: order(:), start(:)
       type(contact_table_type), intent(inout) :: table
+      integer :: p
+      call table%resize(list%n)
+      !$omp parallel do default(none) schedule(static) private(p) if (list%n > parallel_contacts) &
+      !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table)
+      do p = 1, n_pieces(list%n)
+         call fill_rows((p - 1)*piece + 1, min(p*piece, list%n), blocks, topology, outlines, vertices, limits, list, &
+                        order, start, table)
+      end do
+      !$omp end parallel do
+   end subroutine fill_table
+
+   !> `fill_table` for some of the rows, with its arguments.
+   pure subroutine fill_rows(first, last, blocks, topology, outlines, vertices, limits, list, order, start, table)
+      integer, intent(in) :: first, last
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:), start(:)
+      type(contact_table_type), intent(inout) :: table
       type(interval_type) :: interval
       type(station_type) :: station
       type(corner_type) :: corner
       integer :: c, k, v, e, row
-      call table%resize(list%n)
-      !$omp parallel do default(none) schedule(static) private(c, k, v, e, row, interval, station, corner) &
-      !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table) &
-      !$omp if (list%n > parallel_contacts)
-      do k = 1, list%n
+      do k = first, last
          c = order(k)
          v = list%rows(c)%vertex
          e = list%rows(c)%edge
@@ -342,8 +360,7 @@ contains
          if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
                                                                limits%cosine)
       end do
-      !$omp end parallel do
-   end subroutine fill_table
+   end subroutine fill_rows
 
    !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
    !> vertex that lies face to face with it; zero for a lone vertex.

@@ -21,8 +21,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, linearise_joint, &
-      end_joint, spring_energy
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_end_type, linearise_joint, &
+      spring_energy
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : tie_stiffness, break_ties
    implicit none
@@ -78,11 +78,29 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
+      integer :: p
+      logical :: dilates
+      dilates = any(self%laws%dilation > 0)
+      !$omp parallel do default(none) shared(self, context, equations, dilates) private(p) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do p = 1, n_pieces(self%table%n)
+         call prepare_rows((p - 1)*piece + 1, min(p*piece, self%table%n), self, context, dilates, equations)
+      end do
+      !$omp end parallel do
+      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
+         call start_with_stress(context, self%laws, self%table, self%weak_starts)
+   end subroutine prepare
+
+   !> `prepare` for some of the rows.
+   pure subroutine prepare_rows(first, last, self, context, dilates, equations)
+      integer, intent(in) :: first, last
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      logical, intent(in) :: dilates       !! some joint opens as it slips
+      type(equations_type), intent(inout) :: equations
       real(wp) :: old(2)
       integer :: a, b, c
-      !$omp parallel do default(none) shared(self, context, equations) private(a, b, c, old) schedule(static) &
-      !$omp if (self%table%n > parallel_contacts)
-      do c = 1, self%table%n
+      do c = first, last
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          equations%pair(:, self%first_link + c) = [a, b]
@@ -98,14 +116,12 @@ contains
             self%table%k_s(c) = self%table%k_n(c)
          end if
          ! from here on the gap is that of the springs: what dilation has opened carries no stress
+         if (.not. dilates) cycle
          if (self%table%state(c) /= contact_state%open) &
             self%table%gap(c) = self%table%gap(c) &
                                 - dilated_gap(self%laws(self%table%joint(c)), self%table%total_slip(c))
       end do
-      !$omp end parallel do
-      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
-         call start_with_stress(context, self%laws, self%table, self%weak_starts)
-   end subroutine prepare
+   end subroutine prepare_rows
 
    !> Stiffness of the springs of one contact: that of its joint material times the length of joint for which it
    !> stands, or the run's, which belongs to a joint of mean length.
@@ -214,8 +230,8 @@ contains
          if (.not. ratio > 0) cycle
          associate (mass_a => context%state%mass(self%table%block_a(c)), &
                     mass_b => context%state%mass(self%table%block_b(c)))
-            self%trial%normal_drag(c) = dashpot_coefficient(ratio, self%table%k_n(c), mass_a, mass_b)/context%dt
-            self%trial%drag(c) = dashpot_coefficient(ratio, self%table%k_s(c), mass_a, mass_b)/context%dt
+            self%trial%joint(c)%normal_drag = dashpot_coefficient(ratio, self%table%k_n(c), mass_a, mass_b)/context%dt
+            self%trial%joint(c)%drag = dashpot_coefficient(ratio, self%table%k_s(c), mass_a, mass_b)/context%dt
          end associate
       end do
    end subroutine set_dashpots
@@ -230,8 +246,9 @@ contains
       !$omp parallel do default(none) shared(self, equations) private(c, stiffness, force) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         if (self%trial%state(c) == self%trial%state_used(c) .and. self%trial%state(c) /= contact_state%sliding) cycle
-         call linearise_joint(self%trial%joint_of(self%table, c), stiffness, force)
+         if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
+             self%trial%joint(c)%state /= contact_state%sliding) cycle
+         call linearise_joint(self%trial%joint(c), stiffness, force)
          call equations%set_link(self%first_link + c, stiffness, force)
       end do
       !$omp end parallel do
@@ -247,7 +264,7 @@ contains
          c = self%friction%rows(i)
          l = self%first_link + c
          call equations%set_link(l, equations%stiffness(:, l), &
-                                 [equations%force(1, l), -self%trial%slip_sign(c)*self%trial%friction(c)])
+                                 [equations%force(1, l), -self%trial%joint(c)%slip_sign*self%trial%joint(c)%friction])
       end do
       !$omp end parallel do
    end subroutine add_friction
@@ -344,7 +361,7 @@ contains
       !$omp parallel do default(none) shared(self, context, equations) private(a, b, c, off, force, scale) &
       !$omp schedule(static) if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         if (self%trial%state(c) == contact_state%open) cycle
+         if (self%trial%joint(c)%state == contact_state%open) cycle
          a = self%table%block_a(c)
          b = self%table%block_b(c)
          if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
@@ -352,7 +369,7 @@ contains
          off = contact_lengths(self%table, c, context%moved(a), context%moved(b)) &
                - [self%trial%gap(c) + (self%table%distance(c) - self%table%gap(c)), self%trial%slip(c)]
          force = self%table%k_n(c)*abs(off(1))
-         if (self%trial%state(c) == contact_state%locked) force = max(force, self%table%k_s(c)*abs(off(2)))
+         if (self%trial%joint(c)%state == contact_state%locked) force = max(force, self%table%k_s(c)*abs(off(2)))
          scale = max(self%table%k_n(c)*abs(self%trial%gap(c)), &
                      min(equations%block_force(a), equations%block_force(b)))
          if (scale > 0) equations%link_off(self%first_link + c) = force/scale
@@ -424,12 +441,10 @@ contains
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      type(joint_type) :: joint
       type(joint_end_type) :: after
-      real(wp) :: kn, ks, x0, x1, s0, s1, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
-      real(wp) :: gained
+      real(wp) :: x1, s1, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4), gained
       integer :: c
-      logical :: was_closed
+      logical :: was_closed, dilates
       carried = 0
       friction = 0
       dissipated = 0
@@ -437,25 +452,23 @@ contains
       geometry = 0
       stored = 0
       worst = 0
-      associate (table => self%table, trial => self%trial)
-         do c = first, last
-            kn = table%k_n(c)
-            ks = table%k_s(c)
-            was_closed = table%state(c) /= contact_state%open
-            x0 = table%gap(c)
-            s0 = table%shear(c)
+      dilates = any(self%laws%dilation > 0)
+      do c = first, last
+         was_closed = self%table%state(c) /= contact_state%open
+         start = self%table%energy(c)
+         associate (joint => self%trial%joint(c), x0 => self%trial%joint(c)%gap, s0 => self%trial%joint(c)%shear, &
+                    kn => self%trial%joint(c)%k_n, ks => self%trial%joint(c)%k_s)
             before = 0
             if (was_closed) before = spring_energy(kn, ks, x0, s0)
-            carried = carried + table%energy(c)
-            geometry = geometry + (before - table%energy(c))
-            if (before - table%energy(c) > worst(3)) worst(3:4) = [before - table%energy(c), real(c, wp)]
-            joint = trial%joint_used(table, c)
-            if (joint%state == contact_state%open) then
+            carried = carried + start
+            geometry = geometry + (before - start)
+            if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
+            if (self%trial%state_used(c) == contact_state%open) then
                discarded = discarded + before
                cycle
             end if
-            x1 = trial%gap(c)
-            after = end_joint(joint, x1, trial%slip(c))
+            x1 = self%trial%gap(c)
+            call self%trial%find_end(c, after)
             s1 = after%shear
             if (was_closed .or. x0 < 0) then
                dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
@@ -467,17 +480,20 @@ contains
                dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
             dissipated = dissipated + joint%normal_drag*(x1 - x0)*(x1 - x0)
-            if (joint%state == contact_state%locked) then
+            if (self%trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
                dissipated = dissipated + joint%drag*(s1 - s0)*(s1 - s0)
             else
-               friction = friction + joint%slip_sign*joint%friction*trial%slip(c) - 0.5_wp*ks*(s1**2 - s0**2)
+               friction = friction + self%trial%sign_used(c)*self%trial%friction_used(c)*self%trial%slip(c) - &
+                          0.5_wp*ks*(s1**2 - s0**2)
             end if
-            gained = dilation_energy(self%laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped)
+            stored = stored + after%energy
+            if (.not. dilates) cycle
+            gained = dilation_energy(self%laws(self%table%joint(c)), kn, x1, joint%total_slip, after%slipped)
             friction = friction - gained
-            stored = stored + after%energy + gained
-         end do
-      end associate
+            stored = stored + gained
+         end associate
+      end do
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine measure_contacts
 

@@ -58,14 +58,14 @@ contains
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       integer :: c, room
-      room = size(trial%state)
+      room = size(trial%joint)
       if (allocated(self%rows)) then
          if (size(self%rows) < room) deallocate (self%rows, self%value, self%miss, self%used)
       end if
       if (.not. allocated(self%rows)) allocate (self%rows(room), self%value(room), self%miss(room), self%used(room))
       self%n = 0
       do c = 1, table%n
-         if (trial%state(c) /= contact_state%sliding) cycle
+         if (trial%joint(c)%state /= contact_state%sliding) cycle
          self%n = self%n + 1
          self%rows(self%n) = c
       end do
@@ -87,7 +87,7 @@ contains
       worst = 0
       do i = 1, n
          c = self%rows(i)
-         self%value(i) = trial%friction(c)
+         self%value(i) = trial%joint(c)%friction
          self%used(i) = self%value(i)
          self%miss(i) = trial%friction_limit(table, laws, settings, c) - self%value(i)
          worst = max(worst, abs(self%miss(i)))
@@ -95,7 +95,7 @@ contains
       if (.not. worst > 0) return
       call self%acceleration%next(self%value(1:n), self%miss(1:n))
       do i = 1, n
-         trial%friction(self%rows(i)) = max(0.0_wp, self%value(i))
+         trial%joint(self%rows(i))%friction = max(0.0_wp, self%value(i))
       end do
    end subroutine improve
 
@@ -127,7 +127,7 @@ contains
       type(open_close_type), intent(inout) :: trial
       integer :: i
       do i = 1, self%n
-         trial%friction(self%rows(i)) = self%used(i)
+         trial%joint(self%rows(i))%friction = self%used(i)
       end do
    end subroutine take_used
 

@@ -97,16 +97,15 @@ contains
       type(joint_response_type), intent(out) :: response
       real(wp) :: trial, limit, slip_tolerance
       logical :: slides
+      if (joint%tied) then
+         limit = huge(limit)
+      else
+         limit = strength(law, settings, joint, -joint%k_n*gap, joint%bonded, slip)
+      end if
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
       response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
       trial = elastic_shear(joint, slip)
-      if (joint%tied) then
-         response = joint_response_type(contact_state%locked, 0, joint%bonded, response%spring, response%normal, &
-                                        trial, 0.0_wp)
-         return
-      end if
-      limit = strength(law, settings, joint, response%spring, joint%bonded, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
       if (limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0) then
@@ -131,7 +130,7 @@ contains
       response%bonded = joint%bonded .and. .not. law%brittle
       response%friction = limit
       if (joint%bonded .and. law%brittle) &
-         response%friction = strength(law, settings, joint, response%spring, .false., slip)
+         response%friction = sliding_friction(law, settings, joint, response%spring, slip)
    end subroutine map_joint
 
    !> +1 or -1.

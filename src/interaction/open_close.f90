@@ -5,7 +5,7 @@
 !> come from their law (rockdda_interaction_joint_law). Only `commit` changes the contact table.
 module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
@@ -19,17 +19,12 @@ module rockdda_interaction_open_close
 
    !> Trial states and predicted motion of one step's contacts.
    type :: open_close_type
-      integer, allocatable :: state(:)        !! trial state
-      integer, allocatable :: slip_sign(:)    !! direction of slip used for friction, +1/-1
-      logical, allocatable :: bonded(:)       !! still bonded in this trial
+      type(joint_type), allocatable :: joint(:) !! memory with trial state, slip direction, friction force and bond
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
-      real(wp), allocatable :: friction(:)    !! friction force for the next solve while sliding, >= 0
-      real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
-      integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from state)
+      integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial state)
       integer, allocatable :: sign_used(:)    !! slip direction in the last solve
-      real(wp), allocatable :: normal_drag(:) !! normal dashpot coefficient over dt, while closed [force/length]
-      real(wp), allocatable :: drag(:)        !! shear dashpot coefficient over dt, while locked [force/length]
+      real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
@@ -41,8 +36,8 @@ module rockdda_interaction_open_close
       procedure :: count_unsettled
       procedure :: forces_between
       procedure :: friction_limit
-      procedure :: joint_of
-      procedure :: joint_used
+      procedure :: find_end
+      procedure, private :: joint_used
       procedure :: commit
    end type open_close_type
 
@@ -54,29 +49,37 @@ contains
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
-      integer :: c, n
+      integer :: n, p
       n = table%n
       call make_room(self, n)
-      !$omp parallel do default(none) shared(self, table, laws, settings, n) private(c) schedule(static) &
+      !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
       !$omp if (n > parallel_contacts)
-      do c = 1, n
-         self%state(c) = table%state(c)
-         self%slip_sign(c) = table%slip_sign(c)
-         self%bonded(c) = table%bonded(c)
-         self%normal_force(c) = table%normal_force(c)
-         self%gap(c) = table%gap(c)
-         self%slip(c) = 0
-         self%drag(c) = 0
-         self%normal_drag(c) = 0
-         self%changes(c) = 0
-         self%friction(c) = 0
-         self%miss(c) = 0
-         self%state_used(c) = no_state
-         if (self%state(c) == contact_state%sliding) self%friction(c) = sliding_friction( &
-            laws(table%joint(c)), settings, self%joint_of(table, c), self%normal_force(c), 0.0_wp)
+      do p = 1, n_pieces(n)
+         call begin_rows((p - 1)*piece + 1, min(p*piece, n), self, table, laws, settings)
       end do
       !$omp end parallel do
    end subroutine begin
+
+   !> `begin` for some of the rows.
+   pure subroutine begin_rows(first, last, self, table, laws, settings)
+      integer, intent(in) :: first, last
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer :: c
+      do c = first, last
+         call remember(table, c, self%joint(c))
+         self%normal_force(c) = table%normal_force(c)
+         self%gap(c) = table%gap(c)
+         self%slip(c) = 0
+         self%changes(c) = 0
+         self%miss(c) = 0
+         self%state_used(c) = no_state
+         if (self%joint(c)%state == contact_state%sliding) self%joint(c)%friction = sliding_friction( &
+            laws(table%joint(c)), settings, self%joint(c), self%normal_force(c), 0.0_wp)
+      end do
+   end subroutine begin_rows
 
    !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
    !> partner's state, which may be new already: these come after all others, in their order.
@@ -122,7 +125,7 @@ contains
       !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(c) schedule(static) &
       !$omp reduction(+:n, n_partners) reduction(max:miss) if (table%n > parallel_contacts)
       do c = 1, table%n
-         if (spare_bonds .and. self%bonded(c)) cycle
+         if (spare_bonds .and. self%joint(c)%bonded) cycle
          if (table%partner(c) == 0) then
             call judge_contact(self, table, laws, settings, c, n, miss)
          else
@@ -131,7 +134,7 @@ contains
       end do
       !$omp end parallel do
       do c = 1, merge(table%n, 0, n_partners > 0)
-         if (spare_bonds .and. self%bonded(c)) cycle
+         if (spare_bonds .and. self%joint(c)%bonded) cycle
          if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n, miss)
       end do
       n_changes = n
@@ -147,7 +150,7 @@ contains
       !$omp parallel do default(none) shared(self, table) private(c) reduction(max:deepest) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
-         if (self%state(c) /= contact_state%open) deepest = max(deepest, abs(table%k_n(c)*self%gap(c)))
+         if (self%joint(c)%state /= contact_state%open) deepest = max(deepest, abs(table%k_n(c)*self%gap(c)))
       end do
       !$omp end parallel do
    end function deepest_force
@@ -161,117 +164,135 @@ contains
       integer, intent(in) :: c
       integer, intent(inout) :: n_changes
       real(wp), intent(inout) :: worst_friction
-      type(joint_type) :: joint
       type(joint_response_type) :: response
-      real(wp) :: gap
-      integer :: old, new
+      real(wp) :: gap, slip
+      integer :: old, new, new_sign
       logical :: is_closed
-      old = self%state(c)
-      self%state_used(c) = old
-      self%sign_used(c) = self%slip_sign(c)
-      self%friction_used(c) = self%friction(c)
-      self%friction(c) = 0
-      self%miss(c) = 0
-      self%normal_force(c) = 0
-      gap = self%gap(c)
-      if (old == contact_state%open .and. gap >= closing_gap(settings, table%offset(c))) return
-      call gather(self, table, c, joint)
-      joint%friction = self%friction_used(c)
-      is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
-                               self%gap(max(1, table%partner(c))))
-      if (old /= contact_state%open) self%normal_force(c) = -table%k_n(c)*gap
-      new = contact_state%open
-      if (is_closed) then
-         call map_joint(laws(table%joint(c)), settings, joint, gap, self%slip(c), response)
-         new = response%state
-         self%slip_sign(c) = response%slip_sign
-         self%bonded(c) = response%bonded
+      associate (joint => self%joint(c), friction_used => self%friction_used(c), sign_used => self%sign_used(c))
+         old = joint%state
+         self%state_used(c) = old
+         sign_used = joint%slip_sign
+         friction_used = joint%friction
+         self%miss(c) = 0
+         self%normal_force(c) = 0
+         gap = self%gap(c)
+         if (old == contact_state%open .and. gap >= closing_gap(settings, table%offset(c))) then
+            joint%friction = 0
+            return
+         end if
+         slip = self%slip(c)
+         is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
+                                  self%gap(max(1, table%partner(c))))
+         if (is_closed) call map_joint(laws(table%joint(c)), settings, joint, gap, slip, response)
+         if (old /= contact_state%open) self%normal_force(c) = -joint%k_n*gap
+         new = contact_state%open
+         new_sign = sign_used
+         if (is_closed) then
+            new = response%state
+            new_sign = response%slip_sign
+            joint%bonded = response%bonded
+         else if (old /= contact_state%open) then
+            new_sign = 0
+            joint%bonded = .false.
+         end if
          ! the overlap of a motion without the contact says nothing about the force it will carry: friction of a contact
          ! that closes starts from zero
-         if (old /= contact_state%open) self%friction(c) = response%friction
-      else if (old /= contact_state%open) then
-         self%bonded(c) = .false.
-         self%slip_sign(c) = 0
-      end if
-      self%state(c) = new
-      if (new == contact_state%sliding .and. old == contact_state%sliding) then
-         self%miss(c) = abs(self%friction(c) - self%friction_used(c))
-         worst_friction = max(worst_friction, self%miss(c))
-      end if
-      if (new == old .and. (new /= contact_state%sliding .or. self%slip_sign(c) == self%sign_used(c))) return
-      self%changes(c) = self%changes(c) + 1
-      if (settings%peer .and. min(old, new) > 0) return
-      self%miss(c) = miss_of_joint(joint, gap, self%slip(c), new, self%slip_sign(c), &
-                                   self%friction(c))
-      n_changes = n_changes + 1
+         joint%friction = 0
+         if (is_closed .and. old /= contact_state%open) joint%friction = response%friction
+         if (new == contact_state%sliding .and. old == contact_state%sliding) then
+            self%miss(c) = abs(joint%friction - friction_used)
+            worst_friction = max(worst_friction, self%miss(c))
+         end if
+         if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
+            self%changes(c) = self%changes(c) + 1
+            if (.not. (settings%peer .and. min(old, new) > 0)) then
+               self%miss(c) = miss_of_joint(self%joint_used(c), gap, slip, new, new_sign, joint%friction)
+               n_changes = n_changes + 1
+            end if
+         end if
+         joint%state = new
+         joint%slip_sign = new_sign
+      end associate
    end subroutine judge_contact
 
-   !> Memory of a contact with its trial state.
-   pure type(joint_type) function joint_of(self, table, c) result(joint)
+   !> A contact that was closed in the last solve, at the end of the step.
+   pure subroutine find_end(self, c, last)
       class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      call gather(self, table, c, joint)
-      joint%friction = self%friction(c)
-   end function joint_of
+      type(joint_end_type), intent(out) :: last
+      if (self%state_used(c) == contact_state%locked .and. self%joint(c)%state == contact_state%locked) then
+         last = end_joint(self%joint(c), self%gap(c), self%slip(c))
+      else
+         last = end_joint(self%joint_used(c), self%gap(c), self%slip(c))
+      end if
+   end subroutine find_end
 
-   !> The same with the state that the last solve had.
-   pure type(joint_type) function joint_used(self, table, c) result(joint)
+   !> Memory of a contact with the state that the last solve had.
+   pure type(joint_type) function joint_used(self, c) result(joint)
       class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      call gather(self, table, c, joint)
-      joint%friction = self%friction_used(c)
+      joint = self%joint(c)
       joint%state = self%state_used(c)
       joint%slip_sign = self%sign_used(c)
+      joint%friction = self%friction_used(c)
    end function joint_used
 
-   !> All of a joint but the friction force.
-   pure subroutine gather(self, table, c, joint)
-      type(open_close_type), intent(in) :: self
+   !> Memory of a contact, with the state of the last step and without dashpots.
+   pure subroutine remember(table, c, joint)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      type(joint_type), intent(out) :: joint         !! without its friction
+      type(joint_type), intent(inout) :: joint
       joint%gap = table%gap(c)
       joint%shear = table%shear(c)
       joint%total_slip = table%total_slip(c)
       joint%length = table%length(c)
       joint%k_n = table%k_n(c)
       joint%k_s = table%k_s(c)
-      joint%normal_drag = self%normal_drag(c)
-      joint%drag = self%drag(c)
-      joint%state = self%state(c)
-      joint%slip_sign = self%slip_sign(c)
-      joint%bonded = self%bonded(c)
+      joint%normal_drag = 0
+      joint%drag = 0
+      joint%friction = 0
+      joint%state = table%state(c)
+      joint%slip_sign = table%slip_sign(c)
+      joint%bonded = table%bonded(c)
       joint%tied = table%tied(c)
-   end subroutine gather
+   end subroutine remember
 
    !> The accepted step: the table then holds the contacts at the step's end.
    subroutine commit(self, table)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(inout) :: table
-      type(joint_end_type) :: last
+      integer :: p
+      !$omp parallel do default(none) shared(self, table) private(p) schedule(static) if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), self, table)
+      end do
+      !$omp end parallel do
+   end subroutine commit
+
+   !> `commit` for some of the rows.
+   pure subroutine commit_rows(first, last, self, table)
+      integer, intent(in) :: first, last
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(inout) :: table
+      type(joint_end_type) :: joint_end
       integer :: c
-      !$omp parallel do default(none) shared(self, table) private(c, last) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         table%bonded(c) = self%bonded(c)
+      do c = first, last
+         table%bonded(c) = self%joint(c)%bonded
          if (self%state_used(c) == contact_state%open) then
             ! a contact that would close after the last solve has no spring yet
             call table%open_row(c)
             cycle
          end if
-         last = end_joint(self%joint_used(table, c), self%gap(c), self%slip(c))
-         table%state(c) = self%state(c)
-         table%slip_sign(c) = self%slip_sign(c)
-         table%shear(c) = last%shear
-         table%normal_force(c) = last%normal_force
-         table%shear_force(c) = last%shear_force
-         table%total_slip(c) = table%total_slip(c) + last%slipped
-         table%energy(c) = last%energy
+         call self%find_end(c, joint_end)
+         table%state(c) = self%joint(c)%state
+         table%slip_sign(c) = self%joint(c)%slip_sign
+         table%shear(c) = joint_end%shear
+         table%normal_force(c) = joint_end%normal_force
+         table%shear_force(c) = joint_end%shear_force
+         table%total_slip(c) = table%total_slip(c) + joint_end%slipped
+         table%energy(c) = joint_end%energy
       end do
-      !$omp end parallel do
-   end subroutine commit
+   end subroutine commit_rows
 
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
    !> by more than `tolerance` times the largest normal force on the less loaded of their two blocks, and, if it
@@ -304,7 +325,7 @@ contains
       do c = 1, table%n
          if (.not. self%miss(c) > 0) cycle
          allowed = tolerance*min(largest(table%block_a(c)), largest(table%block_b(c)))
-         if (self%state(c) == self%state_used(c) .and. self%slip_sign(c) == self%sign_used(c)) &
+         if (self%joint(c)%state == self%state_used(c) .and. self%joint(c)%slip_sign == self%sign_used(c)) &
             allowed = max(allowed, small)
          if (self%miss(c) > allowed) n = n + 1
       end do
@@ -320,28 +341,60 @@ contains
       real(wp), intent(in) :: a
       real(wp), intent(in), contiguous :: gap(:), slip(:)     !! (>= contacts) of the motion at a = 0 [length]
       real(wp), intent(inout), contiguous :: force(:, :)      !! (2, >= contacts) along the lines of the links
-      type(joint_type) :: joint
-      type(joint_response_type) :: response
-      real(wp) :: gap_there, partner_gap
-      integer :: c, p
-      !$omp parallel do default(none) private(c, p, gap_there, partner_gap, joint, response) schedule(static) &
-      !$omp shared(self, table, laws, settings, a, gap, slip, force) if (table%n > parallel_contacts)
-      do c = 1, table%n
-         gap_there = gap(c) + a*(self%gap(c) - gap(c))
-         force(:, c) = 0
-         if (self%state(c) == contact_state%open .and. gap_there >= closing_gap(settings, table%offset(c))) cycle
-         p = max(1, table%partner(c))
-         partner_gap = gap(p) + a*(self%gap(p) - gap(p))
-         call gather(self, table, c, joint)
-         associate (law => laws(table%joint(c)))
-            if (.not. stays_closed(self, table, law, settings, joint, c, gap_there, partner_gap)) cycle
-            call map_joint(law, settings, joint, gap_there, slip(c) + a*(self%slip(c) - slip(c)), response)
-         end associate
-         force(1, c) = -response%normal
-         force(2, c) = response%shear
+      integer :: p
+      !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
+      !$omp shared(self, table, laws, settings, a, gap, slip, force)
+      do p = 1, n_pieces(table%n)
+         call find_forces((p - 1)*piece + 1, min(p*piece, table%n), self, table, laws, settings, a, gap, slip, force)
       end do
       !$omp end parallel do
    end subroutine forces_between
+
+   !> `forces_between` for some of the rows, with its arguments.
+   pure subroutine find_forces(first, last, self, table, laws, settings, a, gap, slip, force)
+      integer, intent(in) :: first, last
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: a
+      real(wp), intent(in), contiguous :: gap(:), slip(:)
+      real(wp), intent(inout), contiguous :: force(:, :)
+      real(wp) :: gap_there, partner_gap
+      integer :: c, p
+      associate (joint => self%joint, gap_end => self%gap, slip_end => self%slip, partner => table%partner, &
+                 law => table%joint)
+         do c = first, last
+            gap_there = gap(c) + a*(gap_end(c) - gap(c))
+            if (joint(c)%state == contact_state%open .and. gap_there >= closing_gap(settings, table%offset(c))) then
+               force(1, c) = 0
+               force(2, c) = 0
+               cycle
+            end if
+            partner_gap = 0
+            p = partner(c)
+            if (p > 0) partner_gap = gap(p) + a*(gap_end(p) - gap(p))
+            call lawful_force(self, table, laws(law(c)), settings, c, gap_there, slip(c) + a*(slip_end(c) - slip(c)), &
+                              partner_gap, force(:, c))
+         end do
+      end associate
+   end subroutine find_forces
+
+   !> Force that a contact would have at a motion by its law.
+   pure subroutine lawful_force(self, table, law, settings, c, gap, slip, partner_gap, force)
+      type(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, slip, partner_gap  !! the partner's is not used without one [length]
+      real(wp), intent(out) :: force(2)
+      type(joint_response_type) :: response
+      force = 0
+      if (.not. stays_closed(self, table, law, settings, self%joint(c), c, gap, partner_gap)) return
+      call map_joint(law, settings, self%joint(c), gap, slip, response)
+      force = [-response%normal, response%shear]
+   end subroutine lawful_force
 
    !> Friction force that a sliding contact should have at the motion of the last solve [force].
    pure real(wp) function friction_limit(self, table, laws, settings, c)
@@ -350,7 +403,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
-      friction_limit = sliding_friction(laws(table%joint(c)), settings, self%joint_of(table, c), &
+      friction_limit = sliding_friction(laws(table%joint(c)), settings, self%joint(c), &
                                         -table%k_n(c)*self%gap(c), self%slip(c))
    end function friction_limit
 
@@ -405,7 +458,7 @@ contains
       p = table%partner(c)
       if (p > 0) then
          ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
-         if (self%state(p) /= contact_state%open) return
+         if (self%joint(p)%state /= contact_state%open) return
          between = [gap + table%offset(c), partner_gap + table%offset(p)]
          if (between(2) >= -settings%close_tolerance) return
          start = [table%gap(c) + table%offset(c), table%gap(p) + table%offset(p)]
@@ -426,17 +479,15 @@ contains
       class(open_close_type), intent(inout) :: self
       integer, intent(in) :: n
       integer :: m
-      if (allocated(self%state)) then
-         if (size(self%state) >= n) return
-         deallocate (self%state, self%slip_sign, self%bonded, self%normal_force, self%friction, self%friction_used, &
-                     self%miss, self%gap, self%slip, self%changes, &
-                     self%state_used, self%sign_used, self%drag, self%normal_drag)
+      if (allocated(self%joint)) then
+         if (size(self%joint) >= n) return
+         deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, self%changes, self%state_used, &
+                     self%sign_used, self%friction_used)
       end if
       m = n + n/4 + 16
-      allocate (self%state(m), self%slip_sign(m), self%changes(m), self%state_used(m), self%sign_used(m), source=0)
-      allocate (self%bonded(m), source=.false.)
-      allocate (self%normal_force(m), self%friction(m), self%friction_used(m), self%miss(m), &
-                self%gap(m), self%slip(m), self%drag(m), self%normal_drag(m), source=0.0_wp)
+      allocate (self%joint(m))
+      allocate (self%changes(m), self%state_used(m), self%sign_used(m), source=0)
+      allocate (self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), self%friction_used(m), source=0.0_wp)
    end subroutine make_room
 
 end module rockdda_interaction_open_close
