@@ -3,6 +3,7 @@
 !> one pair of blocks, which is kept from pair to pair.
 module rockdda_contact_candidates
    use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_contact_intervals, only : interval_type
    implicit none
    private
    public :: candidate_type, candidate_list_type
@@ -19,12 +20,15 @@ module rockdda_contact_candidates
    type :: candidate_list_type
       integer :: n = 0
       type(candidate_type), allocatable :: rows(:)
+      integer :: n_intervals = 0
+      type(interval_type), allocatable :: intervals(:)           !! in the order of the rows of their first stations
       integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
       integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
    contains
       procedure :: append
+      procedure :: append_interval
       procedure :: add_corners
       procedure :: has_corners
       procedure :: collect
@@ -46,6 +50,21 @@ contains
       self%n = self%n + 1
       self%rows(self%n) = row
    end subroutine append
+
+   !> Append the interval of which the rows that follow are stations.
+   pure subroutine append_interval(self, interval)
+      class(candidate_list_type), intent(inout) :: self
+      type(interval_type), intent(in) :: interval
+      type(interval_type), allocatable :: larger(:)
+      if (.not. allocated(self%intervals)) allocate (self%intervals(64))
+      if (self%n_intervals == size(self%intervals)) then
+         allocate (larger(2*self%n_intervals))
+         larger(1:self%n_intervals) = self%intervals
+         call move_alloc(larger, self%intervals)
+      end if
+      self%n_intervals = self%n_intervals + 1
+      self%intervals(self%n_intervals) = interval
+   end subroutine append_interval
 
    !> Vertex a of the first block of the pair and vertex b of the second meet.
    pure subroutine add_corners(self, a, b)

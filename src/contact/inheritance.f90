@@ -97,7 +97,7 @@ contains
          row = abs(work%source(k))
          is_own = work%source(k) > 0
          if (row > 0) then
-            call take_over(previous, row, k, table)
+            call take_over(previous, row, k, by_length, table)
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
             if (limits%by_length .or. limits%corrected) then
@@ -190,9 +190,10 @@ contains
    end subroutine find_sources
 
    !> State of row k from a row of the last step.
-   pure subroutine take_over(previous, row, k, table)
+   pure subroutine take_over(previous, row, k, by_length, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: row, k
+      logical, intent(in) :: by_length
       type(contact_table_type), intent(inout) :: table
       table%state(k) = previous%state(row)
       table%shear(k) = previous%shear(row)
@@ -200,8 +201,11 @@ contains
       table%shear_force(k) = previous%shear_force(row)
       table%bonded(k) = previous%bonded(row)
       table%tied(k) = previous%tied(row)
-      table%k_n(k) = previous%k_n(row)
-      table%k_s(k) = previous%k_s(row)
+      ! of ties: other joints get the stiffness of the length for which they stand now
+      if (by_length) then
+         table%k_n(k) = previous%k_n(row)
+         table%k_s(k) = previous%k_s(row)
+      end if
       table%slip_sign(k) = previous%slip_sign(row)
       table%total_slip(k) = previous%total_slip(row)
    end subroutine take_over

@@ -40,6 +40,7 @@ contains
             if (.not. interval%exists) cycle
             if (min(interval%gap_low, interval%gap_high) > limits%reach) cycle
             if (max(interval%gap_low, interval%gap_high) < -limits%penetration) cycle
+            call list%append_interval(interval)
             do k = 1, limits%points(joint_of(f, e, joint))
                call list%append(candidate_type(f, e, station=k))
             end do

@@ -159,9 +159,9 @@ contains
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous   !! last step's table, of which the history is the index
-      type(interval_type) :: interval
-      integer :: part, k, a, b, before
+      integer :: part, k, a, b, before, n
       logical :: is_tied
+      self%found%n_intervals = 0
       !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, n_parts) &
       !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -182,14 +182,15 @@ contains
          call self%exposure%clear(size(vertices, 2), limits%smooth)
       end if
       do part = 1, n_parts
+         n = 0
          do k = 1, self%found(part)%n
             associate (row => self%found(part)%rows(k))
                if (row%station /= 1) cycle
-               call measure_interval(row%vertex, row%edge, vertices, topology, self%outlines, interval)
+               n = n + 1
                before = self%history%find(previous, row%vertex, row%edge, 1)
                is_tied = .false.
                if (before > 0) is_tied = previous%tied(before)
-               call self%exposure%cover(row%vertex, row%edge, interval, is_tied)
+               call self%exposure%cover(row%vertex, row%edge, self%found(part)%intervals(n), is_tied)
             end associate
          end do
       end do
@@ -207,18 +208,20 @@ contains
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(candidate_list_type), intent(inout) :: list
-      type(interval_type) :: interval
-      integer :: k, n
+      integer :: i, k, n
       logical :: is_dropped
+      i = 0
       n = 0
       is_dropped = .false.
       do k = 1, list%n
          if (list%rows(k)%station == 1) then
-            call measure_interval(list%rows(k)%vertex, list%rows(k)%edge, vertices, topology, outlines, interval)
+            i = i + 1
             is_dropped = .false.
-            if (interval%high - interval%low <= exposure%between(list%rows(k)%vertex, list%rows(k)%edge)) is_dropped = &
-               is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
-               is_end_hidden(interval%vertex_high, interval%edge_high)
+            associate (interval => list%intervals(i))
+               if (interval%high - interval%low <= exposure%between(list%rows(k)%vertex, list%rows(k)%edge)) &
+                  is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
+                               is_end_hidden(interval%vertex_high, interval%edge_high)
+            end associate
          end if
          if (is_dropped) cycle
          n = n + 1
@@ -317,7 +320,8 @@ contains
       type(interval_type) :: interval
       type(station_type) :: station
       type(corner_type) :: corner
-      integer :: c, k, v, e, row
+      integer :: c, k, v, e, row, measured(2)
+      measured = 0
       do k = first, last
          c = order(k)
          v = list%rows(c)%vertex
@@ -339,7 +343,9 @@ contains
             table%length(k) = corner%weight
             cycle
          else if (table%station(k) > 0) then
-            call measure_interval(v, e, vertices, topology, outlines, interval)
+            ! the stations of an interval follow one another
+            if (any(measured /= [v, e])) call measure_interval(v, e, vertices, topology, outlines, interval)
+            measured = [v, e]
             table%joint(k) = joint_of(v, e, blocks%edge_joint)
             station = station_of(interval, table%station(k), limits%points(table%joint(k)), v, e, vertices, outlines)
             table%point(:, k) = station%point
