@@ -97,7 +97,7 @@ contains
          row = abs(work%source(k))
          is_own = work%source(k) > 0
          if (row > 0) then
-            call take_over(previous, row, k, by_length, table)
+            call take_over(previous, row, k, limits%by_length, table)
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
             if (limits%by_length .or. limits%corrected) then

@@ -43,7 +43,8 @@ module rockdda_stepping_control
    !> Where blocks come to rest after slip depends on the way there. While friction has a share in the work of the
    !> contacts, steps keep the length dt_max until the unbalanced force is below `nearly`, for at most `most_held`
    !> steps; where the share is large they then grow slowly.
-   real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.01_wp, slow_growth = 1.12_wp
+   real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.01_wp, very_nearly = 0.001_wp, &
+                          slow_growth = 1.1_wp
    integer, parameter :: most_held = 100
    !> So many steps in a row must be in equilibrium.
    integer, parameter :: confirming_steps = 2
@@ -106,13 +107,14 @@ contains
       end associate
    end function k01
 
-   !> Does a static stage search equilibrium? Then steps may grow.
+   !> Does a static stage search equilibrium with steps that may grow?
    pure logical function is_static_search(self, parameters)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       is_static_search = .false.
       if (self%stage > size(parameters%stages)) return
-      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0
+      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0 &
+                         .and. parameters%max_growth > 1
    end function is_static_search
 
    !> Number of the present stage in the results, from 0; after the last stage one more.
@@ -191,7 +193,7 @@ contains
       real(wp), intent(in) :: dt             !! step [time]
       integer, intent(in) :: rounds          !! of all attempts at the step
       wanted = dt*merge(fast_growth, growth, rounds <= few_rounds)
-      if (self%slip_share > much_slip) wanted = dt*slow_growth
+      if (self%slip_share > much_slip) wanted = dt*merge(slow_growth, growth, self%unbalanced > very_nearly)
       if (self%slip_share > no_slip .and. self%unbalanced > nearly .and. self%steps < most_held) &
          wanted = min(max(parameters%dt_max, dt), growth*dt)
       if (rounds > many_rounds*parameters%max_open_close) wanted = slow_down*dt
