@@ -75,7 +75,8 @@ def tunnel() -> Case:
     weight = 2500 * 9.81
     numbers = f"2500 {weight} 5e9 0.25 {-50 * weight} {-50 * weight} 0 {weight} {weight} 0 0 0 0\n35 0 0\n1.4\n"
     analysis = f"0 60 1 1 0.01 0.01 5e9\n{'0 ' * len(fixed)}\n{numbers}"
-    return Case("tunnel", "\n".join(rows) + "\n", analysis)
+    bond = "&joint_material number = 1, cohesion = 5e5, tension = 2e5, brittle = .false. /"
+    return Case("tunnel in bonded rock", "\n".join(rows) + "\n", analysis, bond)
 
 
 def box(b: tuple[float, float, float, float]) -> list[tuple[float, ...]]:

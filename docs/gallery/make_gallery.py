@@ -35,6 +35,13 @@ from rockdda.film import Viewer, serve  # noqa: E402
 from rockdda.results import Results  # noqa: E402
 
 UNITS = "m,s,N"
+DIG = """\
+&contact formulation = 'length' /
+&region name = 'upper', box = -1,3,2,6 /
+&stage name = 'weight', until = 'equilibrium' /
+&stage name = 'half', until = 'equilibrium', excavate = 'upper', relax = 0.5 /
+&stage name = 'rest', until = 'equilibrium', relax = 1 /
+"""
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane
 
 
@@ -58,6 +65,15 @@ class Runs:
 
     def __call__(self, name: str) -> Results:
         return self.run(name, ROOT / "inputs" / name)
+
+    def dug(self, name: str, stages: str) -> Results:
+        """A model with stages."""
+        model = self.folder / f"{name}_dug"
+        if not model.exists():
+            shutil.copytree(ROOT / "inputs" / name, model)
+            with (model / f"{name}.nml").open("a", encoding="utf-8") as file:
+                file.write(stages)
+        return self.run(model.name, model)
 
     def slope(self, friction: int) -> Results:
         """The jointed slope with another friction of its weak plane."""
@@ -105,6 +121,10 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
     ),
     "energy": ("energy ledger, and what does not close", lambda runs: plot.energy(runs("jointed_slope"), units=UNITS)),
     "iterations": ("steps, rounds, contacts", lambda runs: plot.iterations(runs("jointed_slope"), units=UNITS)),
+    "ground-reaction": (
+        "released share of the forces of excavated blocks over convergence",
+        lambda runs: plot.ground_reaction(runs.dug("stack", DIG), units=UNITS),
+    ),
     "multiples": ("small multiples of a parameter study", multiples),
 }
 

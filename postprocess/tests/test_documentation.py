@@ -52,7 +52,7 @@ def test_the_page_names_all_kinds_and_fields():
 
 def test_the_gallery_has_a_picture_of_every_kind():
     text = (GALLERY / "README.md").read_text(encoding="utf-8")
-    linked = re.findall(r"\]\((\w+\.(?:png|html))\)", text)
+    linked = re.findall(r"\]\(([\w-]+\.(?:png|html))\)", text)
     assert {f"{kind}.png" for kind in KINDS} | {"multiples.png", "contact_sheet.png"} <= set(linked)
     for name in linked:
         if name.endswith(".png"):

@@ -114,6 +114,11 @@ def test_every_dataset_has_a_unit_or_none(flat_arch):
         "contacts",
         "state",
         "blocks",
+        "unbalanced",
+        "stage",
+        "stage_names",
+        "relaxation",
+        "active",
     )
     for path in sorted(rockdda.open(flat_arch).keys()):
         assert path in POWERS or path.startswith("input/") or path.endswith(without), path

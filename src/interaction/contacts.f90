@@ -108,7 +108,8 @@ contains
             old = [self%table%k_n(c), self%table%k_s(c)]
             call set_stiffness(context%parameters, context%parameters%joint_materials(self%table%joint(c)), &
                                self%table%length(c), self%table%k_n(c), self%table%k_s(c))
-            if (self%stiffness_is_new .and. old(1) > 0) call keep_forces(old, self%table, c)
+            if (self%stiffness_is_new .and. context%parameters%by_length .and. old(1) > 0) &
+               call keep_forces(old, self%table, c)
          else if (context%state%step == 0 .or. .not. self%table%k_n(c) > 0) then
             self%table%k_n(c) = tie_stiffness(self%table%station(c), self%table%length(c), &
                                               smaller_modulus(context, a, b), context%state%area(a), &
