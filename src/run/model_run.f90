@@ -235,6 +235,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       self%facts%header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
       self%facts%header%n_boundaries = size(self%sim%parameters%boundaries)
+      self%facts%header%stage_names = stage_names(self%sim%parameters%stages, self%sim%parameters%ends_with_stages)
       call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, self%sim%blocks, &
                                self%sim%record, error)
       if (allocated(error)) then

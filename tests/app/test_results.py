@@ -69,6 +69,9 @@ class Layout(ResultsTest):
             "history/measured_rotation": ((ns, measured), REAL),
             "history/fixed_force": ((ns, fixed, 2), REAL),
             "history/boundary_force": ((ns, 0, 2), REAL),
+            "history/unbalanced": ((ns,), REAL),
+            "history/stage": ((ns,), INTEGER),
+            "history/relaxation": ((ns,), REAL),
             "frames/step": ((nk,), INTEGER),
             "frames/time": ((nk,), REAL),
             "frames/vertices": ((nk, nv, 2), REAL),
@@ -78,6 +81,7 @@ class Layout(ResultsTest):
             "frames/velocity": ((nk, nb, 6), REAL),
             "frames/bolt_ends": ((nk, bolts, 2, 2), REAL),
             "frames/bolt_force": ((nk, bolts), REAL),
+            "frames/active": ((nk, nb), INTEGER),
             "frames/contact_offset": ((nk + 1,), INTEGER),
             "frames/contact_point": ((total, 2), REAL),
             "frames/contact_force": ((total, 2), REAL),
@@ -90,7 +94,8 @@ class Layout(ResultsTest):
             "frames/contact_shear_stress": ((total,), REAL),
         }
         texts = ["input/analysis", "input/config", "input/geometry"]
-        self.assertEqual(sorted(data), sorted([*expected, *texts]))
+        self.assertEqual(sorted(data), sorted([*expected, *texts, "model/stage_names"]))
+        self.assertEqual([bytes(name) for name in data["model/stage_names"]], [b"stage 1"])
         for name, (shape, kind) in expected.items():
             self.assertEqual(data[name].shape, shape, name)
             self.assertEqual(data[name].dtype.newbyteorder("="), np.dtype(kind), name)

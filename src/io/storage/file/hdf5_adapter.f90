@@ -30,12 +30,16 @@ module rockdda_io_hdf5_adapter
    !> Size of the conversion buffer for a text [bytes]; the default of the library is 1 MiB, cleared each time.
    integer(hsize_t), parameter :: text_buffer = 4096
 
+   !> Texts of a list at most.
+   integer(i8), parameter :: most_texts = 1000000_i8
+
    type, extends(hdf5_attributes_type) :: hdf5_file_type
    contains
       procedure :: get_shape
       procedure :: has_type
       generic :: write => write_reals, write_integers, write_text
       procedure :: write_texts
+      procedure :: read_texts
       generic :: read => read_reals, read_integers, read_text
       procedure :: create_table
       procedure :: resize
@@ -376,6 +380,40 @@ contains
       call h5dclose_f(dataset, status)
       call h5tclose_f(type, status)
    end subroutine read_text
+
+   !> Read a list of texts, with a line end between them.
+   subroutine read_texts(self, name, text, error)
+      class(hdf5_file_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(out) :: text
+      type(error_type), allocatable, intent(out) :: error
+      type(c_ptr), allocatable, target :: pointers(:)
+      type(c_ptr) :: place
+      integer(hid_t) :: dataset, type
+      integer(i8), allocatable :: shape(:)
+      integer :: i, status
+      text = ''
+      call self%get_shape(name, shape, error)
+      if (allocated(error)) return
+      allocate (pointers(max(1_i8, min(most_texts, product(shape)))))
+      pointers = c_null_ptr
+      place = c_loc(pointers)
+      call new_text_type(type, status)
+      call h5dopen_f(self%id, name, dataset, status)
+      if (size(shape) /= 1 .or. product(shape) > most_texts) status = -1
+      if (status == 0) status = merge(0, -1, kind_of_values(int(dataset, i8)) == value_kind%text)
+      if (status == 0) call h5dread_f(dataset, type, place, status)
+      if (status == 0) then
+         do i = 1, int(product(shape))
+            if (i > 1) text = text//new_line('a')
+            text = text//take_text(pointers(i))
+         end do
+      else
+         call self%fail('cannot read '//name, error)
+      end if
+      call h5dclose_f(dataset, status)
+      call h5tclose_f(type, status)
+   end subroutine read_texts
 
    !> Select all of a dataset or some rows of it. It must hold values of this kind.
    subroutine select_in_table(self, name, kind, rows, error, skip, count)

@@ -143,6 +143,17 @@ contains
          wanted = wanted//new_line('a')//trim(energy_names(i))
       end do
       call compare_text('history/energy', 'columns', wanted)
+      if (.not. allocated(error) .and. allocated(header%stage_names)) then
+         wanted = trim(header%stage_names(1))
+         do i = 2, size(header%stage_names)
+            wanted = wanted//new_line('a')//trim(header%stage_names(i))
+         end do
+         call file%read_texts('model/stage_names', found, error)
+         if (.not. allocated(error)) then
+            if (found /= wanted .or. len(found) /= len(wanted)) &
+               call not_as_written(file%path, 'model/stage_names', error)
+         end if
+      end if
       do i = 1, size(series)
          if (allocated(error)) exit
          call file%get_shape(series(i)%name, shape, error)
