@@ -252,14 +252,14 @@ contains
    !> Keep the changes of length.
    subroutine keep(self)
       class(bolts_type), intent(inout) :: self
-      self%kept_stretch = self%stretch
+      if (self%n > 0) self%kept_stretch = self%stretch
    end subroutine keep
 
    !> Changes of length at a fraction of the way.
    subroutine shorten(self, fraction)
       class(bolts_type), intent(inout) :: self
       real(wp), intent(in) :: fraction
-      self%stretch = self%kept_stretch + fraction*(self%stretch - self%kept_stretch)
+      if (self%n > 0) self%stretch = self%kept_stretch + fraction*(self%stretch - self%kept_stretch)
    end subroutine shorten
 
    !> Forces by the law of the bolts at a fraction of the way.
