@@ -313,7 +313,8 @@ contains
             cycle
          end if
          associate (edge => self%loaded(i))
-            call find_traction_load(context, context%parameters%boundaries(edge%group), context%moving(edge%block), edge)
+            call find_traction_load(context, context%parameters%boundaries(edge%group), &
+                                    context%moving(edge%block), edge)
             equations%block_load(:, edge%block) = equations%block_load(:, edge%block) + edge%load
             equations%block_magnitude(:, edge%block) = equations%block_magnitude(:, edge%block) + abs(edge%load)
          end associate

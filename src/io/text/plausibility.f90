@@ -236,7 +236,8 @@ contains
       end do
    end function acts
 
-   !> Check that there is a support or a boundary that holds; a single block, and blocks with an initial velocity, need none.
+   !> Check that there is a support or a boundary that holds; a single block, and blocks with an initial velocity, need
+   !> none.
    subroutine check_supports(self, blocks, parameters)
       class(inspection_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
