@@ -51,6 +51,11 @@ def time_step(record: Record) -> None:
             ratios[worst], truth=1.0, truth_source="no dependence on the step",
             explanation=f"{_words(worst)}; median of the {len(chosen)} layers {np.median(list(ratios.values())):.3f}",
         )  # fmt: skip
+    record.compare(
+        f"layers that are stable, Δt/{PARTS[finest]}", sum(runs[finest][0].stable for runs in found.values()),
+        f"of {len(chosen)}", explanation="to compare the formulations: the same file, with g0 at each corner, or over "
+        "the mean edge length on every joint",
+    )  # fmt: skip
     rows = []
     for key, runs in found.items():
         row: dict[str, object] = {"start": key[0], "S_j [m]": BASE.span / key[1], "φ": f"{key[2]:g}°"}

@@ -14,7 +14,7 @@ from ..case import Case, Record
 from ..tunnels import FRICTION, PUBLISHED, SPACING, TIME_STEP, Cell, cells, label
 
 SEED = 7
-COUNT = 2
+COUNT = 3
 #: a run of one second takes this many times the steps
 PARTS = (1, 2, 4)
 STEPS: int = PUBLISHED["parameters"]["steps"]
@@ -65,6 +65,12 @@ def _table(record: Record, chosen: Sequence[Key], found: Mapping[int, Mapping[Ke
 
 def _compare(record: Record, chosen: Sequence[Key], found: Mapping[int, Mapping[Key, Cell]]) -> None:
     finest = PARTS[-1]
+    last = found[finest]
+    why = "to compare the formulations: the same file"
+    stable = sum(last[key].profile.height == 0 for key in chosen)
+    record.compare(f"stable tunnels, Δt/{finest}", stable, f"of {len(chosen)}", explanation=why)
+    down = [-float(last[key].mean[0]) for key in chosen]
+    record.compare(f"mean displacement of the crown, Δt/{finest}, all tunnels", np.mean(down), "m", explanation=why)
     for part in PARTS[:-1]:
         changed = sum(
             (found[part][key].profile.height == 0) != (found[finest][key].profile.height == 0) for key in chosen
