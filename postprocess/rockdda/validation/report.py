@@ -16,7 +16,7 @@ from typing import Any
 from ..errors import InputError, OutputError
 from . import report_words as words
 from .case import Case, Comparison
-from .corner_springs import BY_LENGTH, counts_corners
+from .corner_springs import BY_LENGTH, VERDICTS, counts_corners
 from .registry import all_cases
 from .report_entry import Entry, entries_of
 from .report_first import first_page
@@ -201,6 +201,13 @@ def _by_length(entries: Sequence[Entry]) -> list[str]:
         "of abutments and frames included. It is softer than two springs of g0, in compression by the long edges, and "
         "three times more in bending (kL³/12). "
     )
+    changed = [
+        f"- {entry.link}: {VERDICTS[entry.identifier]}."
+        for entry in entries
+        if entry.beside and entry.identifier in VERDICTS
+    ]
+    if changed:
+        lines += ["Verdicts that are others by length:", "", *changed, ""]
     if not rows:
         return [*lines, text + "Of the others none is broken.", ""]
     head = ["case", "quantity", "vertex", "length", "truth", "error by length", "why"]
