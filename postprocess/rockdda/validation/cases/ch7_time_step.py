@@ -14,7 +14,7 @@ from ..case import Case, Record
 from ..tunnels import FRICTION, PUBLISHED, SPACING, TIME_STEP, Cell, cells, label
 
 SEED = 7
-COUNT = 3
+COUNT = 2
 #: a run of one second takes this many times the steps
 PARTS = (1, 2, 4)
 STEPS: int = PUBLISHED["parameters"]["steps"]
