@@ -54,7 +54,7 @@ BY_LENGTH: Mapping[str, str] = {
 #: of cases: verdicts that change by length, with runs made beside the case
 VERDICTS: Mapping[str, str] = {
     "6.6.3-time-step": "with the same g0 none of the layers is stable by length, as corners are about six times softer "
-    "and sag more than the arch is high; with g0 = 6e9 or 2e10 N/m all eight are",
+    "and the layers sag by decimetres; with g0 = 6e9 or 2e10 N/m all eight are",
     "7.2-time-step": "the tunnel with B = 10 m, S_j = 5 m and 20° is stable at vertices; by length the rock over the "
     "crown comes down between upright joints by 2.6 m in the second, and stiffer joints do not hold it (1.8 m with "
     "g0 = 6e9 N/m, 1.7 m with 2e10 N/m). Why is not found out; corners of beds may catch on upright joints at vertices, "
