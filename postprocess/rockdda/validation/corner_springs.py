@@ -57,8 +57,8 @@ VERDICTS: Mapping[str, str] = {
     "and the layers sag by decimetres; with g0 = 6e9 or 2e10 N/m all eight are",
     "7.2-time-step": "the tunnel with B = 10 m, S_j = 5 m and 20° is stable at vertices; by length the rock over the "
     "crown comes down between upright joints by 2.6 m in the second, and stiffer joints do not hold it (1.8 m with "
-    "g0 = 6e9 N/m, 1.7 m with 2e10 N/m). Why is not found out; corners of beds may catch on upright joints at vertices, "
-    "which they do not by length",
+    "g0 = 6e9 N/m, 1.7 m with 2e10 N/m). Why is not found out; corners of beds may catch on upright joints at "
+    "vertices, which they do not by length",
 }
 
 
