@@ -31,7 +31,7 @@ from .ch7_time_step import Key, key_of
 
 SINGLE = published("chapter6")["single"]
 #: p, the closing penetration over w0
-PENETRATIONS = (0.0, 1e-7, 1e-6, 5e-6, 1e-5, 2e-5, 3e-5, 1e-4, 2e-4)
+PENETRATIONS = (0.0, 1e-7, 1e-6, 1e-5, 2e-5, 3e-5, 1e-4, 2e-4)
 ROOF_PENETRATIONS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 2e-4)
 #: those of the tunnels, each of which takes half a minute of one core
 TUNNEL_PENETRATIONS = (0.0, 1e-5, 2e-5, 3e-5, 1e-4, 2e-4)
@@ -83,7 +83,7 @@ KINDS = (*((CLOSED, gap) for gap in GAPS), (OPEN, 0.0))
 MEMBERS = tuple(Member(penetration, *kind) for kind in KINDS for penetration in PENETRATIONS)
 ROOF_MEMBERS = tuple(member for member in MEMBERS if member.penetration in ROOF_PENETRATIONS)
 #: of tunnels by the start and the opening gap: a run takes minutes where steps are cut
-OF_KIND = {KINDS[0]: TUNNEL_PENETRATIONS, KINDS[1]: (0.0, 5e-6, 1e-5, 2e-4), KINDS[2]: (5e-6, 1e-5)}
+OF_KIND = {KINDS[0]: TUNNEL_PENETRATIONS, KINDS[1]: (0.0, 1e-5, 2e-4), KINDS[2]: (1e-5,)}
 TUNNEL_MEMBERS = tuple(member for member in MEMBERS if member.penetration in OF_KIND[member.start, member.gap])
 OURS, WINDOWS = Member(0.0, CLOSED), Member(PENETRATIONS[-1], CLOSED, GAPS[-1])
 
