@@ -11,7 +11,7 @@ module rockdda_interaction_boundary_edges
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
-   public :: find_outer_edges, edges_along, nearest_outer_edge, next_vertex
+   public :: find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex
 
    !> Cosine of the largest angle between an edge and the polyline.
    real(wp), parameter :: least_cosine = 0.86602540378443865_wp
@@ -63,8 +63,19 @@ contains
    pure logical function lie_on_each_other(p, q, r, s, tolerance)
       real(wp), intent(in) :: p(2), q(2), r(2), s(2)    !! ends of both edges
       real(wp), intent(in) :: tolerance                 !! [length]
+      real(wp) :: stretch(2)
+      stretch = common_stretch(p, q, r, s, tolerance)
+      lie_on_each_other = stretch(2) > stretch(1)
+   end function lie_on_each_other
+
+   !> From where to where along p q the edge r s lies on it, in the opposite direction; zeros when this is not longer
+   !> than the tolerance.
+   pure function common_stretch(p, q, r, s, tolerance) result(stretch)
+      real(wp), intent(in) :: p(2), q(2), r(2), s(2)    !! ends of both edges
+      real(wp), intent(in) :: tolerance                 !! [length]
+      real(wp) :: stretch(2)                            !! distances from p [length]
       real(wp) :: t(2), length, along(2), off(2), low, high, slope
-      lie_on_each_other = .false.
+      stretch = 0
       length = norm2(q - p)
       if (.not. length > 0) return
       t = (q - p)/length
@@ -75,9 +86,9 @@ contains
       if (.not. high - low > tolerance) return
       off = [t(1)*(r(2) - p(2)) - t(2)*(r(1) - p(1)), t(1)*(s(2) - p(2)) - t(2)*(s(1) - p(1))]
       slope = (off(1) - off(2))/(along(1) - along(2))
-      lie_on_each_other = abs(off(2) + slope*(low - along(2))) <= tolerance .and. &
-                          abs(off(2) + slope*(high - along(2))) <= tolerance
-   end function lie_on_each_other
+      if (abs(off(2) + slope*(low - along(2))) <= tolerance .and. &
+          abs(off(2) + slope*(high - along(2))) <= tolerance) stretch = [low, high]
+   end function common_stretch
 
    !> Outer edges along a polyline, and the unit normal of the segment along which each lies.
    pure subroutine edges_along(blocks, outer, polyline, tolerance, edges, edge_blocks, normals)

@@ -24,6 +24,7 @@ module rockdda_interaction_context
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
       real(wp) :: gravity = 1                   !! factor on all weights
+      character(len=:), allocatable :: water    !! names of the groups of &water that act; empty: all
       logical, allocatable :: released(:)       !! (nf) fixed points that were let go
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them

@@ -18,12 +18,13 @@ module rockdda_interaction_families
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_supports, only : supports_type
+   use rockdda_interaction_water, only : water_family_type
    implicit none
    private
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 8
+   integer, parameter :: n_own = 9
 
    !> A family that was added.
    type :: added_family_type
@@ -39,6 +40,7 @@ module rockdda_interaction_families
       type(bolts_type) :: bolts
       type(boundaries_type) :: boundaries
       type(held_forces_type) :: held
+      type(water_family_type) :: water
       type(added_family_type), allocatable, private :: added(:)
    contains
       procedure :: add
@@ -76,6 +78,7 @@ contains
       case (6); item => self%bolts
       case (7); item => self%boundaries
       case (8); item => self%held
+      case (9); item => self%water
       case default; item => self%added(i - n_own)%item
       end select
    end function family

@@ -38,6 +38,7 @@ module rockdda_model_option
       integer :: two_points = 1     !! x1 y1 x2 y2 are two different points
       integer :: rising = 2         !! the first number of the rows does not decrease
       integer :: frequency = 3      !! the third number of each row is not negative
+      integer :: any_order = 4      !! rows of a file: the first number may decrease
    end type list_rule_enum
    type(list_rule_enum), parameter :: list_rule = list_rule_enum()
 

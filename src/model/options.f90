@@ -11,7 +11,7 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, change_type, line_load_type, base_motion_type, region_type, &
-             subdivision_type, point_table_type, boundary_type, in_situ_type
+             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -132,6 +132,20 @@ module rockdda_model_options
       type(origin_type) :: origin                !! where it was read
    end type in_situ_type
 
+   !> Water in joints and on free edges: its pressure by a table, or at points.
+   type :: water_type
+      character(len=:), allocatable :: name      !! empty or not given: none
+      real(wp), allocatable :: table(:, :)       !! (2, m) x y, x increasing
+      character(len=:), allocatable :: file      !! of the pressure, as the options name it
+      real(wp), allocatable :: pressure(:, :)    !! (3, m) x y p
+      real(wp) :: unit_weight = unset_real       !! of the water
+      character(len=:), allocatable :: joints    !! joint materials, commas between them; not given: all
+      logical :: surfaces = .true.               !! edges that face no other block are wetted, too
+      character(len=:), allocatable :: region    !! names, commas between them; not given: all blocks
+      real(wp), allocatable :: level(:, :)       !! (2, m) t dy: rise of the table
+      type(origin_type) :: origin                !! where it was read
+   end type water_type
+
    type :: run_options_type
       ! &model: a labelled file, which names its geometry and describes the materials
       logical :: labelled = .false.
@@ -190,6 +204,7 @@ module rockdda_model_options
       type(subdivision_type), allocatable :: subdivisions(:)
       type(boundary_type), allocatable :: boundaries(:)
       type(in_situ_type), allocatable :: in_situ(:)
+      type(water_type), allocatable :: water(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

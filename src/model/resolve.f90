@@ -65,6 +65,7 @@ contains
       parameters%subdivisions = settings%subdivisions
       parameters%boundaries = settings%boundaries
       parameters%in_situ = settings%in_situ
+      parameters%water = settings%water
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)

@@ -31,6 +31,7 @@ module rockdda_run_model_input
    use rockdda_linear_factory, only : default_solver
    use rockdda_run_cells, only : number_regions, check_regions, count_regions, check_names, check_cells, make_cells
    use rockdda_run_stage_regions, only : number_changes, check_stage_regions
+   use rockdda_run_water_names, only : check_water_names
    use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
@@ -302,6 +303,7 @@ contains
            size(described_joints(n(2), input%options%joint_materials, input%labelled))]
       call number_regions(input%options%block_materials, input%options%regions, messages)
       call check_regions(input%blocks, input%options%regions, n(1), messages)
+      call check_water_names(input%options, n(2), messages)
       if (messages%has_errors()) then
          call check_cells(input%options%regions, input%options%subdivisions, n(2), &
                           [input%options%joint_materials, input%options%joint_laws], messages)

@@ -131,6 +131,8 @@ contains
       call self%families%boundaries%init(blocks, parameters, self%initial_stress, self%state%active, &
                                          problems)
       self%held = self%families%boundaries%held_blocks(blocks%n_blocks)
+      call self%families%water%init(blocks, parameters, problems)
+      self%water = ''
       call new_step_control(parameters, blocks%fixed%n, self%control)
       call self%contacts%resize(0)
       call self%equations%set_size(blocks%n_blocks, 0)

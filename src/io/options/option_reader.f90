@@ -355,7 +355,8 @@ contains
          if (present(name)) name = file
          call demand(self%namelist, entry, len_trim(file) > 0, 'must name a file', self%messages)
          if (len_trim(file) > 0) call read_csv_table(beside(self%namelist%source%file, trim(file)), &
-                                                     column_names(row), given, self%messages)
+                                                     column_names(row), given, self%messages, &
+                                                     in_any_order=row%rule == list_rule%any_order)
       end do
       associate (unused => allocated(used))
       end associate

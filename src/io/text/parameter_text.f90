@@ -11,6 +11,7 @@ module rockdda_io_parameter_text
    use rockdda_model_option_defaults, only : defaults_type
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
    use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
@@ -75,6 +76,7 @@ contains
       call describe_lists(table, p%line_loads, p%joint_materials, p%stages)
       call describe_regions(table, p%regions, p%subdivisions)
       call describe_boundaries(table, p%boundaries, p%in_situ)
+      call describe_water(table, p%water)
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text
@@ -296,8 +298,12 @@ contains
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
       character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      call put_rows(self, row, used)
-      associate (unused_1 => allocated(given), unused_2 => present(name))
+      if (self%in_list) then
+         call put_rows(self, row, given)
+      else
+         call put_rows(self, row, used)
+      end if
+      associate (unused => present(name))
       end associate
    end subroutine text_file
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Validate values of a checkpoint: time tables, boundaries, stress in the ground.
+!> Validate values of a checkpoint: time tables, boundaries, stress in the ground, water.
 module rockdda_io_checkpoint_ground
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -12,7 +12,7 @@ module rockdda_io_checkpoint_ground
 
 contains
 
-   !> Check boundaries and the stress in the ground. Whether they fit the model is checked when the run begins.
+   !> Check boundaries, the stress in the ground and water. Whether they fit the model is checked when the run begins.
    subroutine check_ground(check, p)
       type(value_check_type), intent(inout) :: check
       type(parameters_type), intent(in) :: p
@@ -44,6 +44,14 @@ contains
             call check%is_finite([g%k0], name//'_k0')
             call check%is_finite([g%unit_weight], name//'_unit_weight')
             call check%is_finite([g%surcharge], name//'_surcharge')
+         end associate
+      end do
+      do i = 1, size(p%water)
+         associate (w => p%water(i), name => 'water_'//to_string(i))
+            call check_rows(check, name//'_table', 2, w%table)
+            call check_rows(check, name//'_pressure_file', 3, w%pressure)
+            call check_table(check, name//'_level', 2, w%level)
+            call check%is_finite([w%unit_weight], name//'_unit_weight')
          end associate
       end do
    end subroutine check_ground

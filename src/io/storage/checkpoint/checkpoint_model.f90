@@ -12,6 +12,7 @@ module rockdda_io_checkpoint_model
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions, describe_changes
    use rockdda_model_options, only : run_options_type
+   use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
    use rockdda_io_parameter_exchange, only : parameter_exchange_type
@@ -79,6 +80,7 @@ contains
       call archive%item('ends_with_stages', parameters%ends_with_stages)
       call describe_regions(table, parameters%regions, parameters%subdivisions)
       call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
+      call describe_water(table, parameters%water)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters

@@ -198,8 +198,12 @@ contains
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
       character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      call self%archive%item(row%name, used)
-      associate (unused_1 => allocated(given), unused_2 => present(name))
+      if (self%in_list) then
+         call self%archive%item(self%prefix//row%name, given)
+      else
+         call self%archive%item(row%name, used)
+      end if
+      associate (unused => present(name))
       end associate
    end subroutine exchange_file
 
