@@ -109,6 +109,10 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
         lambda runs: plot.joints(runs("jointed_slope"), units=UNITS, title="jointed_slope, t = 1 s"),
     ),
     "displacements": ("displacement vectors", lambda runs: plot.displacements(runs("layered_roof"), units=UNITS)),
+    "water": (
+        "water table and pressures",
+        lambda runs: plot.water(runs.run("full", ROOT / "inputs/sau_mau_ping/full.nml"), units=UNITS),
+    ),
     "history": (
         "history of measured points",
         lambda runs: plot.history(runs("incline"), units=UNITS),

@@ -289,6 +289,8 @@ contains
          header%flush_interval = min(longest_flush_interval, self%facts%checkpoint_every)
          call self%sim%list_boundaries(header%n_boundaries, header%boundary_edges, header%boundary_kinds)
          header%stage_names = stage_names(input%parameters%stages, input%parameters%ends_with_stages)
+         call self%sim%list_water(header%water_edges, header%water_ends)
+         header%water = self%sim%parameters%water
          call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
       end associate
       if (allocated(error)) return

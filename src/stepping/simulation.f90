@@ -81,6 +81,7 @@ module rockdda_stepping_simulation
       procedure :: contact_stresses
       procedure :: bolt_forces
       procedure :: list_boundaries
+      procedure :: list_water
       procedure :: weak_starts
       procedure, private :: begin_stages
       procedure, private :: block_energies
@@ -549,5 +550,25 @@ contains
       integer :: n(2)
       n = self%families%contacts%weak_starts
    end function weak_starts
+
+   !> Stretches of edges that water wets now: group, both vertices, joint material beyond or 0; and their ends.
+   pure subroutine list_water(self, edges, ends)
+      class(simulation_type), intent(in) :: self
+      integer, allocatable, intent(inout) :: edges(:, :)    !! (4, n)
+      real(wp), allocatable, intent(inout) :: ends(:, :)    !! (2, n) shares of the edge
+      integer :: i, n
+      associate (water => self%families%water)
+         if (allocated(edges)) deallocate (edges, ends)
+         n = count(water%group > 0)
+         allocate (edges(4, n), ends(2, n))
+         n = 0
+         do i = 1, size(water%group)
+            if (water%group(i) == 0) cycle
+            n = n + 1
+            edges(:, n) = [water%group(i), water%stretches(i)%vertices, water%stretches(i)%joints(2)]
+            ends(:, n) = water%stretches(i)%ends
+         end do
+      end associate
+   end subroutine list_water
 
 end module rockdda_stepping_simulation

@@ -70,7 +70,7 @@ def plot_command(
         typer.Option(
             "--kind",
             "-k",
-            help="blocks (the default), stress, contacts, joints, displacements, history, profile, energy, "
+            help="blocks (the default), stress, contacts, joints, displacements, water, history, profile, energy, "
             "iterations or ground-reaction; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
-Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`; curves: `history`, `profile`, `energy`,
-`iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`. `plot` draws
-the kind that is named. `input_plot` draws geometry and block files before any run.
+Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
+`energy`, `iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`.
+`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
+from .water_maps import water
 from .window import interactive
 
 __all__ = [
@@ -40,4 +41,5 @@ __all__ = [
     "save",
     "small_multiples",
     "stress_crosses",
+    "water",
 ]

@@ -22,6 +22,7 @@ from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
 from .joint_maps import joints
 from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
+from .water_maps import water
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -96,6 +97,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     "contacts": contact_forces,
     "joints": joints,
     "displacements": displacements,
+    "water": water,
     "history": history,
     "profile": profile,
     "energy": energy,

@@ -19,6 +19,7 @@ module rockdda_io_results
    use rockdda_io_results_check, only : check_results, cut_tables, total_of_model
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
       n_totals
+   use rockdda_io_results_water, only : write_water
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -94,6 +95,7 @@ contains
             call self%file%write_texts('model/stage_names', ['stage 1'], error)
          end if
       end if
+      if (.not. allocated(error)) call write_water(self%file, header, error)
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
       do i = 1, n_series
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)

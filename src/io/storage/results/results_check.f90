@@ -13,6 +13,7 @@ module rockdda_io_results_check
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
+   use rockdda_io_results_water, only : add_water_total
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
       n_tables, n_totals
    use rockdda_io_series, only : series_type
@@ -303,6 +304,8 @@ contains
          if (allocated(error)) return
          total = fold(total, integers)
       end if
+      call add_water_total(file, total, error)
+      if (allocated(error)) return
       ! older files do not have numbers
       if (.not. file%has_attribute('model/measured_points', 'number')) return
       call file%get_attribute('model/measured_points', 'number', integers, error)

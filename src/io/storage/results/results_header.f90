@@ -2,6 +2,7 @@
 !> Header of a results file and its numbers of rows.
 module rockdda_io_results_header
    use rockdda_base_kinds, only : wp, i8
+   use rockdda_model_options, only : water_type
    implicit none
    private
    public :: results_header_type, results_rows_type, results_format_version, oldest_format_version, n_tables, n_totals
@@ -24,6 +25,9 @@ module rockdda_io_results_header
       integer :: n_boundaries = 0
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
       character(len=8), allocatable :: boundary_kinds(:) !! (boundaries)
+      type(water_type), allocatable :: water(:)          !! groups
+      integer, allocatable :: water_edges(:, :)          !! (4, n) of stretches: group, vertices, joint beyond or 0
+      real(wp), allocatable :: water_ends(:, :)          !! (2, n) their ends, shares of the edge
    end type results_header_type
 
    !> Numbers of rows of a results file.
