@@ -68,6 +68,8 @@ class Model:
     tables: dict[str, str] = field(default_factory=dict)
     # a labelled file in place of the analysis file
     labelled: str = ""
+    # labelled files in place of the analysis file, by name
+    labelled_files: dict[str, str] = field(default_factory=dict)
     # the geometry file
     boundary: list[tuple[Segment, int]] = field(default_factory=list)
     lines: list[tuple[Segment, int]] = field(default_factory=list)
@@ -145,6 +147,8 @@ class Model:
         """Name and text of every file this model consists of."""
         if self.labelled:
             return {f"{self.name}.dc": self.geometry_text(), f"{self.name}.nml": self.labelled, **self.tables}
+        if self.labelled_files:
+            return {f"{self.name}.dc": self.geometry_text(), **self.labelled_files}
         files = {f"{self.name}.dc": self.geometry_text(), f"{self.name}.df": self.analysis_text()}
         if self.options:
             files[f"{self.name}.nml"] = self.options

@@ -15,7 +15,7 @@ import math
 import sys
 from pathlib import Path
 
-from legacy_text import Model, Rock, Segment, along_slope, clip, length, part, rectangle
+from legacy_text import Model, Rock, Segment, along_slope, clip, length, number, part, rectangle
 
 FOLDER = Path(__file__).resolve().parent
 DENSITY = 2500.0
@@ -536,6 +536,21 @@ def bedding_slab() -> Model:
         title,
         edge_node_distance=0.001,
         k01=1,
+
+
+def sau_mau_ping() -> Model:
+    """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
+    height, face, plane, behind = 60.0, math.radians(50), math.radians(35), 15.336
+    crest = height / math.tan(face)
+    crack = crest + behind
+    foot = crack * math.tan(plane)  # y of the crack's lower end
+    depth = height - foot
+    title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
+    model = Model(
+        "sau_mau_ping",
+        title,
+        edge_node_distance=0.001,
+        k01=0,
         steps=0,
         dt=0,
         displacement_ratio=0,
@@ -561,6 +576,43 @@ def bedding_slab() -> Model:
     model.material_lines.append(((12.0, 2.0, 14.0, 3.0), 2))
     model.fixed = [foot, (top[0], 0), top]
     model.measured = [at(7.5, 0.75), at(13.5, 0.75)]
+
+
+    )
+    model.add_boundary(
+        [(0, 0), (-20, 0), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False
+    )
+    model.add_boundary([(crack, height), (crest, height), (0, 0)], 3, False)
+    model.add_lines([(0, 0), (crack, foot)], joint=1)
+    model.add_lines([(crack, foot), (crack, height)], joint=2)
+    model.fixed = [
+        (-20, -20),
+        (crack + 20, -20),
+        (crack + 20, height),
+        (-20, 0),
+        (0, 0),
+        (crack, foot),
+        (crack, height),
+    ]
+    model.measured = [(crest, height)]
+    for name, share in (("dry", 0.0), ("half_full", 0.5), ("full", 1.0)):
+        level = number(foot + share * depth)
+        water = (
+            f"&water           name = 'crack {name.replace('_', ' ')}', table = 0, 0, {number(crack)}, {level},\n"
+            "                 unit_weight = 10e3, joints = 'plane, crack', surfaces = .false. /\n"
+        )
+        model.labelled_files[f"{name}.nml"] = (
+            f"! {title}\n"
+            f"&model           geometry = 'sau_mau_ping.dc', title = 'Sau Mau Ping, crack {name.replace('_', ' ')}' /\n"
+            "&block_material  number = 1, name = 'granite', density = 2600, young = 20e9, poisson = 0.25 /\n"
+            "&joint_material  number = 1, name = 'plane', friction = 35, cohesion = 100e3 /\n"
+            "&joint_material  number = 2, name = 'crack', friction = 0 /\n"
+            "&joint_material  number = 3, name = 'outline', friction = 35 /\n"
+            "&load            gravity = 10 /\n"
+            "&contact         formulation = 'length' /\n"
+            "&time            k01 = 0 /\n"
+            "&run             steps = 300 /\n" + (water if share > 0 else "")
+        )
     return model
 
 
@@ -585,12 +637,15 @@ MODELS = [
     bedding_slab,
 ]
 
+# folders with several labelled files, each of which is a model
+SETS = [sau_mau_ping]
+
 
 def main(arguments: list[str]) -> int:
     """Write or compare."""
     check = "--check" in arguments
     names = [a for a in arguments if not a.startswith("-")]
-    known = {make.__name__: make for make in MODELS}
+    known = {make.__name__: make for make in MODELS + SETS}
     unknown = [name for name in names if name not in known]
     if unknown:
         print(f"unknown model: {', '.join(unknown)}; known: {', '.join(known)}", file=sys.stderr)
