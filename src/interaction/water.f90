@@ -311,7 +311,8 @@ contains
       !$omp end parallel do
       do i = 1, size(self%stretches)
          b = self%stretches(i)%block
-         scale = norm2(equations%block_load(1:2, b))
+         ! not the load, which is nearly nothing where a block floats
+         scale = norm2(equations%block_magnitude(1:2, b))
          if (scale > 0) equations%block_off(b) = max(equations%block_off(b), norm2(off(:, i))/scale)
       end do
    end subroutine measure_placement

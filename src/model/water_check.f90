@@ -56,6 +56,7 @@ contains
       if (allocated(group%table) .eqv. allocated(group%pressure)) &
          call fail("give one of 'table' and 'pressure_file'")
       if (allocated(group%table)) then
+         if (size(group%table, 2) == 0) call fail('table: at least one point is needed')
          if (.not. is_set(group%unit_weight)) call fail("'table' needs the 'unit_weight' of the water")
          do k = 2, size(group%table, 2)
             if (group%table(1, k) > group%table(1, k - 1)) cycle
