@@ -536,21 +536,6 @@ def bedding_slab() -> Model:
         title,
         edge_node_distance=0.001,
         k01=1,
-
-
-def sau_mau_ping() -> Model:
-    """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
-    height, face, plane, behind = 60.0, math.radians(50), math.radians(35), 15.336
-    crest = height / math.tan(face)
-    crack = crest + behind
-    foot = crack * math.tan(plane)  # y of the crack's lower end
-    depth = height - foot
-    title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
-    model = Model(
-        "sau_mau_ping",
-        title,
-        edge_node_distance=0.001,
-        k01=0,
         steps=0,
         dt=0,
         displacement_ratio=0,
@@ -576,8 +561,27 @@ def sau_mau_ping() -> Model:
     model.material_lines.append(((12.0, 2.0, 14.0, 3.0), 2))
     model.fixed = [foot, (top[0], 0), top]
     model.measured = [at(7.5, 0.75), at(13.5, 0.75)]
+    return model
 
 
+def sau_mau_ping() -> Model:
+    """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
+    height, face, plane, behind = 60.0, math.radians(50), math.radians(35), 15.336
+    crest = height / math.tan(face)
+    crack = crest + behind
+    foot = crack * math.tan(plane)  # y of the crack's lower end
+    depth = height - foot
+    title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
+    model = Model(
+        "sau_mau_ping",
+        title,
+        edge_node_distance=0.001,
+        k01=0,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
     )
     model.add_boundary(
         [(0, 0), (-20, 0), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False

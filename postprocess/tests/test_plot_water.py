@@ -25,7 +25,7 @@ def add_water(path, *, points=False):
     with h5py.File(path, "r+") as file:
         model = file["model"]
         model["water_edges"] = np.array([[0, 0, 1, 2], [0, 3, 0, 0]], dtype="i4")
-        model["water_edges"].attrs["name"] = ["lake"]
+        model["water_names"] = ["lake"]
         model["water_ends"] = np.array([[0.0, 0.5], [0.0, 1.0]])
         model["water_unit_weight"] = np.array([0.0 if points else WEIGHT])
         model["water_table"] = np.zeros((0, 2)) if points else np.array([[-1.0, 0.6], [1.0, 0.6]])
@@ -78,6 +78,18 @@ def test_bands_lie_outside_of_free_edges_and_inside_at_joints(wet):
     assert pool[:, 0].min() < v[0, 0] - 1e-3
     assert pool[:, 0].max() <= v[0, 0] + 1e-12
     assert "largest" in axes.get_legend().get_texts()[1].get_text()
+
+
+def test_stages_choose_groups(tmp_path):
+    path = add_water(write_wall(tmp_path / "stages.h5", 2, 2))
+    with h5py.File(path, "r+") as file:
+        file["model/water_stage"] = ["none", " Lake "]
+        if "history/stage" in file:
+            del file["history/stage"]
+        file["history/stage"] = np.array([0, 1], dtype="i4")
+    results = rockdda.open(path)
+    assert [len(pressure_diagrams(results, frame)) for frame in range(3)] == [0, 0, 2]
+    plt.close(results.plot(kind="water", frame=0).get_figure())
 
 
 def test_in_other_units(wet):

@@ -18,6 +18,7 @@ module rockdda_interaction_water
    use rockdda_model_state, only : energy
    use rockdda_model_water_check, only : acts, title_of
    use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load, mean_displacement
@@ -43,6 +44,7 @@ module rockdda_interaction_water
       procedure :: add_to_blocks
       procedure :: measure_placement
       procedure :: add_energies
+      procedure :: add_forces
       procedure, private :: choose
    end type water_family_type
 
@@ -278,7 +280,7 @@ contains
       real(wp), intent(out) :: load(6)
       real(wp) :: p(2), q(2), normal(2), shares(2)
       load = 0
-      if (self%group(i) == 0) return
+      if (self%group(i) == 0 .or. .not. context%state%active(self%stretches(i)%block)) return
       associate (s => self%stretches(i), start => context%state%vertices(:, self%stretches(i)%vertices))
          p = start(:, 1) + 0.5_wp*mean_displacement(block%d, start(:, 1), block)
          q = start(:, 2) + 0.5_wp*mean_displacement(block%d, start(:, 2), block)
@@ -346,5 +348,26 @@ contains
       associate (unused => context%dt)
       end associate
    end subroutine add_energies
+
+   !> Pressure on the moved blocks. No equilibrium while a table rises or falls.
+   subroutine add_forces(self, context, forces)
+      class(water_family_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      type(water_scratch_type) :: scratch
+      real(wp) :: rises(size(self%pressure)), load(6)
+      integer :: i, b
+      rises = all_rises(self, context)
+      do i = 1, size(self%stretches)
+         b = self%stretches(i)%block
+         call find_load(self, i, context, new_moving_block(context%state%centroid(:, b), spread(0.0_wp, 1, 6)), rises, &
+                        scratch, load)
+         if (any(abs(load) > 0)) call forces%add_load(b, load(1:3))
+      end do
+      do i = 1, size(rises)
+         if (.not. acts(context%parameters%water(i), context%water)) cycle
+         if (abs(rises(i) - rise_of(context%parameters%water(i), context%state%time)) > 0) forces%driven = .true.
+      end do
+   end subroutine add_forces
 
 end module rockdda_interaction_water

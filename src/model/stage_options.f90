@@ -8,7 +8,7 @@ module rockdda_model_stage_options
    implicit none
    private
    public :: describe_stage, describe_new_values, stage_name, seeks_equilibrium, has_end, is_plain, stage_names, &
-      is_given
+      is_given, water_of_stage, water_of_stages
 
    character(len=*), parameter :: guide = 'user-guide.md#stages'
 
@@ -59,8 +59,33 @@ contains
                             default_text='none'), stage%install)
       call table%add(option('remove', 'bolts or liners that are removed when the stage begins; not there yet', &
                             default_text='none'), stage%remove)
-      call table%add(option('water', 'water table of the stage; not there yet', default_text='none'), stage%water)
+      call table%add(option('water', "names of the groups of &water that act from the stage on, commas between "// &
+                            "them; 'none': none of them", default_text='those of the stage before; in the first stage all', &
+                            see='user-guide.md#water'), stage%water)
    end subroutine describe_stage
+
+   !> Names of the groups of &water that act in stage i: those of the last stage up to it that names some; empty: all.
+   pure function water_of_stage(stages, i) result(names)
+      type(stage_type), intent(in) :: stages(:)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: names
+      integer :: k
+      names = ''
+      do k = 1, min(i, size(stages))
+         if (is_given(stages(k)%water)) names = trim(adjustl(stages(k)%water))
+      end do
+   end function water_of_stage
+
+   !> The same of all stages; one without stages.
+   pure function water_of_stages(stages) result(names)
+      type(stage_type), intent(in) :: stages(:)
+      character(len=80), allocatable :: names(:)
+      integer :: i
+      allocate (names(max(1, size(stages))))
+      do i = 1, size(names)
+         names(i) = water_of_stage(stages, i)
+      end do
+   end function water_of_stages
 
    !> Visit the rows of &change that no joint material has.
    subroutine describe_new_values(table, change)

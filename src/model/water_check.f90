@@ -54,10 +54,10 @@ contains
          if (same_name(group%name, 'none')) call fail("name: 'none' means no water")
       end if
       if (allocated(group%table) .eqv. allocated(group%pressure)) &
-         call fail("give one of 'table' and 'pressure_file'")
+         call fail('give one of table and pressure_file')
       if (allocated(group%table)) then
          if (size(group%table, 2) == 0) call fail('table: at least one point is needed')
-         if (.not. is_set(group%unit_weight)) call fail("'table' needs the 'unit_weight' of the water")
+         if (.not. is_set(group%unit_weight)) call fail('table needs the unit_weight of the water')
          do k = 2, size(group%table, 2)
             if (group%table(1, k) > group%table(1, k - 1)) cycle
             call fail('table: x must increase from point to point, but point '//to_string(k)//' has x = '// &
@@ -65,8 +65,8 @@ contains
             exit
          end do
       else if (allocated(group%pressure)) then
-         if (allocated(group%level)) call fail("'level' belongs to 'table'")
-         if (is_set(group%unit_weight)) call fail("'unit_weight' belongs to 'table'")
+         if (allocated(group%level)) call fail('level belongs to table')
+         if (is_set(group%unit_weight)) call fail('unit_weight belongs to table')
       end if
 
    contains

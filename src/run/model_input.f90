@@ -31,7 +31,7 @@ module rockdda_run_model_input
    use rockdda_linear_factory, only : default_solver
    use rockdda_run_cells, only : number_regions, check_regions, count_regions, check_names, check_cells, make_cells
    use rockdda_run_stage_regions, only : number_changes, check_stage_regions
-   use rockdda_run_water_names, only : check_water_names
+   use rockdda_run_water_names, only : check_water_names, check_stage_water
    use rockdda_stepping_options_check, only : check_options, check_joints
    implicit none
    private
@@ -224,6 +224,7 @@ contains
       logical :: ok
       call read_config(input, messages)
       call check_ground_options(input%options, messages)
+      call check_stage_water(input%options, messages)
       if (input%labelled .or. input%options%labelled) then
          call find_named_files(input, messages, ok)
          if (.not. ok) return

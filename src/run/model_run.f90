@@ -21,7 +21,7 @@ module rockdda_run_model_run
    use rockdda_base_strings, only : to_string, as_utf8
    use rockdda_base_version, only : version, build_description
    use rockdda_model_options, only : is_set
-   use rockdda_model_stage_options, only : stage_names
+   use rockdda_model_stage_options, only : stage_names, water_of_stages
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path, results_path
    use rockdda_io_digest, only : digest_length
@@ -291,6 +291,7 @@ contains
          header%stage_names = stage_names(input%parameters%stages, input%parameters%ends_with_stages)
          call self%sim%list_water(header%water_edges, header%water_ends)
          header%water = self%sim%parameters%water
+         header%stage_water = water_of_stages(input%parameters%stages)
          call self%results%create(self%output, request%force, header, input%blocks, self%sim%state, error)
       end associate
       if (allocated(error)) return

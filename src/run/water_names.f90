@@ -7,12 +7,13 @@ module rockdda_run_water_names
    use rockdda_model_joint_options, only : joint_number
    use rockdda_model_options, only : run_options_type, water_type
    use rockdda_model_regions, only : count_words, same_name, word_of
+   use rockdda_model_stage_options, only : is_given
    use rockdda_model_water_check, only : title_of
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_cells, only : check_names
    implicit none
    private
-   public :: check_water_names
+   public :: check_water_names, check_stage_water
 
 contains
 
@@ -29,6 +30,36 @@ contains
             options%water(g)%region, options%water(g)%origin, messages)
       end do
    end subroutine check_water_names
+
+   !> Stages name groups that there are, or 'none'.
+   subroutine check_stage_water(options, messages)
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=80), allocatable :: known(:)
+      character(len=:), allocatable :: word
+      integer :: g, i, k, n
+      if (.not. allocated(options%stages)) return
+      n = 0
+      if (allocated(options%water)) n = size(options%water)
+      allocate (known(n + 1))
+      known = 'none'
+      do g = 1, n
+         known(g) = ''
+         if (is_given(options%water(g)%name)) known(g) = adjustl(options%water(g)%name)
+      end do
+      do i = 1, size(options%stages)
+         associate (stage => options%stages(i))
+            if (.not. is_given(stage%water)) cycle
+            if (same_name(stage%water, 'none')) cycle
+            do k = 1, count_words(stage%water)
+               word = word_of(stage%water, k)
+               if (any([(same_name(known(g), word), g=1, n)])) cycle
+               call messages%add(severity%error, "&stage: there is no &water '"//word//"'"// &
+                                 did_you_mean(word, known), stage%origin)
+            end do
+         end associate
+      end do
+   end subroutine check_stage_water
 
    !> Each word of the lists of joints is the name or number of a joint material.
    subroutine check_water_joints(water, n_joints, named_joints, messages)

@@ -14,7 +14,7 @@ module rockdda_stepping_control
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : seeks_equilibrium, is_given
+   use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage
    implicit none
    private
    public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
@@ -69,6 +69,7 @@ module rockdda_stepping_control
    contains
       procedure :: k01
       procedure :: gravity
+      procedure :: water
       procedure :: step_size
       procedure :: accepted
       procedure :: end_stages
@@ -130,6 +131,14 @@ contains
       gravity = 1
       if (self%stage <= size(parameters%stages)) gravity = parameters%stages(self%stage)%gravity
    end function gravity
+
+   !> Names of the groups of &water that act in the present stage: those of the last stage that names some; empty: all.
+   pure function water(self, parameters) result(names)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      character(len=:), allocatable :: names
+      names = water_of_stage(parameters%stages, self%stage)
+   end function water
 
    !> The step to try from `time`: dt, or what is left to the next end of a stage or of the run.
    pure real(wp) function step_size(self, parameters, time) result(dt)

@@ -223,6 +223,7 @@ contains
          if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
       end do
       self%gravity = self%control%gravity(self%parameters)
+      self%water = self%control%water(self%parameters)
       wanted = self%control%dt
       self%dt = self%control%step_size(self%parameters, self%state%time)
       reach = predicted_reach(self%blocks, self%parameters, self%state, self%control, self%dt)
@@ -551,22 +552,25 @@ contains
       n = self%families%contacts%weak_starts
    end function weak_starts
 
-   !> Stretches of edges that water wets now: group, both vertices, joint material beyond or 0; and their ends.
+   !> Stretches of edges that groups of &water wet, where they act: group, both vertices, joint material beyond or 0;
+   !> and their ends.
    pure subroutine list_water(self, edges, ends)
       class(simulation_type), intent(in) :: self
       integer, allocatable, intent(inout) :: edges(:, :)    !! (4, n)
       real(wp), allocatable, intent(inout) :: ends(:, :)    !! (2, n) shares of the edge
-      integer :: i, n
+      integer :: g, i, n
       associate (water => self%families%water)
          if (allocated(edges)) deallocate (edges, ends)
-         n = count(water%group > 0)
+         n = count(water%wets)
          allocate (edges(4, n), ends(2, n))
          n = 0
-         do i = 1, size(water%group)
-            if (water%group(i) == 0) cycle
-            n = n + 1
-            edges(:, n) = [water%group(i), water%stretches(i)%vertices, water%stretches(i)%joints(2)]
-            ends(:, n) = water%stretches(i)%ends
+         do g = 1, size(water%wets, 1)
+            do i = 1, size(water%wets, 2)
+               if (.not. water%wets(g, i)) cycle
+               n = n + 1
+               edges(:, n) = [g, water%stretches(i)%vertices, water%stretches(i)%joints(2)]
+               ends(:, n) = water%stretches(i)%ends
+            end do
          end do
       end associate
    end subroutine list_water

@@ -10,7 +10,7 @@ from support import ProgramTest
 
 ROOT = Path(__file__).resolve().parents[2]
 # the table and its parts
-TABLE = {"option_table.f90", "material_options.f90", "boundary_options.f90", "stage_options.f90"}
+TABLE = {"option_table.f90", "material_options.f90", "boundary_options.f90", "stage_options.f90", "water_options.f90"}
 # words in quotes that are no names of options there: energies, kinds of value and of boundaries, a group of the
 # checkpoint
 OTHERS = {

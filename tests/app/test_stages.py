@@ -262,7 +262,7 @@ class Mistakes(StageTest):
             ("5:1", "max_steps needs until = 'equilibrium'"),
             ("6:1", "relax needs excavate, here or in an earlier stage"),
             ("7:1", "install is not there yet"),
-            ("8:1", "water is not there yet"),
+            ("8:1", "there is no &water 'low'"),
             ("9:1", "there is no stage 'bb'; did you mean 'b'?"),
             ("10:1", "joint_material, block_material or region is missing"),
             ("11:1", "no new value is given"),

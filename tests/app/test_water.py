@@ -92,8 +92,8 @@ class Messages(WaterTest):
     def test_mistakes_are_errors(self):
         self.write("p.csv", "x,y,p\n0,0,1e4\n1,0,1e4\n0.3,0,2e3\n")
         for group, words in (
-            ("name = 'a'", "&water 1 'a': give one of 'table' and 'pressure_file'"),
-            ("table = 0,1", "&water 1: 'table' needs the 'unit_weight' of the water"),
+            ("name = 'a'", "&water 1 'a': give one of table and pressure_file"),
+            ("table = 0,1", "&water 1: table needs the unit_weight of the water"),
             ("table = 0,1, 0,2, unit_weight = 1", "&water 1: table: x must increase from point to point"),
             ("pressure_file = 'p.csv'", "&water 1: pressure_file: the points make no triangle"),
         ):
@@ -130,13 +130,41 @@ class Runs(WaterTest):
                 with h5py.File(one) as a, h5py.File(dry) as b:
                     self.assertGreater(np.abs(a["frames/vertices"][-1] - b["frames/vertices"][-1]).max(), 1e-4)
 
+    def test_stages_choose_water(self):
+        # a block 2 x 1 on a base 4 x 1; supports carry what the water leaves, under y = 1.5 the base and half the block
+        head = BASE.replace("pile.dc", "block.dc").split("&time")[0]
+        stages = "".join(
+            f"&stage name = '{name}', until = 'equilibrium', tolerance = 1e-7{water} /\n"
+            for name, water in (("dry", ", water = 'none'"), ("wet", ", water = 'POOL'"), ("still wet", ""))
+        )
+        groups = (
+            "&water name = 'pool', table = 0,1.5, unit_weight = 9810 /\n&water name = 'sea', table = 0,9, "
+            "unit_weight = 9810 /\n"
+        )
+        out = self.run_to("out.h5", self.write("stages.nml", head + groups + stages))
+        weight = 2600 * 9.81 * 6
+        with h5py.File(out) as file:
+            carried = file["history/fixed_force"][()][:, :, 1].sum(axis=1)
+            stage = file["history/stage"][()]
+            for number, expected in enumerate((weight, weight - 9810 * 5, weight - 9810 * 5)):
+                last = np.flatnonzero(stage == number)[-1]
+                # the tolerance of equilibrium, and the block sinks by some micrometres
+                self.assertAlmostEqual(carried[last] / expected, 1, delta=1e-5)
+            self.assertEqual(
+                [text.decode().strip() for text in file["model/water_stage"][()]], ["none", "POOL", "POOL"]
+            )
+
+    def test_an_unknown_water_of_a_stage(self):
+        outcome = self.run_program("check", self.model(POOL + "&stage water = 'pol', duration = 1 /\n"))
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("&stage: there is no &water 'pol'; did you mean 'pool'?", outcome.err)
+
     def test_results_hold_tables_and_wetted_edges(self):
         out = self.run_to("out.h5", self.model())
         self.assertEqual(self.run_program("info", out).code, 0)
         with h5py.File(out) as file:
             edges, ends = file["model/water_edges"][()], file["model/water_ends"][()]
-            names = [n.decode() if isinstance(n, bytes) else str(n) for n in file["model/water_edges"].attrs["name"]]
-            self.assertEqual([name.strip() for name in names], ["pool"])
+            self.assertEqual([name.decode().strip() for name in file["model/water_names"][()]], ["pool"])
             self.assertTrue((edges[:, 0] == 0).all())
             self.assertTrue(((ends[:, 0] >= 0) & (ends[:, 1] > ends[:, 0]) & (ends[:, 1] <= 1)).all())
             np.testing.assert_array_equal(file["model/water_table"][()], [[-3, 0.5], [1, 1.5], [6, 0.8]])

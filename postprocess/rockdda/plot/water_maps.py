@@ -52,6 +52,21 @@ def _pressure_of(results: Results, group: int, time: float) -> Pressure:
     return lambda at: np.maximum(0.0, np.ma.filled(field(*at.T), 0.0))
 
 
+def _acting(results: Results, frame: int) -> set[int]:
+    """The groups that act in the stage of a frame."""
+    names = [str(name).strip().lower() for name in results["model/water_names"]]
+    everyone = set(range(len(names)))
+    if "model/water_stage" not in results or "history/stage" not in results or not len(results["history/stage"]):
+        return everyone
+    chosen_in = [str(words).strip().lower() for words in results["model/water_stage"]]
+    row = max(0, int(results["frames/step"][frame]) - 1)
+    chosen = chosen_in[min(int(results["history/stage"][row]), len(chosen_in) - 1)]
+    if not chosen:
+        return everyone
+    words = {word.strip() for word in chosen.split(",")}
+    return {group for group in everyone if names[group] in words and words != {"none"}}
+
+
 def pressure_diagrams(results: Results, frame: int = -1) -> list[tuple[FloatArray, FloatArray, bool]]:
     """Places (n, 2) along each wetted stretch of an edge, the pressure there, and whether the stretch is free.
 
@@ -66,7 +81,13 @@ def pressure_diagrams(results: Results, frame: int = -1) -> list[tuple[FloatArra
     diagrams = []
     pressures = {group: _pressure_of(results, group, now.time) for group in np.unique(edges[:, 0])}
     tables = {group: water_table(results, group, now.time) for group in pressures}
-    for (group, first, second, joint), (low, high) in zip(edges, ends, strict=True):
+    acting = _acting(results, frame)
+    # where several groups wet a stretch the last one counts
+    last = {
+        (*edge[1:3], *end): row for row, (edge, end) in enumerate(zip(edges, ends, strict=True)) if edge[0] in acting
+    }
+    for row in sorted(last.values()):
+        (group, first, second, joint), (low, high) = edges[row], ends[row]
         p, q = vertices[first], vertices[second]
         s = low + (high - low) * shares
         table = tables[group]
@@ -120,7 +141,7 @@ def water(
                             autolim=False)  # fmt: skip
         axes.add_collection(LineCollection(edges, colors=TABLE, linewidths=0.6, zorder=2.6), autolim=False)
         left, right = axes.get_xlim()
-        for group in range(len(results["model/water_unit_weight"])):
+        for group in sorted(_acting(results, frame)):
             table = water_table(results, group, now.time)
             if table is not None:
                 x = np.concatenate([[left], table[:, 0], [right]])

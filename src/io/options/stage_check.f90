@@ -89,7 +89,6 @@ contains
              is_given(stage%excavate))) call fail('relax_steps needs relax or excavate')
          if (is_given(stage%install)) call fail('install is not there yet')
          if (is_given(stage%remove)) call fail('remove is not there yet')
-         if (is_given(stage%water)) call fail('water is not there yet')
       end associate
 
    contains

@@ -28,6 +28,7 @@ module rockdda_io_results_header
       type(water_type), allocatable :: water(:)          !! groups
       integer, allocatable :: water_edges(:, :)          !! (4, n) of stretches: group, vertices, joint beyond or 0
       real(wp), allocatable :: water_ends(:, :)          !! (2, n) their ends, shares of the edge
+      character(len=80), allocatable :: stage_water(:)   !! groups that act in each stage; empty: all
    end type results_header_type
 
    !> Numbers of rows of a results file.

@@ -9,7 +9,8 @@
 !>     model/water_level_rise    (m) with water_level_time and water_level_group
 !>     model/water_pressure      (m) with water_points (m, 2) and water_points_group
 !>
-!> Groups and vertices count from 0; the names of the groups are an attribute of water_edges.
+!> Groups and vertices count from 0; model/water_names holds the names of the groups and model/water_stage
+!> for each stage the names of those that act (empty: all).
 module rockdda_io_results_water
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
@@ -51,7 +52,9 @@ contains
          if (allocated(header%water(g)%name)) names(g) = adjustl(header%water(g)%name)
          if (is_set(header%water(g)%unit_weight)) unit_weight(g) = header%water(g)%unit_weight
       end do
-      call file%set_attribute('model/water_edges', 'name', names, error)
+      call file%write_texts('model/water_names', names, error)
+      if (.not. allocated(error) .and. allocated(header%stage_water)) &
+         call file%write_texts('model/water_stage', header%stage_water, error)
       if (.not. allocated(error)) call file%write('model/water_ends', [2, n], reshape(header%water_ends, [2*n]), error)
       if (.not. allocated(error)) call file%write('model/water_unit_weight', [size(names)], unit_weight, error)
       call collect(header%water, 1, rows, group)
