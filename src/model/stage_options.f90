@@ -60,7 +60,8 @@ contains
       call table%add(option('remove', 'bolts or liners that are removed when the stage begins; not there yet', &
                             default_text='none'), stage%remove)
       call table%add(option('water', "names of the groups of &water that act from the stage on, commas between "// &
-                            "them; 'none': none of them", default_text='those of the stage before; in the first stage all', &
+                            "them; 'none': none of them", &
+                            default_text='those of the stage before; in the first stage all', &
                             see='user-guide.md#water'), stage%water)
    end subroutine describe_stage
 
