@@ -81,3 +81,17 @@ def test_the_ground_reaction_of_an_elastic_column_is_a_line(dug):
 def test_a_run_without_excavation_has_no_ground_reaction(flat_arch):
     with pytest.raises(InputError, match="no stage has released forces"):
         plot.plot(rockdda.open(flat_arch), kind="ground-reaction")
+
+
+def test_boundaries_of_excavated_blocks_are_not_drawn(program, tmp_path):
+    options = OPTIONS.replace("&region", "&boundary along = 0,5, 1,5, kind = 'traction', pressure = 1e4 /\n&region", 1)
+    (tmp_path / "dig.nml").write_text(options)
+    files = [STACK / "stack.dc", STACK / "stack.df", "--config", tmp_path / "dig.nml", "-o", tmp_path / "dig.h5"]
+    subprocess.run([program, "run", *files, "--quiet"], check=True, capture_output=True)
+    dug = rockdda.open(tmp_path / "dig.h5")
+    for frame, drawn in ((0, True), (-1, False)):
+        axes = plot.blocks(dug, "displacement", frame)
+        colours = [one.get_edgecolor()[0] for one in axes.collections if len(one.get_edgecolor())]
+        traction = mpl.colors.to_rgba(plot.block_maps.BOUNDARIES["traction"])
+        assert any(tuple(colour) == traction for colour in colours) == drawn
+        axes.figure.canvas.draw()

@@ -148,6 +148,9 @@ def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> None:
         if not of_kind.any():
             continue
         lines = shown[ends[of_kind]]
+        lines = lines[np.isfinite(lines).all(axis=(1, 2))]  # blocks that are not there have no edges
+        if not len(lines):
+            continue
         axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=1.8, zorder=3.8), autolim=False)
         along = lines[:, 1] - lines[:, 0]
         length = np.linalg.norm(along, axis=1)
