@@ -564,6 +564,62 @@ def bedding_slab() -> Model:
     return model
 
 
+def arch_on_centring() -> Model:
+    """A masonry arch of 15 voussoirs, put on a centring that is then taken away, in one labelled file."""
+    title = "masonry arch on a centring that is removed (m, kg, s, N)"
+    held = [polar(3.9, 15 + 10 * k) for k in range(16)]
+    along = ", ".join(f"{x:.10g},{y:.10g}" for x, y in held)
+    model = Model(
+        "arch_on_centring",
+        title,
+        edge_node_distance=0.001,
+        k01=0,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'arch_on_centring.dc', title = 'Arch on a centring' /\n"
+            "&block_material  number = 1, name = 'abutment', density = 2500, young = 20e9, poisson = 0.2 /\n"
+            "&block_material  number = 2, name = 'voussoir', density = 2400, young = 10e9, poisson = 0.2 /\n"
+            "&block_material  number = 3, name = 'timber', density = 600, young = 10e9, poisson = 0.2 /\n"
+            "&joint_material  number = 1, name = 'bed', friction = 35,\n"
+            "                 normal_stiffness = 20e9, shear_stiffness = 8e9 /\n"
+            "&load            gravity = 9.81 /\n"
+            "&boundary        along = -7,0, -4.3466663,0, kind = 'fixed' /\n"
+            "&boundary        along = 4.3466663,0, 7,0, kind = 'fixed' /\n"
+            f"&boundary        along = {along}, kind = 'fixed' /\n"
+            "&region          name = 'arch', material = 'voussoir' /\n"
+            "&region          name = 'centring', material = 'timber' /\n"
+            "&stage           name = 'centring', until = 'equilibrium' /\n"
+            "&stage           name = 'arch', until = 'equilibrium', place = 'arch', reset_displacement = .true. /\n"
+            "&stage           name = 'striking', until = 'equilibrium', excavate = 'centring',\n"
+            "                 reset_displacement = .true. /\n"
+        ),
+    )
+    intrados = [polar(4.5, 15 + 10 * k) for k in range(16)]
+    extrados = [polar(5.5, 15 + 10 * k) for k in range(16)]
+    right, left = intrados[0], intrados[-1]
+    foot = [(right[0], 0.0), (7.0, 0.0), (7.0, extrados[0][1])]
+    mirrored = [(-x, y) for x, y in reversed(foot)]
+    model.add_boundary([*reversed(held), right, *foot, *extrados, *mirrored, left])
+    model.add_lines(intrados)
+    for k in range(16):
+        model.add_lines([held[k], intrados[k], extrados[k]])
+    for k in range(15):
+        model.material_lines.append(((*polar(4.6, 19 + 10 * k), *polar(5.4, 21 + 10 * k)), 2))
+        model.material_lines.append(((*polar(4.0, 19 + 10 * k), *polar(4.4, 21 + 10 * k)), 3))
+    model.measured = [polar(5.0, 90)]
+    return model
+
+
+def polar(radius: float, degrees: float) -> tuple[float, float]:
+    """A point of a circle around the origin."""
+    return radius * math.cos(math.radians(degrees)), radius * math.sin(math.radians(degrees))
+
+
 def sau_mau_ping() -> Model:
     """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
     height, face, plane, behind = 60.0, math.radians(50), math.radians(35), 15.336
@@ -639,6 +695,7 @@ MODELS = [
     island,
     cantilever,
     bedding_slab,
+    arch_on_centring,
 ]
 
 # folders with several labelled files, each of which is a model
