@@ -24,6 +24,8 @@ def test_arrays_are_those_of_the_file(flat_arch):
             expected = file[path][()]
             if isinstance(expected, bytes):
                 assert results[path] == expected.decode()
+            elif expected.dtype.kind == "S":
+                assert list(results[path]) == [text.decode() for text in expected]
             else:
                 np.testing.assert_array_equal(results[path], expected)
                 assert results[path].dtype == expected.dtype
@@ -112,7 +114,7 @@ def test_history_is_a_table(flat_arch):
         np.testing.assert_array_equal(table[f"energy_{name}"], results["history/energy"][:, i])
     np.testing.assert_array_equal(table["measured_displacement_1_y"], results["history/measured_displacement"][:, 0, 1])
     np.testing.assert_array_equal(table["fixed_force_2_x"], results["history/fixed_force"][:, 1, 0])
-    assert table.shape[1] == 9 + len(results.energy_names) + 6 * len(results.measured_points) + 2 * len(
+    assert table.shape[1] == 12 + len(results.energy_names) + 6 * len(results.measured_points) + 2 * len(
         results.fixed_points
     )
 

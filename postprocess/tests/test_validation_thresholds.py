@@ -2,11 +2,13 @@
 """The limit of stability by a grid and bisection, and the report without such a limit."""
 
 import math
+from dataclasses import asdict
 
 import pytest
 from rockdda.errors import InputError
 from rockdda.validation.case import Comparison
 from rockdda.validation.report import _comparisons
+from rockdda.validation.report_entry import Entry
 from rockdda.validation.thresholds import find_threshold
 
 
@@ -69,7 +71,12 @@ def test_a_cheaper_condition_spares_runs():
         find_threshold(stands, (20.0,), halves)
 
 
+def rows_of(comparison: Comparison) -> str:
+    """The table of a case with this comparison."""
+    return "\n".join(_comparisons(Entry({"identifier": "7.1", "comparisons": [asdict(comparison)]})))
+
+
 def test_the_report_says_what_is_found_instead_of_a_number():
-    table = "\n".join(_comparisons([Comparison("limit", math.nan, "°", published=78.0, found="no stable value")]))
+    table = rows_of(Comparison("limit", math.nan, "°", published=78.0, found="no stable value"))
     assert "| limit | no stable value |" in table and "nan" not in table and "undefined" not in table
-    assert "no number" in "\n".join(_comparisons([Comparison("limit", math.nan, "°", published=78.0)]))
+    assert "no number" in rows_of(Comparison("limit", math.nan, "°", published=78.0))

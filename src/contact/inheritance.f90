@@ -103,7 +103,7 @@ contains
             if (limits%by_length .or. limits%corrected) then
                call keep_energy(previous, row, is_own, limits, k, table)
             else if (table%offset(k) < 0) then
-               call follow_gap(table%state(k) /= contact_state%open, table%gap(k), 0.0_wp, table%offset(k))
+               call follow_gap(table%state(k) /= contact_state%open, table%gap(k), table%offset(k))
             end if
          else
             call table%open_row(k)
@@ -115,8 +115,7 @@ contains
             ! what touches at the start is in contact; the first solve tells what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
             if (limits%by_length .or. limits%corrected) &
-               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), &
-                              limits%close_tolerance, k, table)
+               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
@@ -288,19 +287,18 @@ contains
          end if
          table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
-         call follow_gap(is_closed, table%gap(k), limits%close_tolerance, table%offset(k))
+         call follow_gap(is_closed, table%gap(k), table%offset(k))
       end if
    end subroutine keep_energy
 
-   !> Let the offset of a row follow the blocks as they part, up to zero. That of an open row is never above the gap but
-   !> for the tolerance: it closes with no more force than that.
-   pure subroutine follow_gap(is_closed, gap, tolerance, offset)
+   !> Let the offset of a row follow the blocks as they part, up to zero. That of an open row is never above the gap: it
+   !> closes without force.
+   pure subroutine follow_gap(is_closed, gap, offset)
       logical, intent(in) :: is_closed
       real(wp), intent(in) :: gap          !! between the blocks [length]
-      real(wp), intent(in) :: tolerance    !! penetration beyond which an open row closes [length]
       real(wp), intent(inout) :: offset    !! gap that is free of force [length]
       if (.not. is_closed) then
-         offset = min(max(0.0_wp, offset), gap + tolerance)
+         offset = min(max(0.0_wp, offset), gap)
       else if (offset < 0) then
          offset = min(0.0_wp, max(offset, gap))
       end if
@@ -453,16 +451,15 @@ contains
    !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
    !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial
    !> stress, that is its gap too.
-   pure subroutine begin_row(previous, pressed, f, tolerance, k, table)
+   pure subroutine begin_row(previous, pressed, f, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)
       integer, intent(in) :: f             !! edge that lies against that of the row, 0 none
-      real(wp), intent(in) :: tolerance    !! penetration beyond which an open row closes [length]
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth, free
       integer :: row
-      table%offset(k) = min(0.0_wp, table%gap(k) + tolerance)
+      table%offset(k) = min(0.0_wp, table%gap(k))
       if (f == 0) return
       row = pressed(f)
       if (row == 0) then

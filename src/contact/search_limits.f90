@@ -17,7 +17,6 @@ module rockdda_contact_search_limits
       logical :: corrected = .false.  !! vertices on edges, which strike what is exposed and begin without energy
       integer, allocatable :: points(:)     !! (joints) stations of an interval
       logical, allocatable :: is_tied(:)    !! (joints) intact rock, where blocks touch at the start
-      real(wp) :: close_tolerance = 0   !! an open contact closes beyond this penetration [length]
       real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
       real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
       real(wp), allocatable :: sunk(:)      !! (blocks) the same, for what touches a block; or none [length]

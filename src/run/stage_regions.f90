@@ -24,6 +24,7 @@ contains
       type(change_type), intent(inout) :: changes(:)
       type(diagnostics_type), intent(inout) :: messages
       character(len=80) :: known(size(materials))
+      character(len=:), allocatable :: word
       integer :: i, m
       known = ''
       do i = 1, size(materials)
@@ -31,11 +32,10 @@ contains
       end do
       do i = 1, size(changes)
          if (.not. is_given(changes(i)%block_material)) cycle
-         associate (word => trim(adjustl(changes(i)%block_material)))
-            m = block_number(word, materials)
-            if (m < 1) call messages%add(severity%error, "&change: there is no block material '"//word//"'"// &
-                                         did_you_mean(word, known), changes(i)%origin)
-         end associate
+         word = trim(adjustl(changes(i)%block_material))
+         m = block_number(word, materials)
+         if (m < 1) call messages%add(severity%error, "&change: there is no block material '"//word//"'"// &
+                                      did_you_mean(word, known), changes(i)%origin)
          changes(i)%block_material = to_string(max(1, m))
       end do
    end subroutine number_changes
@@ -171,8 +171,8 @@ contains
       end if
       if (.not. is_given(change%block_material)) return
       m = material_number(trim(adjustl(change%block_material)))
-      if (m < 1 .or. m > n_materials) call fail('block material '// &
-         trim(adjustl(change%block_material))//' is unknown; there '//trim(merge('is ', 'are', n_materials == 1))// &
+      if (m < 1 .or. m > n_materials) call fail("block material '"// &
+         trim(adjustl(change%block_material))//"' is unknown; there "//trim(merge('is ', 'are', n_materials == 1))// &
          ' '//counted(n_materials, 'block material'))
 
    contains

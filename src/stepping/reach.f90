@@ -103,7 +103,6 @@ contains
       limits%is_tied(:) = parameters%joint_materials%tie
       limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
-      limits%close_tolerance = parameters%close_tolerance
       limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
       ! a block stands in the surface that bears it by the compression of its own springs
       if (.not. allocated(limits%sunk)) allocate (limits%sunk(n_blocks))

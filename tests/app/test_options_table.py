@@ -19,6 +19,7 @@ OTHERS = {
     ("state.f90", "friction"),
     ("state.f90", "geometry"),
     ("options.f90", "stress"),
+    ("options_writer.f90", "block_material"),
     ("options_writer.f90", "joint_material"),
     ("option_documents.f90", "file"),
     ("option_documents.f90", "number"),

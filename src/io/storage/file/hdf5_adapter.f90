@@ -9,7 +9,8 @@
 !> UTF-8 of variable length. HDF5's own messages are switched off; the reason goes into the error.
 module rockdda_io_hdf5_adapter
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char
-   use hdf5, only : hid_t, hsize_t, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5S_SCALAR_F, H5S_SELECT_SET_F, &
+   use hdf5, only : hid_t, hsize_t, size_t, h5dget_type_f, h5tget_size_f, &
+      H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5S_SCALAR_F, H5S_SELECT_SET_F, &
       H5S_UNLIMITED_F, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STD_I32LE, h5dclose_f, &
       h5dcreate_f, h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
       h5pset_buffer_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, h5screate_f, &
@@ -20,7 +21,7 @@ module rockdda_io_hdf5_adapter
    use rockdda_io_hdf5_extras, only : write_chunk
    use rockdda_io_hdf5_structure, only : kind_of_values, value_kind
    use rockdda_io_hdf5_attributes, only : hdf5_attributes_type
-   use rockdda_io_hdf5_file, only : hdf5_version, new_space, new_text_type, take_text
+   use rockdda_io_hdf5_file, only : hdf5_version, new_space, new_text_type, new_fixed_text_type, take_text
    implicit none
    private
    public :: hdf5_file_type, hdf5_version
@@ -30,7 +31,7 @@ module rockdda_io_hdf5_adapter
    !> Size of the conversion buffer for a text [bytes]; the default of the library is 1 MiB, cleared each time.
    integer(hsize_t), parameter :: text_buffer = 4096
 
-   !> Texts of a list at most.
+   !> Letters of a list of texts at most.
    integer(i8), parameter :: most_texts = 1000000_i8
 
    type, extends(hdf5_attributes_type) :: hdf5_file_type
@@ -147,27 +148,24 @@ contains
       call h5tclose_f(type, ignored)
    end subroutine write_text
 
-   !> Write a list of texts; trailing blanks are not kept.
+   !> Write a list of texts, all of the length of the longest; trailing blanks are not kept.
    subroutine write_texts(self, name, texts, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name, texts(:)
       type(error_type), allocatable, intent(out) :: error
       character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
-      type(c_ptr), target :: pointers(size(texts))
       integer(hid_t) :: dataset, type
       integer :: i, k, status, ignored
-      allocate (buffer(len(texts) + 1, size(texts)))
+      allocate (buffer(max(1, maxval(len_trim(texts))), size(texts)), source=c_null_char)
       do i = 1, size(texts)
          do k = 1, len_trim(texts(i))
             buffer(k, i) = texts(i) (k:k)
          end do
-         buffer(len_trim(texts(i)) + 1, i) = c_null_char
-         pointers(i) = c_loc(buffer(1, i))
       end do
-      call new_text_type(type, status)
+      call new_fixed_text_type(size(buffer, 1), type, status)
       dataset = -1
       if (status == 0) call self%create_dataset(name, type, [size(texts)], dataset, status)
-      if (status == 0) call h5dwrite_f(dataset, type, c_loc(pointers), status)
+      if (status == 0) call h5dwrite_f(dataset, type, c_loc(buffer), status)
       if (status /= 0) call self%fail('cannot write '//name, error)
       call h5dclose_f(dataset, ignored)
       call h5tclose_f(type, ignored)
@@ -381,38 +379,47 @@ contains
       call h5tclose_f(type, status)
    end subroutine read_text
 
-   !> Read a list of texts, with a line end between them.
+   !> Read a list of texts of one length, with a line end between them.
    subroutine read_texts(self, name, text, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: text
       type(error_type), allocatable, intent(out) :: error
-      type(c_ptr), allocatable, target :: pointers(:)
+      character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
       type(c_ptr) :: place
       integer(hid_t) :: dataset, type
+      integer(size_t) :: length
       integer(i8), allocatable :: shape(:)
-      integer :: i, status
+      integer :: i, k, status, ignored
       text = ''
       call self%get_shape(name, shape, error)
       if (allocated(error)) return
-      allocate (pointers(max(1_i8, min(most_texts, product(shape)))))
-      pointers = c_null_ptr
-      place = c_loc(pointers)
-      call new_text_type(type, status)
       call h5dopen_f(self%id, name, dataset, status)
       if (size(shape) /= 1 .or. product(shape) > most_texts) status = -1
-      if (status == 0) status = merge(0, -1, kind_of_values(int(dataset, i8)) == value_kind%text)
-      if (status == 0) call h5dread_f(dataset, type, place, status)
+      if (status == 0) status = merge(0, -1, kind_of_values(int(dataset, i8)) == value_kind%texts)
+      type = -1
+      length = 0
+      if (status == 0) call h5dget_type_f(dataset, type, status)
+      if (status == 0) call h5tget_size_f(type, length, status)
+      if (length*product(shape) > most_texts) status = -1
       if (status == 0) then
-         do i = 1, int(product(shape))
+         allocate (buffer(length, product(shape)), source=c_null_char)
+         place = c_loc(buffer)
+         call h5dread_f(dataset, type, place, status)
+      end if
+      if (status == 0) then
+         do i = 1, size(buffer, 2)
             if (i > 1) text = text//new_line('a')
-            text = text//take_text(pointers(i))
+            do k = 1, size(buffer, 1)
+               if (buffer(k, i) == c_null_char) exit
+               text = text//buffer(k, i)
+            end do
          end do
       else
          call self%fail('cannot read '//name, error)
       end if
-      call h5dclose_f(dataset, status)
-      call h5tclose_f(type, status)
+      call h5tclose_f(type, ignored)
+      call h5dclose_f(dataset, ignored)
    end subroutine read_texts
 
    !> Select all of a dataset or some rows of it. It must hold values of this kind.

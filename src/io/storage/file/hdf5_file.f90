@@ -3,7 +3,8 @@
 !> rockdda_io_hdf5_adapter, the module for all other code.
 module rockdda_io_hdf5_file
    use, intrinsic :: iso_c_binding, only : c_ptr, c_char, c_f_pointer, c_associated, c_int, c_size_t
-   use hdf5, only : hid_t, hsize_t, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_SCOPE_GLOBAL_F, &
+   use hdf5, only : hid_t, hsize_t, size_t, H5T_NATIVE_CHARACTER, H5T_STR_NULLPAD_F, h5tset_size_f, h5tset_strpad_f, &
+      H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_SCOPE_GLOBAL_F, &
       H5F_CLOSE_STRONG_F, H5P_FILE_ACCESS_F, H5P_DEFAULT_F, H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_STRING, &
       h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
       h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5screate_f, h5screate_simple_f, &
@@ -17,7 +18,7 @@ module rockdda_io_hdf5_file
    use rockdda_io_hdf5_structure, only : structure_problem
    implicit none
    private
-   public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, take_text
+   public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, new_fixed_text_type, take_text
 
    type :: hdf5_handle_type
       character(len=:), allocatable :: path
@@ -243,6 +244,17 @@ contains
       call h5tcopy_f(H5T_STRING, type, status)
       if (status == 0) call h5tset_cset_f(type, H5T_CSET_UTF8_F, status)
    end subroutine new_text_type
+
+   !> UTF-8 text of a fixed number of bytes, nulls behind it.
+   subroutine new_fixed_text_type(length, type, status)
+      integer, intent(in) :: length              !! > 0
+      integer(hid_t), intent(out) :: type
+      integer, intent(out) :: status
+      call h5tcopy_f(H5T_NATIVE_CHARACTER, type, status)
+      if (status == 0) call h5tset_size_f(type, int(length, size_t), status)
+      if (status == 0) call h5tset_strpad_f(type, H5T_STR_NULLPAD_F, status)
+      if (status == 0) call h5tset_cset_f(type, H5T_CSET_UTF8_F, status)
+   end subroutine new_fixed_text_type
 
    !> Start the library and make the access properties of every file: no file locking (readers may read while a run
    !> writes; rockdda_io_output_lock excludes a second run), all objects closed with the file.

@@ -15,6 +15,7 @@ module rockdda_io_hdf5_structure
       integer :: integers = 1     !! of 32 bits
       integer :: reals = 2        !! of 64 bits
       integer :: text = 3         !! one text of variable length
+      integer :: texts = 4        !! of one length
    end type value_kind_enum
    !> What `kind_of_values` returns.
    type(value_kind_enum), parameter :: value_kind = value_kind_enum()
