@@ -84,6 +84,7 @@ module rockdda_stepping_simulation
       procedure :: list_water
       procedure :: weak_starts
       procedure, private :: begin_stages
+      procedure, private :: find_first_forces
       procedure, private :: block_energies
       procedure, private :: prepare
       procedure, private :: try_step
@@ -286,11 +287,17 @@ contains
       real(wp) :: share
       integer :: first, s
       logical :: is_new
+      if (self%state%step == 0 .and. self%control%begun == 0) call self%find_first_forces()
       do s = self%control%begun + 1, min(self%control%stage, size(self%parameters%stages))
          associate (stage => self%parameters%stages(s), held => self%families%held)
             call self%construction%place(s, self%blocks, self%state, self%ledger)
-            call self%construction%excavate(s, self%blocks, self%contacts, self%block_energies(), self%state, held, &
-                                            self%ledger, first)
+            if (self%state%step == 0) then
+               call self%construction%excavate(s, self%blocks, self%families%contacts%table, self%block_energies(), &
+                                               self%state, held, self%ledger, first)
+            else
+               call self%construction%excavate(s, self%blocks, self%contacts, self%block_energies(), self%state, held, &
+                                               self%ledger, first)
+            end if
             share = 1
             if (is_set(stage%relax)) share = stage%relax
             ! a share that is given holds for all forces, otherwise for those of this excavation
@@ -309,6 +316,17 @@ contains
          self%control%begun = s
       end do
    end subroutine begin_stages
+
+   !> Where the first stage excavates: contacts of all blocks with the forces that the initial stress gives them.
+   subroutine find_first_forces(self)
+      class(simulation_type), intent(inout) :: self
+      if (size(self%construction%excavated, 2) == 0) return
+      if (.not. any(self%construction%excavated(:, 1) > 0)) return
+      self%released = self%control%released
+      self%gravity = self%control%gravity(self%parameters)
+      self%dt = self%control%step_size(self%parameters, self%state%time)
+      call self%prepare(predicted_reach(self%blocks, self%parameters, self%state, self%control, self%dt))
+   end subroutine find_first_forces
 
    !> Strain and kinetic energy of each block.
    function block_energies(self) result(energies)

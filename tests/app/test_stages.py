@@ -165,6 +165,20 @@ class Building(StageTest):
                     last = data["history/unbalanced"][data["history/stage"] == 0][-1]
                     self.assertLessEqual(last, 1e-8)
 
+    def test_the_first_stage_releases_what_the_stress_in_the_ground_gave(self):
+        # no step has been made: the forces are those of the stress at the start, and the column is in balance
+        for relax in (0, 0.5, 1):
+            with self.subTest(relax=relax):
+                self.compute(
+                    "&contact formulation = 'length' /\n&in_situ surface = 5, k0 = 0 /\n"
+                    "&region name = 'top', box = -1,4, 2,6 /\n"
+                    f"&stage until = 'equilibrium', tolerance = 1e-8, excavate = 'top', relax = {relax} /\n",
+                    more=("--quiet",),
+                )
+                self.assertStresses([-(3.5 - i + 1 - relax) for i in range(4)] + [0])
+                released = self.read()["history/relaxation"]
+                np.testing.assert_allclose(released[:2], [relax / 10, relax / 5], rtol=1e-12)
+
     def test_a_later_stage_releases_the_rest(self):
         self.compute(column("excavate = 'top', relax = 0.25", "gravity = 1", "relax = 0.75"), more=("--quiet",))
         data = self.read()

@@ -212,6 +212,14 @@ contains
       if (self%unit_weight > 0 .or. size(parameters%line_loads) > 0) return
       if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
       if (acts(parameters%fixed_tables) .or. acts(parameters%loading_tables)) return
+      if (allocated(parameters%in_situ)) then
+         if (size(parameters%in_situ) > 0) return
+      end if
+      if (allocated(parameters%boundaries)) then
+         do k = 1, size(parameters%boundaries)
+            if (parameters%boundaries(k)%kind == 'moving' .or. parameters%boundaries(k)%kind == 'traction') return
+         end do
+      end if
       do k = 1, size(self%block_used)
          if (.not. self%block_used(k)) cycle
          associate (m => parameters%block_materials(k))
