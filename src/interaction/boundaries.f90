@@ -389,11 +389,10 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: x0, x1, dx, stored, lost, external
-      real(wp) :: before(context%blocks%n_blocks), after(context%blocks%n_blocks)
+      real(wp), allocatable :: before(:), after(:)   !! (nb)
       integer :: i
       if (size(self%springs) == 0 .and. size(self%loaded) == 0) return
-      before = 0
-      after = 0
+      allocate (before(context%blocks%n_blocks), after(context%blocks%n_blocks), source=0.0_wp)
       do i = 1, size(self%springs)
          if (.not. context%state%active(self%springs(i)%block)) cycle
          associate (s => self%springs(i))

@@ -239,7 +239,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       type(water_scratch_type) :: scratch
-      real(wp) :: rises(size(self%pressure))
+      real(wp), allocatable :: rises(:)
       integer :: i
       if (size(self%stretches) == 0) return
       rises = all_rises(self, context)
@@ -297,7 +297,7 @@ contains
       class(water_family_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: rises(size(self%pressure))
+      real(wp), allocatable :: rises(:)
       type(water_scratch_type) :: scratch
       real(wp), allocatable :: off(:, :)
       real(wp) :: scale
@@ -355,8 +355,10 @@ contains
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
       type(water_scratch_type) :: scratch
-      real(wp) :: rises(size(self%pressure)), load(6)
+      real(wp), allocatable :: rises(:)
+      real(wp) :: load(6)
       integer :: i, b
+      if (size(self%pressure) == 0) return
       rises = all_rises(self, context)
       do i = 1, size(self%stretches)
          b = self%stretches(i)%block
