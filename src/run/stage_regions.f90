@@ -32,6 +32,7 @@ contains
       end do
       do i = 1, size(changes)
          if (.not. is_given(changes(i)%block_material)) cycle
+         ! a variable: gfortran 12 frees the text of an associate-name twice here
          word = trim(adjustl(changes(i)%block_material))
          m = block_number(word, materials)
          if (m < 1) call messages%add(severity%error, "&change: there is no block material '"//word//"'"// &
