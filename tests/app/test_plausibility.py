@@ -44,6 +44,13 @@ class Plausibility(ProgramTest):
         text = PEER_ANALYSIS.replace("1 20 1 1", "1 20 1 2") + "0.52 0 0\n"
         self.assertEqual(self.warnings(text), [])
 
+    def test_no_weight(self):
+        text = PEER_ANALYSIS.replace(MATERIAL, "1000 0 1e8 0.2")
+        self.assertNotEqual(text, PEER_ANALYSIS)
+        options = "&run steps = 1 /\n"
+        self.check("nothing moves the blocks", text, options=options)
+        self.assertEqual(self.warnings(text, options=options + "&in_situ stress = -1e3, -1e3, 0 /\n"), [])
+
     def test_weight_in_kilonewtons_with_density_in_kilograms(self):
         self.check("weight 25.5 and density 2600", PEER_ANALYSIS.replace(MATERIAL, "2600 25.5 1e8 0.2"))
         self.assertEqual(self.warnings(PEER_ANALYSIS.replace(MATERIAL, "2.6 25.5 1e8 0.2")), [])
