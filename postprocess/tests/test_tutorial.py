@@ -54,3 +54,22 @@ def test_crown_and_walls_move_as_the_table_has_it(driven):
         assert -1e3 * moved[end, 0, 1] == pytest.approx(float(crown), abs=0.006)
         assert 1e3 * (moved[end, 1, 0] - moved[end, 2, 0]) == pytest.approx(float(walls), abs=0.006)
         assert results["history/unbalanced"][end] <= 1e-5
+
+
+def test_without_cohesion_the_friction_decides(driven, program, tmp_path):
+    text = (driven / "heading.nml").read_text(encoding="utf-8")
+    text = text.replace("cohesion = 0.4e6, tension = 0.1e6", "cohesion = 0")
+    (tmp_path / "heading.dc").write_bytes((driven / "heading.dc").read_bytes())
+    for friction, code in ((40, 0), (25, 3)):
+        weak = text.replace("friction = 40", f"friction = {friction}")
+        weak = weak.replace("excavate = 'b", "max_steps = 120, excavate = 'b")
+        assert weak.count("max_steps") == 1
+        (tmp_path / "heading.nml").write_text(weak, encoding="utf-8")
+        command = [program, "run", "heading.nml", "--force", "--quiet"]
+        done = subprocess.run(command, cwd=tmp_path, check=False, capture_output=True, text=True)
+        assert done.returncode == code, done.stderr
+    assert "stage 'bench' did not come to equilibrium in 120 steps" in done.stderr
+    results = rockdda.open(tmp_path / "heading.h5")
+    moved = results["frames/centroid"][-1] - results["frames/centroid"][0]
+    left = np.abs(results["frames/centroid"][0] - [-5.5, -5.5]).max(axis=1) < 1.5
+    assert moved[left, 0].max() > 0.02  # 1.3 mm with cohesion
