@@ -76,6 +76,10 @@ contains
             if (.not. is_given(stage%excavate)) cycle
             goes = blocks_of_region(blocks, regions, stage%excavate) .and. there
             call tell_number(name//' excavates ', count(goes), stage%origin, messages)
+            if (is_given(stage%place)) then
+               if (any(goes .and. blocks_of_region(blocks, regions, stage%place))) call messages%add(severity%error, &
+                  name//' places and excavates the same blocks', stage%origin)
+            end if
             if (any(goes)) call tell_what_goes(blocks, goes, name, stage%origin, messages)
             there = there .and. .not. goes
             if (.not. any(there)) call messages%add(severity%error, name//' excavates the last block', stage%origin)

@@ -235,6 +235,7 @@ contains
             if (.not. is_given(change%stage)) cycle
             if (.not. same_name(change%stage, stage_name(parameters%stages, stage))) cycle
             is_new = .true.
+            if (is_set(change%unit_weight)) call write_out_weights(parameters)
             if (is_given(change%joint_material)) then
                j = joint_of(change%joint_material, parameters)
                if (j > 0) call change_joint(change%joint, parameters%joint_materials(j))
@@ -254,6 +255,14 @@ contains
          end associate
       end do
    end subroutine change_materials
+
+   !> Give the materials the weights that the gravity of the run makes of their densities, so that one can have another.
+   pure subroutine write_out_weights(parameters)
+      type(parameters_type), intent(inout) :: parameters
+      if (parameters%gravity < 0) return
+      parameters%block_materials%weight = parameters%gravity*parameters%block_materials%density
+      parameters%gravity = -1
+   end subroutine write_out_weights
 
    !> Number of the joint material with a number or name, 0: none.
    pure integer function joint_of(word, parameters) result(j)

@@ -228,6 +228,12 @@ class Building(StageTest):
             rest = int((data["history/stage"] == 0).sum())
             self.assertLess(data["history/max_displacement"][rest:].max(), 1e-9)
 
+    def test_a_weight_of_its_own_holds_beside_gravity(self):
+        # density 2500 times 9.81 for the others
+        change = "&load gravity = 9.81 /\n&change stage = 'stage 2', region = 'top', unit_weight = 49050 /\n"
+        self.compute(column("gravity = 1") + change, more=("--quiet",))
+        self.assertStresses([-(5.5 - i) for i in range(4)] + [-1])
+
     def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(self):
         options = (
             column("excavate = 'top', relax = 0.6", "relax = 1, reset_displacement = .true.", "place = 'base'")
@@ -300,6 +306,20 @@ class Mistakes(StageTest):
             ("6:1", "&change: there is no region 'headin'; did you mean 'heading'?"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
+
+    def test_ends_in_the_wrong_order_and_blocks_that_come_and_go_at_once(self):
+        found = self.mistakes("&stage duration = 1 /\n&stage until_time = 0.5 /\n")
+        self.assertTrue(any(line.startswith("2:1") and "must end later" in line for line in found), found)
+        found = self.mistakes(column("excavate = 'top', place = 'top'"))
+        self.assertTrue(any("'stage 2' places and excavates the same blocks" in line for line in found), found)
+
+    def test_base_motion_that_passes_before_the_blocks_are_at_rest_is_told(self):
+        self.write("shake.nml", REST + "&load harmonic = 3,0,2,0,0 /\n")
+        outcome = self.run_program("check", *STACK, "shake.nml", "--json")
+        said = [item["message"] for item in outcome.json["messages"] if item["severity"] == "warning"]
+        self.assertTrue(
+            any(text.startswith("stage 'rest' lasts until equilibrium, but base motion") for text in said), said
+        )
 
     def test_what_is_on_excavated_blocks_is_told(self):
         self.write("dig.nml", column("excavate = 'top'"))

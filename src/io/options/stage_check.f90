@@ -53,6 +53,8 @@ contains
             else if (is_set(stage%until_time)) then
                in_order = stage%until_time > last_time
                last_time = stage%until_time
+            else if (is_set(stage%duration)) then
+               last_time = last_time + stage%duration
             else if (.not. has_end(stage) .and. i < size(stages)) then
                call messages%add(severity%error, '&stage '//to_string(i)//': until_step or until_time is missing, '// &
                                  "or another end: duration, until = 'equilibrium' (only the last stage may have "// &
