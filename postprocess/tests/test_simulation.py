@@ -350,12 +350,12 @@ FALL = """0.01 8 0 0 0 2 0 0 0
 
 
 def test_energy_from_nowhere_is_a_warning_or_an_error(tmp_path):
-    # contacts at vertices close late, with an overlap whose energy nothing has put in
+    # with the preset contacts close late, with an overlap whose energy nothing has put in
     (tmp_path / "fall.dc").write_text(FALL, encoding="utf-8")
     (tmp_path / "fall.df").write_text(
         "1 40 1 1 0.02 0.01 1e8 0 0\n1000 9810 1e8 0.2 0 0 0 0 0 0 0 0 0\n30 0 0\n", encoding="utf-8"
     )
-    (tmp_path / "late.nml").write_text("&contact formulation = 'vertex', close_tolerance = 0.005 /\n", encoding="utf-8")
+    (tmp_path / "late.nml").write_text("&contact preset = 'dda_windows', close_tolerance = 0.005 /\n", encoding="utf-8")
     model = (tmp_path / "fall.dc", tmp_path / "fall.df")
     settings = {"config": tmp_path / "late.nml", "output": tmp_path / "fall.h5", "force": True}
     with pytest.warns(rockdda.InputWarning, match="energy from nowhere"):

@@ -427,7 +427,7 @@ class NoSolution(InterruptionTest):
         self.assertIn(f"error: step {last + 1} at time ", outcome.err)
         self.assertRegex(
             outcome.err,
-            r"\n  block 2 against block 1 at \([123][.0-9]*, 1\.[0-9]+\): 1 changes, now locked, gap -[^\n]*\n",
+            r"\n  block [12] against block [12] at \([123][.0-9]*, 1\.[0-9]+\): 1 changes, now locked, gap -[^\n]*\n",
         )
         self.assertIn("are kept in block.h5", outcome.err)
         self.assertTrue(outcome.out.startswith(f"error: {last} steps"), outcome.out)

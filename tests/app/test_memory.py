@@ -61,7 +61,7 @@ class LimitTest(ScarceTest):
                 self.check_told(outcome)
                 told.append(outcome.err)
             self.assertLess(limit, 64 << 30)
-            limit += limit // 4
+            limit += limit // 16
 
     def test_lines(self):
         self.write("network.dl", NETWORK)

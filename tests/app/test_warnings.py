@@ -42,7 +42,7 @@ class EnergyFromNowhere(ProgramTest):
         super().setUp()
         self.write("fall.dc", GEOMETRY)
         self.write("fall.df", ANALYSIS)
-        self.write("late.nml", "&contact formulation = 'vertex', close_tolerance = 0.005 /\n")
+        self.write("late.nml", "&contact preset = 'dda_windows', close_tolerance = 0.005 /\n")
 
     def test_a_sound_run_passes(self):
         outcome = self.run_program("run", "fall.dc", "fall.df", "--strict", "--json")
@@ -73,7 +73,7 @@ class EnergyFromNowhere(ProgramTest):
         self.assertEqual(self.run_program(*command, "--json", "--force").json["warnings"], 1)
 
     def test_strict_ends_the_run_and_keeps_its_results(self):
-        self.write("strict.nml", "&contact formulation = 'vertex', close_tolerance = 0.005 /\n&run strict = .true. /\n")
+        self.write("strict.nml", "&contact preset = 'dda_windows', close_tolerance = 0.005 /\n&run strict = .true. /\n")
         for more in (("--config", "late.nml", "--strict"), ("--config", "strict.nml")):
             outcome = self.run_program("run", "fall.dc", "fall.df", *more, "--json", "--force")
             self.assertEqual(outcome.code, 3)

@@ -60,7 +60,7 @@ def two_block_sag(stress: float) -> float:
 
     By virtual work with the mean stresses of a block (S its area) under its weight W and the thrust H, and under a unit
     load at the crown; one spring g0 at each abutment and one between the blocks, a shear spring g0/2.5 at each
-    abutment; arms are those of the sunk arch.
+    abutment; arms are those of the sunk arch. At the start each corner carries half of the stress over its joint.
     """
     length, area = SPAN / 2, SPAN / 2 * THICKNESS
     weight = ROCK["density"] * GRAVITY * area
@@ -70,10 +70,11 @@ def two_block_sag(stress: float) -> float:
         arm = THICKNESS - sunk
         thrust, unit = weight * length / (2 * arm), length / (2 * arm)
         normal, vertical, shear = -thrust * length, -weight * THICKNESS / 2, -weight * length / 2
-        normal -= stress * area  # the blocks were under this stress when the springs had no force
+        normal -= stress * area  # the blocks were under this stress at the start
         n, v, t = -unit * length, -THICKNESS / 2, -length / 2
         work = normal * n + vertical * v - nu * (normal * v + vertical * n) + 2 * (1 + nu) * shear * t
-        joints = 3 * thrust * unit / spring + weight / 2 * 2.5 / spring * 2
+        carried = -stress * THICKNESS / 2  # by each spring, before the arch sinks
+        joints = 3 * (thrust - carried) * unit / spring + weight / 2 * 2.5 / spring * 2
         sunk = 2 / (area * modulus) * work + joints
     return sunk
 
