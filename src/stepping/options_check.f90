@@ -48,7 +48,7 @@ contains
       if (allocated(parameters%base%harmonics)) shakes = shakes .or. size(parameters%base%harmonics, 2) > 0
       do i = 1, merge(size(parameters%stages), 0, shakes)
          if (.not. seeks_equilibrium(parameters%stages(i))) cycle
-         call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)//"' lasts until equilibrium, "// &
+      call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)//"' lasts until equilibrium, "// &
             'but base motion counts from time 0 of the run and acts in it: give the stage a duration, and begin the '// &
             'record after it', parameters%stages(i)%origin)
       end do
