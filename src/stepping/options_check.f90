@@ -48,15 +48,16 @@ contains
       if (allocated(parameters%base%harmonics)) shakes = shakes .or. size(parameters%base%harmonics, 2) > 0
       do i = 1, merge(size(parameters%stages), 0, shakes)
          if (.not. seeks_equilibrium(parameters%stages(i))) cycle
-      call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)//"' lasts until equilibrium, "// &
-            'but base motion counts from time 0 of the run and acts in it: give the stage a duration, and begin the '// &
-            'record after it', parameters%stages(i)%origin)
+         call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)// &
+                           "' lasts until equilibrium, but base motion counts from time 0 of the run and acts in "// &
+                           'it: give the stage a duration, and begin the record after it', &
+                           parameters%stages(i)%origin)
       end do
       if (.not. (allocated(parameters%in_situ) .and. allocated(parameters%water))) return
       if (size(parameters%in_situ) == 0 .or. size(parameters%water) == 0) return
-      call messages%add(severity%warning, 'stress in the ground is that of the blocks, and of the joints without water: '// &
-                        'water that acts from the start compresses the blocks; begin with a stage until equilibrium', &
-                        parameters%water(1)%origin)
+      call messages%add(severity%warning, 'stress in the ground is that of the blocks, and of the joints without '// &
+                        'water: water that acts from the start compresses the blocks; begin with a stage until '// &
+                        'equilibrium', parameters%water(1)%origin)
    end subroutine warn_of_time
 
    !> Joint laws alone.
