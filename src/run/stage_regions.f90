@@ -9,9 +9,10 @@ module rockdda_run_stage_regions
    use rockdda_model_joint_options, only : joint_number
    use rockdda_model_material_options, only : block_number
    use rockdda_model_options, only : stage_type, change_type, region_type
-   use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
+   use rockdda_model_regions, only : blocks_of_region, material_number
    use rockdda_model_stage_options, only : stage_name, is_given
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_run_cells, only : check_names
    implicit none
    private
    public :: number_changes, check_stage_regions
@@ -54,9 +55,9 @@ contains
       integer :: i, before
       before = messages%n_errors
       do i = 1, size(stages)
-         if (is_given(stages(i)%excavate)) call check_names(regions, stages(i)%excavate, '&stage', stages(i)%origin, &
+         if (is_given(stages(i)%excavate)) call check_names('&stage', regions, stages(i)%excavate, stages(i)%origin, &
                                                             messages)
-         if (is_given(stages(i)%place)) call check_names(regions, stages(i)%place, '&stage', stages(i)%origin, messages)
+         if (is_given(stages(i)%place)) call check_names('&stage', regions, stages(i)%place, stages(i)%origin, messages)
       end do
       do i = 1, size(changes)
          call check_change(changes(i), regions, n_materials, n_joints, named_joints, messages)
@@ -134,27 +135,6 @@ contains
 
    end subroutine tell_what_goes
 
-   !> Each name of a list is that of a region.
-   subroutine check_names(regions, names, group, origin, messages)
-      type(region_type), intent(in) :: regions(:)
-      character(len=*), intent(in) :: names, group
-      type(origin_type), intent(in) :: origin
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(regions))
-      character(len=:), allocatable :: word
-      integer :: i, k
-      known = ''
-      do i = 1, size(regions)
-         if (is_given(regions(i)%name)) known(i) = adjustl(regions(i)%name)
-      end do
-      do k = 1, count_words(names)
-         word = word_of(names, k)
-         if (has_region(regions, word)) cycle
-         call messages%add(severity%error, group//": there is no region '"//word//"'"//did_you_mean(word, known), &
-                           origin)
-      end do
-   end subroutine check_names
-
    !> Materials and regions of a change exist.
    subroutine check_change(change, regions, n_materials, n_joints, named_joints, messages)
       type(change_type), intent(in) :: change
@@ -164,7 +144,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       character(len=80) :: known(size(named_joints))
       integer :: i, m
-      if (is_given(change%region)) call check_names(regions, change%region, '&change', change%origin, messages)
+      if (is_given(change%region)) call check_names('&change', regions, change%region, change%origin, messages)
       if (is_given(change%joint_material)) then
          known = ''
          do i = 1, size(named_joints)
