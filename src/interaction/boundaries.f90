@@ -407,10 +407,12 @@ contains
          end associate
       end do
       do i = 1, context%blocks%n_blocks
-         ! that of a block that has been taken out is lost
-         call balance%add(merge(energy%geometry, energy%discarded, context%state%active(i)), &
-                          merge(before(i), 2*balance%boundary_energy(i), context%state%active(i)) &
-                          - balance%boundary_energy(i))
+         if (context%state%active(i)) then
+            call balance%add(energy%geometry, before(i) - balance%boundary_energy(i))
+         else
+            ! the block has been taken out, and the energy of its springs with it
+            call balance%add(energy%discarded, balance%boundary_energy(i))
+         end if
       end do
       balance%boundary_energy = after
       do i = 1, size(self%loaded)
