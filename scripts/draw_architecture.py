@@ -54,9 +54,10 @@ COLOURS = {
     "linear": "#ead9ee",
 }
 EXPANDED = {"stepping", "interaction"}  # calls made inside other folders are not drawn
-DEPTH = 4
+DEPTH = 5
 INTERACTION = "interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
+NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the first step, which is that of each step
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
 # that the source has is taken.
@@ -96,8 +97,8 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     ),
     ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
-    ("k01 reduces the velocity", [("accept", "self%state%velocity = k01*self%state%velocity")]),
-    ("the blocks move", [("accept", "call move_blocks(")]),
+    ("k01 reduces the velocity", [("accept_step", "step%state%velocity = k01*step%state%velocity")]),
+    ("the blocks move", [("accept_step", "call move_blocks(")]),
 ]
 
 

@@ -37,6 +37,7 @@ module rockdda_interaction_bolts
       real(wp), allocatable, private :: kept_stretch(:)   !! (n)
    contains
       procedure :: init
+      procedure :: present_forces
       procedure :: count_links
       procedure :: prepare
       procedure :: begin
@@ -155,14 +156,34 @@ contains
          equations%pair(:, c) = context%blocks%bolts%blocks(:, l)
          ! both ends in one block: it holds nothing together, only the block's own strain would change it
          if (equations%pair(1, c) == equations%pair(2, c)) equations%pair(:, c) = 0
-         self%force(l) = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
-                                    context%state%bolt_elongation(l), context%state%bolt_plastic(l))
+         self%force(l) = present_force(self, context, l)
          self%acts(l) = all(is_there(context%state%active, context%blocks%bolts%blocks(:, l)))
-         if (self%acts(l)) cycle
-         equations%pair(:, c) = 0
-         self%force(l) = 0
+         if (.not. self%acts(l)) equations%pair(:, c) = 0
       end do
    end subroutine prepare
+
+   !> Axial forces in the present state, tension positive; 0 where a block of an end is not there.
+   pure function present_forces(self, context) result(force)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp) :: force(self%n)
+      integer :: l
+      do l = 1, self%n
+         force(l) = present_force(self, context, l)
+      end do
+   end function present_forces
+
+   !> The same for one bolt.
+   pure real(wp) function present_force(self, context, l) result(force)
+      class(bolts_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: l       !! bolt
+      force = 0
+      associate (bolts => context%blocks%bolts, state => context%state)
+         if (.not. all(is_there(state%active, bolts%blocks(:, l)))) return
+         force = bolt_force(self%stiffness(l), bolts%pretension(l), state%bolt_elongation(l), state%bolt_plastic(l))
+      end associate
+   end function present_force
 
    !> Is the block of an end there? The fixed outside always is.
    pure function is_there(active, pair)
@@ -373,8 +394,7 @@ contains
             along = ends(3:4) - ends(1:2)
             length = norm2(along)
             if (.not. length > 0) cycle
-            force = bolt_force(self%stiffness(l), context%blocks%bolts%pretension(l), &
-                               context%state%bolt_elongation(l), context%state%bolt_plastic(l))
+            force = present_force(self, context, l)
             do side = 1, 2
                b = pair(side)
                if (b < 1) cycle

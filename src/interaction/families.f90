@@ -5,10 +5,12 @@
 !> added to a run from outside with `add`; they come last.
 module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bolts, only : bolts_type
    use rockdda_interaction_boundaries, only : boundaries_type
+   use rockdda_interaction_contact_law, only : new_contact_laws
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_elasticity, only : elasticity_type
@@ -43,6 +45,7 @@ module rockdda_interaction_families
       type(water_family_type) :: water
       type(added_family_type), allocatable, private :: added(:)
    contains
+      procedure :: init
       procedure :: add
       procedure :: count => count_families
       procedure :: family
@@ -63,6 +66,25 @@ module rockdda_interaction_families
    end type families_type
 
 contains
+
+   !> The families of a run at time 0, whose blocks, numbers and state are in the context; they add to it where line
+   !> loads act and which blocks are held. What is wrong with the numbers was found before.
+   subroutine init(self, context)
+      class(families_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      type(diagnostics_type) :: known
+      associate (blocks => context%blocks, parameters => context%parameters)
+         call new_contact_laws(parameters%joint_materials, self%contacts%laws, known)
+         call self%elasticity%init(parameters)
+         call self%loads%init(blocks, parameters, context%line_ends, known)
+         call self%supports%init(blocks, parameters)
+         call self%bolts%init(blocks%bolts)
+         call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known)
+         call self%water%init(blocks, parameters, known)
+         context%held = self%boundaries%held_blocks(blocks%n_blocks)
+         context%water = ''
+      end associate
+   end subroutine init
 
    !> Family i of the list.
    function family(self, i) result(item)

@@ -1,19 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> What happens when a stage begins: blocks are placed and excavated, forces are held and released, materials change,
-!> measured displacements count anew.
+!> Blocks that stages place and excavate, and the forces that are held when they go.
 !>
 !> Which blocks belong to the regions of stages is found at the start of the run, and kept.
 module rockdda_stepping_construction
    use rockdda_base_kinds, only : wp
-   use rockdda_model_analysis_input, only : block_material_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_joint_options, only : change_joint
-   use rockdda_model_options, only : stage_type, change_type, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_regions, only : blocks_of_region, same_name, material_number
-   use rockdda_model_stage_options, only : stage_name, is_given
+   use rockdda_model_regions, only : blocks_of_region
+   use rockdda_model_stage_options, only : is_given
    use rockdda_model_state, only : block_state_type, energy
-   use rockdda_contact_search, only : contact_search_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_bolts, only : bolt_force
@@ -21,7 +16,7 @@ module rockdda_stepping_construction
    use rockdda_interaction_held_forces, only : held_forces_type
    implicit none
    private
-   public :: construction_type, retire_block, change_materials, show_blocks, longest_edge
+   public :: construction_type
 
    !> Part of the state of a run.
    type :: construction_type
@@ -37,11 +32,12 @@ module rockdda_stepping_construction
 
 contains
 
-   !> Blocks of all regions.
-   subroutine init(self, blocks, parameters)
+   !> Blocks of all regions. Those that a stage places are not there at the start.
+   subroutine init(self, blocks, parameters, state)
       class(construction_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(inout) :: state
       integer :: i, n
       if (allocated(self%newborn)) deallocate (self%newborn, self%excavated, self%placed, self%changed)
       n = 0
@@ -59,6 +55,9 @@ contains
       do i = 1, n
          if (is_given(parameters%changes(i)%region)) self%changed(:, i) = mask(parameters%changes(i)%region)
       end do
+      do i = 1, blocks%n_blocks
+         if (any(self%placed(i, :) > 0)) call retire_block(state, i)
+      end do
 
    contains
 
@@ -70,31 +69,6 @@ contains
       end function mask
 
    end subroutine init
-
-   !> Let the search find no contacts of blocks that are not there, and make those of new ones free of stress.
-   pure subroutine show_blocks(search, active, newborn)
-      type(contact_search_type), intent(inout) :: search
-      logical, intent(in) :: active(:), newborn(:)   !! (nb)
-      if (allocated(search%pairs%active)) deallocate (search%pairs%active)
-      if (.not. all(active)) search%pairs%active = active
-      if (allocated(search%newborn)) deallocate (search%newborn)
-      if (any(newborn)) search%newborn = newborn
-   end subroutine show_blocks
-
-   !> Length of the longest edge of some blocks.
-   pure real(wp) function longest_edge(blocks, chosen) result(longest)
-      type(block_system_type), intent(in) :: blocks
-      logical, intent(in) :: chosen(:)               !! (nb)
-      integer :: i, v, next
-      longest = 0
-      do i = 1, blocks%n_blocks
-         if (.not. chosen(i)) cycle
-         do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
-            next = merge(blocks%vertex_offset(i) + 1, v + 1, v == blocks%vertex_offset(i + 1))
-            longest = max(longest, norm2(blocks%vertices(:, next) - blocks%vertices(:, v)))
-         end do
-      end do
-   end function longest_edge
 
    !> A block that is not there has neither stress nor velocity.
    pure subroutine retire_block(state, i)
@@ -216,103 +190,5 @@ contains
          if (pair(side) > 0) on(side) = set(pair(side))
       end do
    end function on
-
-   !> The changes of materials that begin with a stage.
-   subroutine change_materials(construction, stage, blocks, parameters, state, is_new)
-      type(construction_type), intent(in) :: construction
-      integer, intent(in) :: stage
-      type(block_system_type), intent(inout) :: blocks
-      type(parameters_type), intent(inout) :: parameters
-      type(block_state_type), intent(inout) :: state
-      logical, intent(out) :: is_new            !! something has changed
-      real(wp) :: density(blocks%n_blocks)
-      integer :: i, j, m
-      is_new = .false.
-      if (.not. allocated(parameters%changes)) return
-      density = parameters%block_materials(blocks%block_material(1:blocks%n_blocks))%density
-      do i = 1, size(parameters%changes)
-         associate (change => parameters%changes(i))
-            if (.not. is_given(change%stage)) cycle
-            if (.not. same_name(change%stage, stage_name(parameters%stages, stage))) cycle
-            is_new = .true.
-            if (is_set(change%unit_weight)) call write_out_weights(parameters)
-            if (is_given(change%joint_material)) then
-               j = joint_of(change%joint_material, parameters)
-               if (j > 0) call change_joint(change%joint, parameters%joint_materials(j))
-            else if (is_given(change%region)) then
-               call change_region(change, construction%changed(:, i) > 0, blocks, parameters)
-            else
-               m = material_number(trim(adjustl(change%block_material)))
-               if (m >= 1 .and. m <= size(parameters%block_materials)) &
-                  call change_block_material(change, parameters%block_materials(m))
-            end if
-         end associate
-      end do
-      if (.not. is_new) return
-      do i = 1, blocks%n_blocks
-         associate (now => parameters%block_materials(blocks%block_material(i))%density)
-            if (abs(now - density(i)) > 0) state%mass(i) = state%mass(i)*(now/density(i))
-         end associate
-      end do
-   end subroutine change_materials
-
-   !> Give the materials the weights that the gravity of the run makes of their densities, so that one can have another.
-   pure subroutine write_out_weights(parameters)
-      type(parameters_type), intent(inout) :: parameters
-      if (parameters%gravity < 0) return
-      parameters%block_materials%weight = parameters%gravity*parameters%block_materials%density
-      parameters%gravity = -1
-   end subroutine write_out_weights
-
-   !> Number of the joint material with a number or name, 0: none.
-   pure integer function joint_of(word, parameters) result(j)
-      character(len=*), intent(in) :: word
-      type(parameters_type), intent(in) :: parameters
-      integer :: i
-      j = material_number(trim(adjustl(word)))
-      if (j > size(parameters%joint_materials)) j = 0
-      if (j > 0) return
-      do i = 1, size(parameters%joint_materials)
-         if (.not. is_given(parameters%joint_materials(i)%name)) cycle
-         if (same_name(parameters%joint_materials(i)%name, word)) j = i
-      end do
-   end function joint_of
-
-   !> The blocks of a region have another material, or new values: a material of their own for each that they have.
-   subroutine change_region(change, inside, blocks, parameters)
-      type(change_type), intent(in) :: change
-      logical, intent(in) :: inside(:)          !! (nb)
-      type(block_system_type), intent(inout) :: blocks
-      type(parameters_type), intent(inout) :: parameters
-      type(block_material_type) :: own
-      integer :: m, n
-      n = size(parameters%block_materials)
-      if (is_given(change%block_material)) then
-         m = material_number(trim(adjustl(change%block_material)))
-         if (m >= 1 .and. m <= n) then
-            where (inside) blocks%block_material = m
-         end if
-      end if
-      if (.not. any([is_set(change%density), is_set(change%young), is_set(change%poisson), &
-                     is_set(change%unit_weight)])) return
-      do m = 1, n
-         if (.not. any(inside .and. blocks%block_material(1:size(inside)) == m)) cycle
-         own = parameters%block_materials(m)
-         call change_block_material(change, own)
-         parameters%block_materials = [parameters%block_materials, own]
-         where (inside .and. blocks%block_material(1:size(inside)) == m) &
-            blocks%block_material(1:size(inside)) = size(parameters%block_materials)
-      end do
-   end subroutine change_region
-
-   !> Values that a change names.
-   pure subroutine change_block_material(change, material)
-      type(change_type), intent(in) :: change
-      type(block_material_type), intent(inout) :: material
-      if (is_set(change%density)) material%density = change%density
-      if (is_set(change%young)) material%youngs_modulus = change%young
-      if (is_set(change%poisson)) material%poisson_ratio = change%poisson
-      if (is_set(change%unit_weight)) material%weight = change%unit_weight
-   end subroutine change_block_material
 
 end module rockdda_stepping_construction

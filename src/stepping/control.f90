@@ -74,6 +74,7 @@ module rockdda_stepping_control
       procedure :: accepted
       procedure :: end_stages
       procedure :: is_over
+      procedure :: ends_stage
       procedure :: is_static_search
       procedure :: has_failed
       procedure :: judge_balance
@@ -286,6 +287,20 @@ contains
       call next%end_stages(parameters, step, time)
       is_over = next%stage > size(parameters%stages)
    end function is_over
+
+   !> Does the present stage end here? In runs that end with their last stage.
+   pure logical function ends_stage(self, parameters, step, time)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: step      !! accepted steps so far
+      real(wp), intent(in) :: time
+      type(step_control_type) :: next
+      ends_stage = .false.
+      if (.not. parameters%ends_with_stages) return
+      next = self
+      call next%end_stages(parameters, step, time)
+      ends_stage = next%stage > self%stage
+   end function ends_stage
 
    !> Count the steps in a row that end in equilibrium.
    pure subroutine judge_balance(self, parameters, unbalanced, is_driven)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Blocks at the start of a run, and their motion at the end of an accepted step.
+!> Blocks at the start of a run, their motion at the end of an accepted step, and their energy.
 module rockdda_stepping_motion
    use, intrinsic :: ieee_arithmetic, only : ieee_value, ieee_positive_inf
    use rockdda_base_kinds, only : wp
@@ -11,11 +11,12 @@ module rockdda_stepping_motion
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_interaction_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
       displacement_at
-   use rockdda_interaction_elasticity, only : elasticity_type, stress_of
+   use rockdda_interaction_elasticity, only : elasticity_type, stress_of, strain_energy
    use rockdda_interaction_inertia, only : new_velocity
    implicit none
    private
-   public :: reset_measured, start_state, move_blocks, measure_points, largest_displacement, is_finite_motion
+   public :: reset_measured, start_state, move_blocks, measure_points, largest_displacement, is_finite_motion, &
+      block_energies
 
 contains
 
@@ -167,6 +168,22 @@ contains
       end do
       !$omp end parallel do
    end subroutine move_blocks
+
+   !> Strain and kinetic energy of each block.
+   pure function block_energies(blocks, elasticity, state) result(energies)
+      type(block_system_type), intent(in) :: blocks
+      type(elasticity_type), intent(in) :: elasticity
+      type(block_state_type), intent(in) :: state
+      real(wp) :: energies(blocks%n_blocks)
+      integer :: i
+      associate (s => state)
+         do i = 1, size(energies)
+            energies(i) = strain_energy(s%stress(:, i), elasticity%c(:, :, blocks%block_material(i)), s%area(i)) &
+                          + 0.5_wp*dot_product(s%velocity(:, i), mass_times(s%mass(i), s%area(i), s%moments(:, i), &
+                                                                            s%velocity(:, i)))
+         end do
+      end associate
+   end function block_energies
 
    !> Measured displacements and rotations count from now on.
    pure subroutine reset_measured(blocks, state)

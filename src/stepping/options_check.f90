@@ -14,13 +14,13 @@ module rockdda_stepping_options_check
    use rockdda_stepping_parameter_check, only : check_parameters
    implicit none
    private
-   public :: check_options, check_joints
+   public :: check_start, check_options, check_joints
 
 contains
 
-   !> Joint laws, points that stages release, line loads, boundaries, stress in the ground. What a run makes of them is
-   !> dropped here.
-   subroutine check_options(blocks, parameters, messages)
+   !> With what no run can start: joint laws, numbers, points that stages release, line loads, boundaries, stress in the
+   !> ground. What a run makes of them is dropped here.
+   subroutine check_start(blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
@@ -32,6 +32,14 @@ contains
       call check_stages(parameters, blocks%fixed%n, messages)
       call loads%init(blocks, parameters, line_ends, messages)
       call check_ground(blocks, parameters, messages)
+   end subroutine check_start
+
+   !> The same before the run begins, with warnings.
+   subroutine check_options(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      call check_start(blocks, parameters, messages)
       call warn_of_time(parameters, messages)
    end subroutine check_options
 

@@ -1,0 +1,111 @@
+! SPDX-License-Identifier: MIT
+!> The end of a step: its motion becomes the state of the blocks and of all that acts on them, and goes into the record.
+module rockdda_stepping_acceptance
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_phase_times, only : phase
+   use rockdda_model_state, only : step_record_type
+   use rockdda_contact_table, only : contact_state
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_stepping_equilibrium, only : varies_with_time
+   use rockdda_stepping_impact, only : impact_type
+   use rockdda_stepping_ledger, only : ledger_type
+   use rockdda_stepping_motion, only : move_blocks, measure_points
+   use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
+   implicit none
+   private
+   public :: accept_step, start_record
+
+contains
+
+   !> Take over a step: energies, states of all interactions, motion of the blocks, record.
+   subroutine accept_step(step, report, ledger, forces, record)
+      type(trial_step_type), intent(inout) :: step
+      type(trial_report_type), intent(in) :: report
+      type(ledger_type), intent(inout) :: ledger
+      type(block_forces_type), intent(inout) :: forces       !! on the blocks at the end of the step
+      type(step_record_type), intent(inout) :: record
+      type(impact_type) :: impact
+      real(wp) :: k01
+      k01 = step%control%k01(step%parameters)
+      associate (contacts => step%families%contacts)
+         if (k01 > 0) call impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%laws, &
+                                       step%equations%x)
+      end associate
+      if (impact%happened) call step%families%predict(step%equations)
+      if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
+      call step%families%commit(step%step_context_type, step%equations%x)
+      call move_blocks(step%blocks, step%parameters, step%families%elasticity, step%dt, step%equations%x, step%state)
+      if (impact%happened) call impact%finish(step%step_context_type, step%families%contacts%table, &
+                                              step%families%contacts%trial)
+      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, impact%happened)
+      call forces%clear(step%blocks%n_blocks)
+      call step%families%add_forces(step%step_context_type, forces)
+      record%unbalanced = forces%unbalanced(step%state)
+      call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven)
+      if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
+         step%families%contacts%slip_share()
+      step%state%velocity = k01*step%state%velocity
+      step%families%contacts%stiffness_is_new = .false.
+      step%state%step = step%state%step + 1
+      step%state%time = step%state%time + step%dt
+      call choose_next_dt(step, report, k01)
+      ! the table of this step becomes the last one; the old one is room for the next
+      call step%contacts%exchange(step%families%contacts%table)
+      call fill_record(step, report, ledger, record)
+      step%times%steps = step%times%steps + 1
+      step%times%solver_iterations = step%times%solver_iterations + report%iterations
+      call step%times%lap(phase%update)
+   end subroutine accept_step
+
+   !> dt of the next step.
+   subroutine choose_next_dt(step, report, k01)
+      type(trial_step_type), intent(inout) :: step
+      type(trial_report_type), intent(in) :: report
+      real(wp), intent(in) :: k01   !! of the step
+      logical :: may_grow
+      may_grow = step%control%is_static_search(step%parameters)
+      if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%state%time)
+      call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
+                                 report%rounds*report%attempts, may_grow)
+   end subroutine choose_next_dt
+
+   !> The record at time 0.
+   subroutine start_record(step, ledger, record)
+      type(trial_step_type), intent(in) :: step
+      type(ledger_type), intent(in) :: ledger
+      type(step_record_type), intent(out) :: record
+      if (step%parameters%energy) record%energy = ledger%total
+      associate (measured => step%blocks%measured, boundaries => step%families%boundaries)
+         allocate (record%measured_displacement(2, measured%n), record%measured_stress(3, measured%n), &
+                   record%fixed_force(2, step%blocks%fixed%n), record%boundary_force(2, size(boundaries%force, 2)), &
+                   source=0.0_wp)
+         allocate (record%measured_rotation(measured%n), source=0.0_wp)
+      end associate
+   end subroutine start_record
+
+   !> The record of an accepted step; its unbalanced force is known.
+   subroutine fill_record(step, report, ledger, record)
+      type(trial_step_type), intent(in) :: step
+      type(trial_report_type), intent(in) :: report
+      type(ledger_type), intent(in) :: ledger
+      type(step_record_type), intent(inout) :: record
+      record%step = step%state%step
+      record%time = step%state%time
+      record%dt = step%dt
+      record%open_close_iterations = report%rounds
+      record%attempts = report%attempts
+      record%solver_iterations = report%iterations
+      record%max_displacement = report%displacement
+      record%stage = step%control%stage_index()
+      record%relaxation = step%families%held%relaxation()
+      if (step%parameters%energy) record%energy = ledger%total
+      associate (states => step%contacts%state(1:step%contacts%n))
+         record%contacts = [count(states == contact_state%open), count(states == contact_state%sliding), &
+                            count(states == contact_state%locked)]
+      end associate
+      record%fixed_force = step%families%supports%force
+      record%boundary_force = step%families%boundaries%force
+      call measure_points(step%blocks, step%state, record)
+   end subroutine fill_record
+
+end module rockdda_stepping_acceptance

@@ -1,0 +1,118 @@
+! SPDX-License-Identifier: MIT
+!> From one stage to the next: what a stage builds and takes out when it begins, the materials that change, and the
+!> energies that go with it.
+module rockdda_stepping_stage_change
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_error, only : error_type
+   use rockdda_model_options, only : is_set
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_contact_law, only : new_contact_laws
+   use rockdda_stepping_construction, only : construction_type
+   use rockdda_stepping_equilibrium, only : report_no_equilibrium
+   use rockdda_stepping_material_changes, only : change_materials
+   use rockdda_stepping_motion, only : reset_measured, block_energies
+   use rockdda_stepping_trial_step, only : trial_step_type
+   implicit none
+   private
+   public :: change_stage
+
+contains
+
+   !> Leave stages that have ended, and begin the next. An error when the present one, with all its steps, has not come
+   !> to equilibrium.
+   subroutine change_stage(step, construction, forces, balance, error)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(inout) :: construction
+      type(block_forces_type), intent(inout) :: forces     !! of the last accepted step of this process
+      class(energy_balance_type), intent(inout) :: balance
+      type(error_type), allocatable, intent(out) :: error
+      call step%control%end_stages(step%parameters, step%state%step, step%state%time)
+      if (step%control%has_failed(step%parameters, step%state%step)) then
+         if (.not. allocated(forces%magnitude)) call forces%clear(step%blocks%n_blocks)
+         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, step%control%unbalanced, &
+                                    error)
+         return
+      end if
+      call begin_stages(step, construction, balance)
+   end subroutine change_stage
+
+   !> Carry out the start of all stages that have begun since the last step.
+   subroutine begin_stages(step, construction, balance)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(inout) :: construction
+      class(energy_balance_type), intent(inout) :: balance
+      logical :: places
+      integer :: s
+      places = any(construction%placed > 0)
+      if (step%state%step == 0 .and. step%control%begun == 0) call find_first_forces(step, construction, places)
+      do s = step%control%begun + 1, min(step%control%stage, size(step%parameters%stages))
+         call construction%place(s, step%blocks, step%state, balance)
+         call take_out_blocks(step, construction, s, balance)
+         call take_new_materials(step, construction, s, balance)
+         if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
+         step%control%begun = s
+      end do
+      call step%finder%show_blocks(step%state%active, construction%newborn, places)
+   end subroutine begin_stages
+
+   !> Take out the blocks of a stage, and begin to release the forces that they gave.
+   subroutine take_out_blocks(step, construction, s, balance)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(in) :: construction
+      integer, intent(in) :: s   !! stage
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: energies(step%blocks%n_blocks), share
+      integer :: first
+      energies = block_energies(step%blocks, step%families%elasticity, step%state)
+      associate (stage => step%parameters%stages(s), held => step%families%held)
+         if (step%state%step == 0) then
+            call construction%excavate(s, step%blocks, step%families%contacts%table, energies, step%state, held, &
+                                       balance, first)
+         else
+            call construction%excavate(s, step%blocks, step%contacts, energies, step%state, held, balance, first)
+         end if
+         share = 1
+         if (is_set(stage%relax)) share = stage%relax
+         ! a share that is given holds for all forces, otherwise for those of this excavation
+         if (is_set(stage%relax)) first = 1
+         call held%relax(first, share, stage%relax_steps)
+      end associate
+   end subroutine take_out_blocks
+
+   !> Take the materials that change with a stage; what strain and motion lose by it is discarded.
+   subroutine take_new_materials(step, construction, s, balance)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(in) :: construction
+      integer, intent(in) :: s   !! stage
+      class(energy_balance_type), intent(inout) :: balance
+      type(diagnostics_type) :: ignored
+      real(wp) :: before(step%blocks%n_blocks)
+      logical :: is_new
+      before = block_energies(step%blocks, step%families%elasticity, step%state)
+      call change_materials(construction%changed, s, step%blocks, step%parameters, step%state, is_new)
+      if (.not. is_new) return
+      call new_contact_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
+      call step%families%elasticity%init(step%parameters)
+      call balance%add(energy%discarded, sum(before) - &
+                       sum(block_energies(step%blocks, step%families%elasticity, step%state)))
+      step%families%contacts%stiffness_is_new = .true.
+   end subroutine take_new_materials
+
+   !> Where the first stage excavates: contacts of all blocks with the forces that the initial stress gives them.
+   subroutine find_first_forces(step, construction, places)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(in) :: construction
+      logical, intent(in) :: places   !! some stage places blocks
+      if (size(construction%excavated, 2) == 0) return
+      if (.not. any(construction%excavated(:, 1) > 0)) return
+      step%released = step%control%released
+      step%gravity = step%control%gravity(step%parameters)
+      step%dt = step%control%step_size(step%parameters, step%state%time)
+      call step%finder%show_blocks(step%state%active, construction%newborn, places)
+      call step%find_contacts(step%finder%first_reach(step%step_context_type, step%control))
+   end subroutine find_first_forces
+
+end module rockdda_stepping_stage_change

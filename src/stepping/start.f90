@@ -1,0 +1,52 @@
+! SPDX-License-Identifier: MIT
+!> A run at time 0: the state of the blocks and of all that acts on them.
+module rockdda_stepping_start
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_linear_factory, only : new_solver, default_solver
+   use rockdda_stepping_construction, only : construction_type
+   use rockdda_stepping_control, only : new_step_control
+   use rockdda_stepping_motion, only : start_state
+   use rockdda_stepping_options_check, only : check_start
+   use rockdda_stepping_trial_step, only : trial_step_type
+   implicit none
+   private
+   public :: start_step
+
+contains
+
+   !> Check a model and its numbers, and make all that the first step begins with. Errors: input that no run can start
+   !> from.
+   subroutine start_step(blocks, parameters, step, construction, error)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(inout) :: construction
+      type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type) :: problems
+      step%blocks = blocks
+      step%parameters = parameters
+      if (blocks%n_blocks < 1) then
+         call make_error(error, error_code%input, 'the model has no blocks')
+         return
+      end if
+      call check_start(blocks, parameters, problems)
+      call problems%to_error(error)
+      if (allocated(error)) return
+      if (len_trim(parameters%solver_method) == 0) step%parameters%solver_method = default_solver()
+      call new_solver(step%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
+                      parameters%preconditioner, step%solver, error)
+      if (allocated(error)) return
+      call start_state(blocks, parameters, step%state, step%initial_stress)
+      call construction%init(blocks, parameters, step%state)
+      call step%families%init(step%step_context_type)
+      call new_step_control(parameters, blocks%fixed%n, step%control)
+      call step%finder%init(blocks)
+      call step%contacts%resize(0)
+      call step%equations%set_size(blocks%n_blocks, 0)
+      step%equations%x = 0
+   end subroutine start_step
+
+end module rockdda_stepping_start

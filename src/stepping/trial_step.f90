@@ -1,0 +1,229 @@
+! SPDX-License-Identifier: MIT
+!> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
+!>
+!> Every attempt starts from the state of the last accepted step, which none of them changes. What becomes of the motion
+!> that is found is told by rockdda_stepping_acceptance.
+module rockdda_stepping_trial_step
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, add_context
+   use rockdda_base_phase_times, only : phase_times_type, phase
+   use rockdda_base_strings, only : to_string
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_families, only : families_type
+   use rockdda_linear_solver, only : linear_solver_type
+   use rockdda_stepping_contact_finder, only : contact_finder_type
+   use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
+   use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
+   use rockdda_stepping_motion, only : largest_displacement
+   use rockdda_stepping_newton, only : newton_type, newton_report_type
+   implicit none
+   private
+   public :: trial_step_type, trial_report_type
+
+   !> The model, its state and the attempt at hand are those of `step_context_type`.
+   type, extends(step_context_type) :: trial_step_type
+      ! the rest of the state on which a step depends
+      type(contact_table_type) :: contacts      !! of the last accepted step
+      type(step_control_type) :: control
+      type(families_type) :: families           !! families%held is a part of the state
+      type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
+      ! tools and scratch
+      class(linear_solver_type), allocatable :: solver
+      type(contact_finder_type) :: finder
+      type(newton_type), private :: newton
+      type(phase_times_type) :: times           !! where the time went; nothing depends on it
+      integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
+   contains
+      procedure :: find_motion
+      procedure :: find_contacts
+      procedure, private :: begin_step
+      procedure, private :: try_step
+      procedure, private :: expect_motion
+      procedure, private :: shorten_step
+   end type trial_step_type
+
+   !> A motion that can be accepted, unless the search for it was interrupted.
+   type :: trial_report_type
+      logical :: interrupted = .false.   !! a stop was requested; nothing has changed
+      logical :: shortened = .false.     !! dt was shortened to land on an end
+      real(wp) :: displacement = 0       !! largest of any vertex [length]
+      integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
+      integer :: attempts = 0
+      integer :: iterations = 0          !! of the solver, of all attempts
+   end type trial_report_type
+
+contains
+
+   !> Find the motion `equations%x` of the step. On error (code 3) no attempt has succeeded, not even with the smallest
+   !> step.
+   subroutine find_motion(self, report, error)
+      class(trial_step_type), intent(inout) :: self
+      type(trial_report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      type(newton_report_type) :: of_attempt
+      real(wp), allocatable :: last_motion(:, :), memory(:)   ! to go back to when the step is interrupted
+      real(wp) :: reach
+      logical :: at_floor, is_first
+      if (allocated(self%solver%interruption)) then
+         last_motion = self%equations%x
+         call self%solver%pack(memory)
+      end if
+      call self%begin_step()
+      reach = self%finder%first_reach(self%step_context_type, self%control)
+      call self%find_contacts(reach)
+      self%cuts = 0
+      is_first = .true.
+      do
+         report%attempts = report%attempts + 1
+         ! the negation: a step that is no number has no smaller one
+         at_floor = .not. self%dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
+         call self%try_step(reach, is_first, at_floor, of_attempt, report%displacement, error)
+         is_first = .false.
+         report%iterations = report%iterations + of_attempt%iterations
+         if (allocated(error)) then
+            call add_context(error, 'step '//to_string(self%state%step + 1))
+            return
+         end if
+         select case (of_attempt%outcome)
+         case (attempt%converged)
+            exit
+         case (attempt%interrupted)
+            report%interrupted = .true.
+            self%equations%x = last_motion
+            call self%solver%unpack(memory)
+            return
+         case (attempt%search_again)
+            ! a step that may be: search further, and begin again
+            reach = self%finder%longer_reach(reach, report%displacement, self%parameters%w0)
+            call self%find_contacts(reach)
+            report%attempts = report%attempts - 1
+         case default
+            if (at_floor) then
+               call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, self%blocks, self%parameters, &
+                                   self%state, self%families%contacts%table, self%families%contacts%trial, &
+                                   self%equations%x, error)
+               return
+            end if
+            call self%shorten_step(of_attempt%outcome, report%displacement)
+         end select
+      end do
+      report%rounds = of_attempt%rounds
+      report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
+      self%control%cuts = self%control%cuts + self%cuts
+      call self%times%lap(phase%other)
+   end subroutine find_motion
+
+   !> Loads, supports and dt that the present stage gives the step.
+   subroutine begin_step(self)
+      class(trial_step_type), intent(inout) :: self
+      integer :: p
+      self%released = self%control%released
+      do p = 1, self%blocks%fixed%n
+         if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
+      end do
+      self%gravity = self%control%gravity(self%parameters)
+      self%water = self%control%water(self%parameters)
+      self%dt = self%control%step_size(self%parameters, self%state%time)
+   end subroutine begin_step
+
+   !> Find the contacts of the step from the state at its start, and set up the links of all interactions.
+   subroutine find_contacts(self, reach)
+      class(trial_step_type), intent(inout) :: self
+      real(wp), intent(in) :: reach   !! [length]
+      integer :: pattern_id
+      call self%times%lap(phase%other)
+      call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
+      self%times%searches = self%times%searches + 1
+      if (self%finder%search%pairs%was_kept) self%times%reused = self%times%reused + 1
+      call self%times%lap(phase%search)
+      call self%families%prepare(self%step_context_type, self%equations)
+      call self%times%lap(phase%links)
+      pattern_id = self%equations%matrix%pattern_id
+      call self%equations%set_graph()
+      if (self%equations%matrix%pattern_id /= pattern_id) self%times%patterns = self%times%patterns + 1
+      call self%times%lap(phase%graph)
+   end subroutine find_contacts
+
+   !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
+   subroutine try_step(self, reach, is_first, at_floor, report, displacement, error)
+      class(trial_step_type), intent(inout) :: self
+      real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
+      logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
+      logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
+      type(newton_report_type), intent(out) :: report
+      real(wp), intent(out) :: displacement      !! largest of any vertex [length]
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: limit, factor
+      integer :: ruined
+
+      displacement = 0
+      self%times%attempts = self%times%attempts + 1
+      call self%times%lap(phase%other)
+      call self%expect_motion(is_first)
+      call self%families%begin(self%step_context_type)
+      call self%families%place(self%step_context_type, self%equations)
+      call self%times%lap(phase%block_terms)
+      self%newton%at_floor = at_floor
+      self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
+                                abs(self%control%k01(self%parameters) - 1) <= 0
+      call self%newton%find_equilibrium(self%step_context_type, self%families, self%equations, self%solver, &
+                                        self%times, report, error)
+      if (allocated(error)) return
+      ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
+      if (report%outcome /= attempt%converged) return
+      displacement = largest_displacement(self%blocks, self%state, self%equations%x)
+      limit = self%parameters%displacement_ratio*self%parameters%w0
+      call find_ruined_block(self%blocks, self%parameters, self%state, self%equations%x, ruined, factor)
+      if (ruined > 0) then
+         report%outcome = attempt%ruined
+      else if (.not. displacement <= limit .and. .not. at_floor) then
+         report%outcome = attempt%too_far
+      else if (.not. displacement <= max(limit, self%parameters%w0)) then
+         report%outcome = attempt%thrown
+      else if (2*displacement > reach .and. displacement <= 1.0e3_wp*self%parameters%w0) then
+         report%outcome = attempt%search_again
+      end if
+   end subroutine try_step
+
+   !> Expect a motion of the step, whose rotations the arms of forces follow: that of the present velocities, or, where
+   !> none are carried on, that of the last step.
+   subroutine expect_motion(self, is_first)
+      class(trial_step_type), intent(inout) :: self
+      logical, intent(in) :: is_first   !! x is the motion of the last step
+      call self%renew_all()
+      if (self%control%k01(self%parameters) > 0) then
+         call self%expect(self%state%velocity, self%dt)
+      else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
+         call self%expect(self%equations%x)
+      else
+         call self%expect()
+      end if
+   end subroutine expect_motion
+
+   !> A shorter step after a failed attempt; count why.
+   pure subroutine shorten_step(self, outcome, displacement)
+      class(trial_step_type), intent(inout) :: self
+      integer, intent(in) :: outcome              !! one of attempt%...
+      real(wp), intent(in) :: displacement        !! largest of any vertex [length]
+      integer :: reason
+      select case (outcome)
+      case (attempt%too_far)
+         reason = cut_reason%displacement
+      case (attempt%ruined)
+         reason = cut_reason%ruined_block
+      case (attempt%no_solution)
+         reason = cut_reason%solver
+      case default
+         reason = cut_reason%contacts
+      end select
+      self%cuts(reason) = self%cuts(reason) + 1
+      if (outcome == attempt%too_far) then
+         self%dt = cut_for_displacement(self%parameters, self%dt, displacement)
+      else
+         self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)
+      end if
+   end subroutine shorten_step
+
+end module rockdda_stepping_trial_step
