@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -19,9 +19,21 @@ import numpy.typing as npt
 from .cutting import Blocks, cut
 from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
 from .errors import InputError
+from .groups import OptionGroups, as_list, plain_options
+from .labelled import (
+    block_groups,
+    block_materials,
+    describes_itself,
+    joint_groups,
+    joint_materials,
+    labelled_text,
+    merged_groups,
+    point_groups,
+    take_point_tables,
+)
 from .namelist import format_groups, format_real, parse_groups
 from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
-from .options import check_options, names_that_add_up, replace_files
+from .options import check_options, group_problems, names_that_add_up, repeated_groups, replace_files
 from .results import Results
 from .simulation import Simulation, run
 
@@ -34,6 +46,7 @@ Table = npt.ArrayLike  # (m, 3) rows t x y
 _UNSET: Any = object()
 #: group and name of an option that is a field of the model
 _NUMBERS = (
+    ("load", "gravity", "gravity"),
     ("run", "steps", "steps"),
     ("time", "k01", "k01"),
     ("time", "dt_max", "dt_max"),
@@ -66,8 +79,8 @@ class _Place:
     table: FloatArray
 
 
-@dataclass
-class Model:
+@dataclass(eq=False)
+class Model(OptionGroups):
     """A model: geometry, materials, run control. Any consistent set of units.
 
     >>> import rockdda
@@ -88,7 +101,8 @@ class Model:
     displacement_ratio: float = _UNSET  # g2, of a step over half the model's height; default 0.01, labelled automatic
     dt_max: float = _UNSET  # g1, largest time step; default 0.01, of a labelled model automatic
     stiffness: float = _UNSET  # g0 of contact springs; default 0 (automatic), of a labelled model automatic
-    sor_factor: float = 1.4
+    sor_factor: float = _UNSET  # default 1.4
+    gravity: float | None = None  # acceleration in -y of all blocks; without it the materials have their weights
     #: defaults of labelled files: plane strain, cohesion that stays, and automatic numbers where none are given
     labelled: bool = False
     #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]};
@@ -108,9 +122,34 @@ class Model:
 
     def __post_init__(self) -> None:
         defaults = {"k01": 1.0, "steps": 100, "displacement_ratio": 0.01, "dt_max": 0.01, "stiffness": 0.0}
+        defaults["sor_factor"] = 1.4
         for name, value in defaults.items():
             if getattr(self, name) is _UNSET:
                 setattr(self, name, None if self.labelled else value)
+
+    def __eq__(self, other: object) -> bool:
+        """Do two models have the same name, and the same in all that their files hold?"""
+        return self._content() == other._content() if isinstance(other, Model) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # it can be changed
+
+    def _content(self) -> tuple[Any, ...]:
+        """What the files of the model hold, to be compared."""
+        lines = [(line.ends, self._number("joint", line.number), line.boundary) for line in self._ordered_lines()]
+        owners = [(line.ends, self._number("block", line.number)) for line in self._material_lines]
+        places = [[(place.ends, place.table.tolist()) for place in some] for some in (self._fixed, self._loading)]
+        motion = None if self.base_acceleration is None else _table(self.base_acceleration).tolist()
+        numbers = [getattr(self, name) for _, _, name in _NUMBERS]
+        return (
+            *(self.name, self.e0, self.labelled, numbers, plain_options(self.options), motion),
+            *(block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})),
+            *(lines, owners, self._bolts, places, self._measured, self._holes),
+        )
+
+    @classmethod
+    def from_files(cls, geometry: PathLike, analysis: PathLike | None = None, config: PathLike | None = None) -> Model:
+        """The model of some files, as `read` takes them. It equals the model whose `to_files` has written them."""
+        return cls.read(geometry, analysis, config)
 
     @classmethod
     def read(cls, geometry: PathLike, analysis: PathLike | None = None, config: PathLike | None = None) -> Model:
@@ -146,32 +185,30 @@ class Model:
     @classmethod
     def _read_labelled(cls, session: Session, path: str) -> Model:
         """A labelled model, of a session that has read its file."""
-        options = parse_groups(session.text(LABELLED_TEXT), names_that_add_up())
-        replace_files(options, Path.cwd())
+        options = _groups_of(session.text(CONFIG_TEXT))
+        folder = Path(path).parent
+        if not describes_itself(options):  # values of an analysis file, or of several groups of one material
+            options, folder = _groups_of(session.text(LABELLED_TEXT)), Path.cwd()
+        replace_files(options, folder)
         model = cls(Path(path).stem, labelled=True, options=options)
         title = options.pop("model").get("title", "")
-        if title and title != model.name:
+        if title and title != model.name and "title" not in options.get("run", {}):
             options.setdefault("run", {})["title"] = title
         for group, option, name in _NUMBERS:
             if option in options.get(group, {}):
                 setattr(model, name, options[group].pop(option))
         model._take_geometry(session)
-        for group in _as_list(options.pop("block_material", [])):
-            names = ("density", "unit_weight", "young", "poisson")
-            density, weight, young, poisson = (float(group.get(name, math.nan)) for name in names)
-            stress, gradient, velocity = (
-                tuple(group.get(name, (0.0, 0.0, 0.0))) for name in ("stress", "stress_gradient", "velocity")
-            )
-            name = str(group.get("name", ""))
-            model.block_materials.append(
-                BlockMaterial(density, weight, young, poisson, stress, gradient, velocity, name)
-            )
-        for group in _as_list(options.pop("joint_material", [])):
-            known = ("number", "name", "friction", "cohesion", "tension")
-            values = {name: value for name, value in group.items() if name not in known}
-            friction, cohesion, tension = (float(group.get(name, 0.0)) for name in known[2:])
-            name = str(group.get("name", ""))
-            model.joint_materials.append(JointMaterial(friction, cohesion, tension, name, values))
+        model.block_materials = block_materials(options.pop("block_material", []))
+        model.joint_materials = joint_materials(options.pop("joint_material", []))
+        sizes = session.sizes()
+        fixed = take_point_tables(options, "fixed_point", "displacement", sizes["fixed"])
+        model._take_tables(session, fixed, take_point_tables(options, "loading_point", "force", sizes["loading"]))
+        motion = options.get("load", {}).get("base_acceleration", "")
+        if motion and Path(motion) == (folder / f"{model.name}.csv").absolute():
+            model.base_acceleration = _motion_of(Path(motion))
+            if model.base_acceleration is not None:
+                del options["load"]["base_acceleration"]
+        model.options = {group: entries for group, entries in options.items() if entries}
         return model
 
     def _take_geometry(self, session: Session) -> None:
@@ -212,10 +249,14 @@ class Model:
         for m in joint_materials.tolist():
             self.joint_materials.append(JointMaterial(*m))
         tables = np.split(np.array(rows), np.cumsum(table_sizes)[:-1]) if sizes["tables"] else []
-        if not tables:
-            return
+        if tables:
+            fixed = session.sizes()["fixed"]
+            self._take_tables(session, tables[:fixed], tables[fixed:])
+
+    def _take_tables(self, session: Session, tables: list[FloatArray], loading: list[FloatArray]) -> None:
+        """Take the tables of all fixed points and all loading points of the cut model."""
         position, _, line, _ = session.array("points", 1, session.sizes()["fixed"])
-        for place, table in zip(self._loading, tables[len(line) :], strict=True):
+        for place, table in zip(self._loading, loading, strict=True):
             place.table = table
         if all(place.ends[:2] == place.ends[2:] for place in self._fixed):
             for place, table in zip(self._fixed, tables, strict=False):
@@ -297,19 +338,27 @@ class Model:
         self,
         *,
         density: float,
-        youngs_modulus: float,
-        poisson_ratio: float,
+        youngs_modulus: float | None = None,
+        poisson_ratio: float | None = None,
         gravity: float | None = None,
         weight: float | None = None,
         stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
         stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0),
         velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
         name: str = "",
+        young: float | None = None,
+        poisson: float | None = None,
+        unit_weight: float | None = None,
     ) -> int:
         """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity).
 
-        In a labelled model both may be left out: the weight is then density times options["load"]["gravity"].
+        In a labelled model both may be left out: the weight is then density times the gravity of the model. young,
+        poisson and unit_weight are the names that labelled files have for youngs_modulus, poisson_ratio and weight.
         """
+        youngs_modulus = _one_of("block material", youngs_modulus=youngs_modulus, young=young)
+        poisson_ratio = _one_of("block material", poisson_ratio=poisson_ratio, poisson=poisson)
+        if unit_weight is not None:
+            weight = _one_of("block material", weight=weight, unit_weight=unit_weight)
         if (gravity is not None and weight is not None) or (gravity is None and weight is None and not self.labelled):
             raise InputError("block material: give either gravity or weight")
         if weight is None:
@@ -320,9 +369,22 @@ class Model:
         return len(self.block_materials)
 
     def add_joint_material(
-        self, *, friction_angle: float, cohesion: float = 0.0, tension: float = 0.0, name: str = "", **values: Any
+        self,
+        *,
+        friction_angle: float | None = None,
+        cohesion: float = 0.0,
+        tension: float = 0.0,
+        name: str = "",
+        friction: float | None = None,
+        **values: Any,
     ) -> int:
-        """A joint material; returns its number. values: others of &joint_material, such as normal_stiffness or law."""
+        """A joint material; returns its number. values: others of &joint_material, such as normal_stiffness or law.
+
+        friction is the name that labelled files have for friction_angle.
+        """
+        friction_angle = _one_of("joint material", friction_angle=friction_angle, friction=friction)
+        if values and (problems := group_problems("joint_material", values)):
+            raise InputError("\n".join(f"joint material: {problem}" for problem in problems))
         self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension, name, values))
         return len(self.joint_materials)
 
@@ -379,12 +441,14 @@ class Model:
     def options_text(self) -> str:
         """The options file (.nml), of a labelled model its whole file; empty when there are no options."""
         groups = {name: value for name, value in self.options.items() if value}
-        groups = self._labelled_groups(groups) if self.labelled else self._named_materials(groups)
         if self.base_acceleration is not None:
-            load = dict(groups.get("load", {}))
-            load["base_acceleration"] = f"{self.name}.csv"
-            groups["load"] = load
-        return format_groups(groups)
+            *before, load = as_list(groups.get("load", {}))
+            groups["load"] = [*before, {**load, "base_acceleration": f"{self.name}.csv"}]
+        if self.labelled:
+            return labelled_text(self._labelled_groups(groups))
+        if self.gravity is not None:
+            groups["load"] = [{"gravity": self.gravity}, *as_list(groups.get("load", []))]
+        return format_groups(self._named_materials(groups))
 
     def _named_materials(self, groups: dict[str, Any]) -> dict[str, Any]:
         """Options with the names of materials, and what the analysis file does not hold of them."""
@@ -395,7 +459,7 @@ class Model:
             if m.name or m.values
         ]
         named = {"block_material": blocks, "joint_material": joints}
-        return {**groups, **{key: mine + _as_list(groups.get(key, [])) for key, mine in named.items() if mine}}
+        return {**groups, **{key: mine + as_list(groups.get(key, [])) for key, mine in named.items() if mine}}
 
     def _labelled_groups(self, groups: dict[str, Any]) -> dict[str, Any]:
         """The groups of a labelled file."""
@@ -404,32 +468,17 @@ class Model:
             if getattr(self, name) is not None:
                 numbers.setdefault(group, {})[option] = getattr(self, name)
         for group, entries in numbers.items():
-            first, *rest = _as_list(groups.get(group, {})) or [{}]
+            first, *rest = as_list(groups.get(group, {})) or [{}]
             groups[group] = [{**entries, **first}, *rest] if rest else {**entries, **first}
         tables = [("fixed_point", "displacement", self._fixed_point_tables())]
         tables += [("loading_point", "force", [place.table for place in self._loading])]
         for group, name, rows in tables:
-            given = [{"points": i, name: table.ravel()} for i, table in enumerate(rows, start=1) if len(table)]
-            if given:
-                groups[group] = given + _as_list(groups.get(group, []))
-        blocks: list[dict[str, Any]] = []
-        for i, m in enumerate(self.block_materials, start=1):
-            entries = {"number": i, "name": m.name, "density": m.density, "young": m.youngs_modulus}
-            entries |= {"poisson": m.poisson_ratio, "unit_weight": m.weight}
-            entries |= {"stress": m.stress, "stress_gradient": m.stress_gradient, "velocity": m.velocity}
-            blocks.append({key: value for key, value in entries.items() if _is_told(value)})
-        joints = [
-            {
-                **{"number": i, **({"name": m.name} if m.name else {})},
-                **{"friction": m.friction_angle, "cohesion": m.cohesion, "tension": m.tension, **m.values},
-            }
-            for i, m in enumerate(self.joint_materials, start=1)
-        ]
-        model = {"geometry": f"{self.name}.dc"}
-        return {
-            **{"model": model, "block_material": blocks + _as_list(groups.pop("block_material", []))},
-            **{"joint_material": joints + _as_list(groups.pop("joint_material", [])), **groups},
-        }
+            if given := point_groups(name, rows):
+                groups[group] = given + as_list(groups.get(group, []))
+        groups["model"] = {"geometry": f"{self.name}.dc"}
+        groups["block_material"] = block_groups(self.block_materials) + as_list(groups.get("block_material", []))
+        groups["joint_material"] = joint_groups(self.joint_materials) + as_list(groups.get("joint_material", []))
+        return groups
 
     def _motion_text(self) -> str:
         rows = _table(self.base_acceleration if self.base_acceleration is not None else ())
@@ -517,18 +566,6 @@ class Model:
         return Simulation(self, **options)
 
 
-def _as_list(groups: Any) -> list[Any]:
-    """One or several groups as a list."""
-    return list(groups) if isinstance(groups, list | tuple) else [groups]
-
-
-def _is_told(value: Any) -> bool:
-    """Does a value of a material say more than its default: an empty name, NaN, zeros of a triple?"""
-    if isinstance(value, tuple):
-        return any(value)
-    return value != "" and not (isinstance(value, float) and math.isnan(value))
-
-
 def _reference(what: str, value: int | str) -> int | str:
     """Number or name of a material."""
     return value if isinstance(value, str) else whole_number(what, value)
@@ -536,9 +573,31 @@ def _reference(what: str, value: int | str) -> int | str:
 
 def _last(groups: Any, name: str, default: Any) -> Any:
     """The value of a name in one or several groups."""
-    for group in [groups] if isinstance(groups, Mapping) else groups:
+    for group in as_list(groups):
         default = group.get(name, default)
     return default
+
+
+def _one_of(what: str, **values: Any) -> Any:
+    """The value of the one of two names that is given."""
+    given = [value for value in values.values() if value is not None]
+    if len(given) != 1:
+        raise InputError(f"{what}: give {' or '.join(values)}" + (", not both" if given else ""))
+    return given[0]
+
+
+def _groups_of(text: str) -> dict[str, Any]:
+    """The groups of a labelled file, each that may not be repeated as one."""
+    return merged_groups(parse_groups(text, names_that_add_up()), repeated_groups(), names_that_add_up())
+
+
+def _motion_of(path: Path) -> FloatArray | None:
+    """The base motion in a file that a model has written; None for a file of another form."""
+    head, *rows = path.read_text(encoding="utf-8").split()
+    try:
+        return _table([[float(x) for x in row.split(",")] for row in rows]) if head == "t,ax,ay" else None
+    except ValueError:
+        return None
 
 
 def _table(rows: Table) -> FloatArray:

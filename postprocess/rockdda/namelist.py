@@ -13,7 +13,7 @@ import numpy as np
 
 from .errors import InputError
 
-__all__ = ["format_groups", "format_real", "parse_groups"]
+__all__ = ["entry_texts", "flat_values", "format_groups", "format_real", "parse_groups", "short_real"]
 
 _TOKEN = re.compile(
     r"""\s+ | [!\#][^\n]*                  # blanks and comments
@@ -30,6 +30,35 @@ def format_real(value: float) -> str:
     if not math.isfinite(number):
         raise InputError(f"expected a finite number, found {number}")
     return repr(number)
+
+
+def short_real(value: float) -> str:
+    """The shortest text that reads back exactly, as people write numbers: 2600, 0.25, 2e10."""
+    text = format_real(value)
+    if not text.endswith(".0") or text == "-0.0":
+        return text
+    digits = text[:-2].rstrip("0")
+    zeros = len(text) - 2 - len(digits)
+    return f"{digits}e{zeros}" if zeros > 4 else text[:-2]
+
+
+def flat_values(value: Any) -> list[Any]:
+    """All values of lists within lists, in a row; of what is no list, that value."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, list | tuple):
+        return [value]
+    return [item for part in value for item in flat_values(part)]
+
+
+def entry_texts(entries: Mapping[str, Any]) -> list[str]:
+    """The values of a group as words: "name = value" with a comma behind all but the last; lists are several words."""
+    words: list[str] = []
+    for key, value in entries.items():
+        items = flat_values(value)
+        texts = [short_real(float(item)) if isinstance(item, float | np.floating) else _format(item) for item in items]
+        words += [f"{key} = {texts[0]}", *texts[1:]] if texts else []
+    return [word + "," for word in words[:-1]] + words[-1:]
 
 
 def format_groups(groups: Mapping[str, Any]) -> str:

@@ -15,7 +15,16 @@ import numpy as np
 from .errors import InputError
 from .native import OPTIONS_SCHEMA, Session
 
-__all__ = ["check_options", "names_that_add_up", "options_schema", "replace_files"]
+__all__ = [
+    "check_options",
+    "group_problems",
+    "group_row",
+    "names_that_add_up",
+    "option_rows",
+    "options_schema",
+    "repeated_groups",
+    "replace_files",
+]
 
 
 @cache
@@ -35,10 +44,30 @@ def _rows() -> dict[str, dict[str, dict[str, Any]]]:
     return {group: definition["properties"] for group, definition in options_schema()["$defs"].items()}
 
 
+def group_row(group: str) -> dict[str, Any]:
+    """What the table says of a group; InputError for one that is not there."""
+    groups: dict[str, dict[str, Any]] = options_schema()["$defs"]
+    if group not in groups:
+        raise InputError(f"there is no group &{group}{_hint(group, groups)}")
+    return groups[group]
+
+
+def option_rows(group: str) -> dict[str, dict[str, Any]]:
+    """Rows of the table for the options of a group, by name; InputError for a group that is not there."""
+    rows: dict[str, dict[str, Any]] = group_row(group)["properties"]
+    return rows
+
+
 @cache
 def names_that_add_up() -> frozenset[str]:
     """Names whose values add up when they are given several times in a group."""
     return frozenset(name for rows in _rows().values() for name, row in rows.items() if row.get("x-adds-up"))
+
+
+@cache
+def repeated_groups() -> frozenset[str]:
+    """Groups that may be given any number of times."""
+    return frozenset(group for group, row in options_schema()["$defs"].items() if row.get("x-list"))
 
 
 def _groups(options: Mapping[str, Any]) -> Iterator[tuple[str, MutableMapping[str, Any]]]:
@@ -73,12 +102,25 @@ def check_options(options: Mapping[str, Any]) -> None:
             problems.append(f"options[{group!r}]: unknown group{_hint(group, _rows())}")
             continue
         for name, value in entries.items():
-            if name not in rows:
-                problems.append(f"options[{group!r}][{name!r}]: unknown name{_hint(name, rows)}")
-            elif problem := _problem(rows[name], value):
-                problems.append(f"options[{group!r}][{name!r}]: {problem}, found {value!r}")
+            if problem := _value_problem(rows, name, value):
+                problems.append(f"options[{group!r}][{name!r}]: {problem}")
     if problems:
         raise InputError("\n".join(problems))
+
+
+def group_problems(group: str, entries: Mapping[str, Any]) -> list[str]:
+    """What is wrong with the values of one group, with their names; nothing where all can be read."""
+    rows = option_rows(group)
+    found = ((name, _value_problem(rows, name, value)) for name, value in entries.items())
+    return [f"{name}: {problem}" for name, problem in found if problem]
+
+
+def _value_problem(rows: Mapping[str, Any], name: str, value: Any) -> str:
+    """What is wrong with a name or its value; empty when nothing is."""
+    if name not in rows:
+        return f"unknown name{_hint(name, rows)}"
+    problem = _problem(rows[name], value)
+    return f"{problem}, found {value!r}" if problem else ""
 
 
 def _hint(word: str, known: Mapping[str, Any]) -> str:

@@ -24,9 +24,9 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
-    "errors", "version", "callers", "text", "interrupts", "namelist", "materials", "native", "options", "storage",
-    "frames", "joints", "start", "results", "units", "deck", "cutting", "simulation", "model", "networks",
-    "plot", "film", "convert", "export", "analysis", "study", "validation", "cli",
+    "errors", "version", "callers", "text", "interrupts", "namelist", "materials", "native", "options", "groups",
+    "storage", "frames", "joints", "start", "results", "units", "deck", "labelled", "cutting", "simulation", "model",
+    "networks", "plot", "film", "convert", "export", "analysis", "study", "validation", "cli",
     "_old_names", "__init__", "__main__",
 )  # fmt: skip
 
@@ -172,6 +172,7 @@ NEEDS_COMPILED = {
     "cut": lambda folder: rockdda.cut([[0, 0, 1, 0]]),
     "lines": lambda folder: rockdda.lines({"boundary": {"window": [0, 0, 1, 1]}}, seed=1),
     "Model.read": lambda folder: rockdda.Model.read(INPUTS / "flat_arch"),
+    "Model.add_group": lambda folder: _model().add_region("all", box=(0, 0, 1, 1)),
     "Model.write` with\noptions": lambda folder: _with_options().write(folder),
     "or with fixed lines": lambda folder: _with_a_fixed_line().write(folder),
     "options.options_schema": lambda folder: options_schema(),
