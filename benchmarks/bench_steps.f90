@@ -10,6 +10,7 @@
 !>   threads=1         OpenMP threads
 !>   solver=auto       auto, pcg, cholmod, sor, dense; preconditioner=, tolerance= as in the options file
 !>   k01=, dt=, stiffness=   instead of the model's values
+!>   formulation=, rotation=, preset=   as in the options file
 !>   output=FILE       write results: history in each step, frame in the last
 !>   matrix=FILE       write the matrix and load of the last solve (native binary, see write_matrix)
 !>   passes=0          number of timed passes of K x and of PCG on that matrix
@@ -149,6 +150,12 @@ contains
             read (value, *) options%dt_max
          case ('stiffness')
             read (value, *) options%stiffness
+         case ('formulation')
+            options%formulation = value
+         case ('rotation')
+            options%rotation = value
+         case ('preset')
+            options%preset = value
          case ('output')
             output_file = value
          case ('matrix')

@@ -6,13 +6,16 @@
 !> that pass, and their order, therefore do not depend on when the candidates were found.
 module rockdda_contact_broad_phase
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
    use rockdda_geometry_grid, only : typical_size
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
-   public :: close_pairs_type
+   public :: close_pairs_type, many_parts
+
+   !> Parts in which the pairs of a large model are searched.
+   integer, parameter :: many_parts = 16
 
    !> Candidate pairs of blocks. A pure cache: nothing in it is part of the state.
    type :: close_pairs_type
@@ -29,6 +32,8 @@ module rockdda_contact_broad_phase
    contains
       procedure :: update
       procedure :: is_close
+      procedure :: n_parts
+      procedure :: first_of
    end type close_pairs_type
 
 contains
@@ -68,6 +73,19 @@ contains
       end if
       is_close = boxes_close(self%boxes(:, self%candidates(1, k)), self%boxes(:, self%candidates(2, k)), self%reach)
    end function is_close
+
+   !> Number of parts into which the candidates are divided.
+   pure integer function n_parts(self)
+      class(close_pairs_type), intent(in) :: self
+      n_parts = merge(many_parts, 1, self%n > parallel_contacts)
+   end function n_parts
+
+   !> First candidate of a part; that of the part after the last one is n + 1.
+   pure integer function first_of(self, part)
+      class(close_pairs_type), intent(in) :: self
+      integer, intent(in) :: part
+      first_of = int(real(part - 1, wp)/self%n_parts()*self%n) + 1
+   end function first_of
 
    !> Bounding boxes of all blocks.
    subroutine update_boxes(blocks, vertices, boxes)

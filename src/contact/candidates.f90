@@ -3,6 +3,7 @@
 !> one pair of blocks, which is kept from pair to pair.
 module rockdda_contact_candidates
    use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_room, only : reserve
    use rockdda_contact_intervals, only : interval_type
    implicit none
    private
@@ -32,6 +33,7 @@ module rockdda_contact_candidates
       procedure :: add_corners
       procedure :: has_corners
       procedure :: collect
+      procedure :: sort
    end type candidate_list_type
 
 contains
@@ -120,5 +122,49 @@ contains
       end do
       !$omp end parallel do
    end subroutine collect
+
+   !> Order of the candidates by (vertex, edge): counting sort by vertex, insertion sort within.
+   pure subroutine sort(self, nv, start, order)
+      class(candidate_list_type), intent(in) :: self
+      integer, intent(in) :: nv
+      integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
+      integer, allocatable, intent(inout) :: order(:)
+      integer :: c, v, k, l
+      if (.not. allocated(start)) allocate (start(nv + 1))
+      call reserve(order, self%n)
+      start = 0
+      do c = 1, self%n
+         start(self%rows(c)%vertex + 1) = start(self%rows(c)%vertex + 1) + 1
+      end do
+      do v = 2, nv + 1
+         start(v) = start(v) + start(v - 1)
+      end do
+      order(1:self%n) = 0
+      do c = 1, self%n
+         v = self%rows(c)%vertex
+         k = start(v) + 1
+         start(v) = k
+         ! insert among the rows of this vertex that are already placed; a place still empty belongs to another vertex
+         l = k - 1
+         do while (l >= 1)
+            if (order(l) == 0) exit
+            if (self%rows(order(l))%vertex /= v) exit
+            if (.not. comes_before(self%rows(c), self%rows(order(l)))) exit
+            order(l + 1) = order(l)
+            l = l - 1
+         end do
+         order(l + 1) = c
+      end do
+      do v = nv + 1, 2, -1
+         start(v) = start(v - 1)
+      end do
+      start(1) = 0
+   end subroutine sort
+
+   !> Does row a come before row b of the same vertex?
+   pure logical function comes_before(a, b)
+      type(candidate_type), intent(in) :: a, b
+      comes_before = a%edge < b%edge .or. (a%edge == b%edge .and. a%station < b%station)
+   end function comes_before
 
 end module rockdda_contact_candidates

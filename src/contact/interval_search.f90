@@ -1,7 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Intervals of the joints between a close pair of blocks, as rows of a contact table: one for each station.
+!> Intervals of the joints between close blocks, as rows of a contact table: one for each station; and what they cover.
 module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_broad_phase, only : close_pairs_type
+   use rockdda_contact_exposure, only : exposure_type
+   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
@@ -10,9 +15,105 @@ module rockdda_contact_interval_search
    use rockdda_contact_narrow_phase, only : collect_near
    implicit none
    private
-   public :: search_intervals, joint_of
+   public :: search_faces, joint_of
 
 contains
+
+   !> Intervals of all joints, and what they cover. Contacts of vertices on edges need but the latter.
+   !> Many arguments: all that the search knows of the step.
+   subroutine search_faces(pairs, blocks, topology, outlines, vertices, limits, previous, history, exposure, found)
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous       !! last step's table
+      type(contact_history_type), intent(in) :: history      !! its index
+      type(exposure_type), intent(inout) :: exposure
+      type(candidate_list_type), intent(inout) :: found(:)   !! (parts)
+      integer :: part, n_parts, k, a, b, before, n
+      logical :: is_tied
+      n_parts = pairs%n_parts()
+      found%n_intervals = 0
+      !$omp parallel do default(none) shared(pairs, blocks, topology, outlines, vertices, limits, found, n_parts) &
+      !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
+      do part = 1, n_parts
+         do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
+            if (.not. pairs%is_close(k)) cycle
+            a = pairs%candidates(1, k)
+            b = pairs%candidates(2, k)
+            call search_intervals([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                                  [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
+                                  pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, &
+                                  blocks%edge_joint, limits, found(part))
+         end do
+      end do
+      !$omp end parallel do
+      if (allocated(limits%sunk)) then
+         call exposure%clear(size(vertices, 2), limits%smooth, limits%sunk, topology%block)
+      else
+         call exposure%clear(size(vertices, 2), limits%smooth)
+      end if
+      do part = 1, n_parts
+         n = 0
+         do k = 1, found(part)%n
+            associate (row => found(part)%rows(k))
+               if (row%station /= 1) cycle
+               n = n + 1
+               before = history%find(previous, row%vertex, row%edge, 1)
+               is_tied = .false.
+               if (before > 0) is_tied = previous%tied(before)
+               call exposure%cover(row%vertex, row%edge, found(part)%intervals(n), is_tied)
+            end associate
+         end do
+      end do
+      if (.not. limits%by_length) found%n = 0
+      do part = 1, merge(n_parts, 0, limits%by_length)
+         call drop_hidden_intervals(exposure, outlines, topology, vertices, found(part))
+      end do
+   end subroutine search_faces
+
+   !> A block that rides on another, and stands deeper in it than the surface ahead, faces the side of the next block by
+   !> that depth: too short an interval to count, when its corner cannot strike that side.
+   pure subroutine drop_hidden_intervals(exposure, outlines, topology, vertices, list)
+      type(exposure_type), intent(in) :: exposure
+      type(outlines_type), intent(in) :: outlines
+      type(contact_topology_type), intent(in) :: topology
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(candidate_list_type), intent(inout) :: list
+      integer :: i, k, n
+      logical :: is_dropped
+      i = 0
+      n = 0
+      is_dropped = .false.
+      do k = 1, list%n
+         if (list%rows(k)%station == 1) then
+            i = i + 1
+            is_dropped = .false.
+            associate (interval => list%intervals(i))
+               if (interval%high - interval%low <= exposure%between(list%rows(k)%vertex, list%rows(k)%edge)) &
+                  is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
+                               is_end_hidden(interval%vertex_high, interval%edge_high)
+            end associate
+         end if
+         if (is_dropped) cycle
+         n = n + 1
+         list%rows(n) = list%rows(k)
+      end do
+      list%n = n
+
+   contains
+
+      !> Is the corner at an end of the interval one that cannot strike the edge?
+      pure logical function is_end_hidden(v, e)
+         integer, intent(in) :: v, e
+         real(wp) :: foot
+         foot = dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e))
+         is_end_hidden = exposure%is_hidden(v, e, foot, vertices, topology, outlines)
+      end function is_end_hidden
+
+   end subroutine drop_hidden_intervals
 
    !> Append the stations of all intervals of blocks a < b.
    pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, joint, limits, list)

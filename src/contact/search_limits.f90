@@ -4,7 +4,10 @@ module rockdda_contact_search_limits
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: search_limits_type
+   public :: search_limits_type, placing_share
+
+   !> Gaps and overlaps up to this share of the shorter edge are free of stress where a block is placed.
+   real(wp), parameter :: placing_share = 0.01_wp
 
    !> Distances and angles of one search.
    type :: search_limits_type

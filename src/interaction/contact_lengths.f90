@@ -7,16 +7,37 @@
 module rockdda_interaction_contact_lengths
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_spring, only : spring_vectors
-   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, &
-      end_lengths
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, turns
    use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
-   public :: contact_vectors, contact_lengths, move_contacts
+   public :: place_contacts, measure_lengths, contact_vectors, contact_lengths, move_contacts
 
 contains
+
+   !> Vectors of the links of all rows between blocks for which the expected motion is new.
+   subroutine place_contacts(table, first_link, context, equations)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: first_link                  !! row c is the link first_link + c
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      integer :: c, l
+      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, l) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
+         l = first_link + c
+         associate (a => context%moving(table%block_a(c)), b => context%moving(table%block_b(c)))
+            call contact_vectors(table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+         end associate
+      end do
+      !$omp end parallel do
+   end subroutine place_contacts
 
    !> Derivatives of gap (1) and slip (2) of row c over the step, for the expected motion of its blocks.
    pure subroutine contact_vectors(table, c, a, b, e, g)
@@ -86,6 +107,34 @@ contains
          end if
       end associate
    end function contact_lengths
+
+   !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
+   subroutine measure_lengths(table, trial, first_link, context, equations)
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: first_link                  !! row c is the link first_link + c
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: off(2), force, scale
+      integer :: a, b, c
+      !$omp parallel do default(none) shared(table, trial, first_link, context, equations) &
+      !$omp private(a, b, c, off, force, scale) schedule(static) if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (trial%joint(c)%state == contact_state%open) cycle
+         a = table%block_a(c)
+         b = table%block_b(c)
+         if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
+                    abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
+         off = contact_lengths(table, c, context%moved(a), context%moved(b)) &
+               - [trial%gap(c) + (table%distance(c) - table%gap(c)), trial%slip(c)]
+         force = table%k_n(c)*abs(off(1))
+         if (trial%joint(c)%state == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
+         scale = max(table%k_n(c)*abs(trial%gap(c)), &
+                     min(equations%block_force(a), equations%block_force(b)))
+         if (scale > 0) equations%link_off(first_link + c) = force/scale
+      end do
+      !$omp end parallel do
+   end subroutine measure_lengths
 
    !> Distances and points of all rows at the end of a step. A point between two edges stays half-way between the two
    !> points of the blocks that it stood between.

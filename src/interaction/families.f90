@@ -81,7 +81,7 @@ contains
          call self%bolts%init(blocks%bolts)
          call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known)
          call self%water%init(blocks, parameters, known)
-         context%held = self%boundaries%held_blocks(blocks%n_blocks)
+         context%held = self%boundaries%springs%held_blocks(blocks%n_blocks)
          context%water = ''
       end associate
    end subroutine init

@@ -33,12 +33,16 @@
 !> otherwise change states for ever.
 module rockdda_interaction_joint_law
    use rockdda_base_kinds, only : wp
+   use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
    implicit none
    private
-   public :: joint_settings_type, joint_type, joint_response_type, joint_end_type
+   public :: joint_settings_type, new_joint_settings, joint_type, joint_response_type, joint_end_type
    public :: map_joint, miss_of_joint, linearise_joint, end_joint, opening_gap, sliding_friction, spring_energy
+
+   !> Lengths below this share of w0 are round-off.
+   real(wp), parameter :: round_off = 1.0e-12_wp
 
    !> Margins, the same for all contacts in an attempt at a step.
    type :: joint_settings_type
@@ -86,6 +90,17 @@ module rockdda_interaction_joint_law
    end type joint_end_type
 
 contains
+
+   !> Margins of an attempt at a step of length dt.
+   pure type(joint_settings_type) function new_joint_settings(parameters, dt) result(settings)
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt               !! [time]
+      settings%close_tolerance = parameters%close_tolerance
+      settings%open_tolerance = parameters%open_tolerance
+      settings%round_off = round_off*parameters%w0
+      settings%peer = parameters%peer_contacts
+      settings%dt = dt
+   end function new_joint_settings
 
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
    !> that it has.

@@ -6,13 +6,10 @@
 !> vector times d, exactly.
 !> Loads act on the arms of the middle of the step, with the value of its end.
 module rockdda_interaction_loads
-   use rockdda_base_kinds, only : wp, pi
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
-   use rockdda_base_strings, only : to_string
-   use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_options, only : base_motion_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
@@ -22,9 +19,11 @@ module rockdda_interaction_loads
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_line_loads, only : line_load, find_carriers
+   use rockdda_interaction_time_tables, only : table_value, load_factor, base_acceleration
    implicit none
    private
-   public :: loads_type, body_force, line_load, table_value, load_factor, base_acceleration
+   public :: loads_type, body_force
 
    !> Weight, base motion, point loads, line loads. Tables are read at the end of the step; the base acceleration in the
    !> middle of the step, where a constant acceleration over the step gives the velocity to second order.
@@ -52,117 +51,22 @@ contains
       f(1:2) = mass*acceleration
    end function body_force
 
-   !> Load of a force per length along a segment, linear between its ends (Eq. 3.8.1; its
-   !> potential, Eq. 3.8, is the negative of this load times d), integrated exactly:
-   !> T and the force are both linear along the segment, so that the integral of their product over the length
-   !> l is l (T_s^T (2 f_s + f_q) + T_q^T (f_s + 2 f_q))/6.
-   pure function line_load(s, q, block, force_s, force_q) result(f)
-      real(wp), intent(in) :: s(2), q(2)    !! ends of the segment [length]
-      type(moving_block_type), intent(in) :: block
-      real(wp), intent(in) :: force_s(2)    !! (fx, fy) at s [force/length]
-      real(wp), intent(in) :: force_q(2)    !! (fx, fy) at q [force/length]
-      real(wp) :: f(6)                      !! load
-      real(wp) :: l
-      l = norm2(q - s)
-      f = mean_load(l/6*(2*force_s + force_q), s, block) + mean_load(l/6*(force_s + 2*force_q), q, block)
-   end function line_load
-
-   !> Value of a table at a time: linear in between, constant beyond the ends, zero for a table without rows.
-   !> Where a time is listed more than once the last of these rows holds from then on (a jump).
-   pure function table_value(rows, t) result(value)
-      real(wp), intent(in) :: rows(:, :)          !! (1 + k, m) time and k values, times not decreasing
-      real(wp), intent(in) :: t                   !! [time]
-      real(wp) :: value(size(rows, 1) - 1)        !! (k)
-      integer :: m, low, high, middle
-      real(wp) :: w
-      m = size(rows, 2)
-      if (m == 0) then
-         value = 0
-      else if (t < rows(1, 1)) then
-         value = rows(2:, 1)
-      else if (t >= rows(1, m)) then
-         value = rows(2:, m)
-      else
-         low = 1      ! rows(1, low) <= t < rows(1, high)
-         high = m
-         do while (high - low > 1)
-            middle = (low + high)/2
-            if (rows(1, middle) <= t) then
-               low = middle
-            else
-               high = middle
-            end if
-         end do
-         w = (t - rows(1, low))/(rows(1, high) - rows(1, low))
-         value = (1 - w)*rows(2:, low) + w*rows(2:, high)
-      end if
-   end function table_value
-
-   !> Factor of a line load at a time; 1 when there is no table.
-   pure real(wp) function load_factor(table, t)
-      real(wp), allocatable, intent(in) :: table(:, :)  !! (2, m) time, factor; may be unallocated or empty
-      real(wp), intent(in) :: t                         !! [time]
-      real(wp) :: value(1)
-      load_factor = 1
-      if (.not. allocated(table)) return
-      if (size(table, 2) == 0) return
-      value = table_value(table, t)
-      load_factor = value(1)
-   end function load_factor
-
-   !> Acceleration of the base at a time: the table, zero before its first and after its last row, plus the
-   !> harmonic terms A sin(2 pi f (t - t0) + phase), each zero before its start t0.
-   pure function base_acceleration(motion, t) result(a)
-      type(base_motion_type), intent(in) :: motion
-      real(wp), intent(in) :: t    !! [time]
-      real(wp) :: a(2)             !! (ax, ay) [length/time^2]
-      real(wp) :: phase
-      integer :: i, m
-      a = 0
-      if (allocated(motion%table)) then
-         m = size(motion%table, 2)
-         if (m > 0) then
-            if (t >= motion%table(1, 1) .and. t <= motion%table(1, m)) a = table_value(motion%table, t)
-         end if
-      end if
-      if (.not. allocated(motion%harmonics)) return
-      do i = 1, size(motion%harmonics, 2)
-         if (t < motion%harmonics(5, i)) cycle
-         phase = 2*pi*motion%harmonics(3, i)*(t - motion%harmonics(5, i)) + motion%harmonics(4, i)
-         a = a + sin(phase)*motion%harmonics(1:2, i)
-      end do
-   end function base_acceleration
-
-   !> Find the block that carries each line load: both ends within e0 of its outline.
+   !> Room for the loads, and the blocks that carry the line loads.
    subroutine init(self, blocks, parameters, line_ends, messages)
       class(loads_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       real(wp), allocatable, intent(out) :: line_ends(:, :) !! (4, line loads) at the start
       type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: tolerance
-      integer :: l, i, first, last, n
+      integer :: l, n
       n = size(parameters%line_loads)
       if (allocated(self%weight)) deallocate (self%weight, self%external, self%line_blocks)
       allocate (line_ends(4, n), self%line_blocks(n), self%weight(6, blocks%n_blocks), &
                 self%external(6, blocks%n_blocks))
-      tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
       do l = 1, n
          line_ends(:, l) = parameters%line_loads(l)%ends
-         self%line_blocks(l) = 0
-         do i = 1, blocks%n_blocks
-            first = blocks%vertex_offset(i) + 1
-            last = blocks%vertex_offset(i + 1)
-            if (distance_to_outline(line_ends(1:2, l), blocks%vertices(:, first:last)) > tolerance) cycle
-            if (distance_to_outline(line_ends(3:4, l), blocks%vertices(:, first:last)) > tolerance) cycle
-            self%line_blocks(l) = i
-            exit
-         end do
-         if (self%line_blocks(l) == 0) call messages%add(severity%error, 'line load '//to_string(l)// &
-            ': no block has both ends ('//to_string(line_ends(1, l))//', '//to_string(line_ends(2, l))//') and ('// &
-            to_string(line_ends(3, l))//', '//to_string(line_ends(4, l))//') on its outline', &
-            parameters%line_loads(l)%origin)
       end do
+      call find_carriers(blocks, parameters, self%line_blocks, messages)
    end subroutine init
 
    !> All loads of the step.

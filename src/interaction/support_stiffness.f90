@@ -5,7 +5,7 @@ module rockdda_interaction_support_stiffness
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_interaction_contacts, only : set_stiffness
+   use rockdda_interaction_contact_stiffness, only : set_stiffness
    use rockdda_interaction_ties, only : tie_points, tie_stiffness
    implicit none
    private

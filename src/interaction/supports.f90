@@ -1,10 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Fixed points and points with a prescribed movement: two equal springs to a target.
 !>
-!> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
-!> the spring is as long as moved - target, where `moved` is the displacement of the point since the start and
-!> `target` the prescribed one (zero for a fixed point). The point moves by the T of
-!> rockdda_interaction_finite_rotation.
+!> The springs are those of rockdda_interaction_point_springs; the target of a fixed point is zero.
 module rockdda_interaction_supports
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
@@ -14,13 +11,14 @@ module rockdda_interaction_supports
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
+   use rockdda_interaction_finite_rotation, only : mean_displacement
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_loads, only : table_value
+   use rockdda_interaction_point_springs, only : add_point_spring, measure_point, spring_step_energy
    use rockdda_interaction_support_stiffness, only : support_stiffness
+   use rockdda_interaction_time_tables, only : table_value
    implicit none
    private
-   public :: supports_type, add_point_spring, support_energy
+   public :: supports_type
 
    !> All fixed points.
    type, extends(interaction_type) :: supports_type
@@ -38,43 +36,6 @@ module rockdda_interaction_supports
    end type supports_type
 
 contains
-
-   !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;
-   !> potential 1/2 p |moved + T d - target|**2.
-   pure subroutine add_point_spring(p, point, block, moved, target, k, f)
-      real(wp), intent(in) :: p             !! stiffness [force/length], > 0
-      real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
-      type(moving_block_type), intent(in) :: block
-      real(wp), intent(in) :: moved(2)      !! its displacement since the start [length]
-      real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step [length]
-      real(wp), intent(inout) :: k(6, 6)    !! diagonal block
-      real(wp), intent(inout) :: f(6)       !! load
-      real(wp) :: t(2, 6)
-      integer :: j
-      t(1, :) = mean_load([1.0_wp, 0.0_wp], point, block)
-      t(2, :) = mean_load([0.0_wp, 1.0_wp], point, block)
-      do j = 1, 6
-         k(:, j) = k(:, j) + p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
-      end do
-      f = f + mean_load(p*(target - moved), point, block)
-   end subroutine add_point_spring
-
-   !> Energy of one step of a point spring; its stretch goes from x0 to x1 and its target moves by dx. With the
-   !> force -p x1 of the support on the block in the step,
-   !>
-   !>     external - (work on the block) = -p x1.dx + p x1.(x1 - x0 + dx) = stored + dissipated.
-   pure subroutine support_energy(p, x0, x1, dx, stored, dissipated, external)
-      real(wp), intent(in) :: p             !! stiffness [force/length]
-      real(wp), intent(in) :: x0(2)         !! moved - target at the start of the step, old target [length]
-      real(wp), intent(in) :: x1(2)         !! moved + T d - target at the end of the step, new target [length]
-      real(wp), intent(in) :: dx(2)         !! movement of the target in the step [length]
-      real(wp), intent(out) :: stored       !! 1/2 p (x1**2 - x0**2) [energy]
-      real(wp), intent(out) :: dissipated   !! 1/2 p (x1 - x0)**2 [energy], >= 0
-      real(wp), intent(out) :: external     !! work of whoever moves the target [energy]
-      stored = 0.5_wp*p*dot_product(x1 - x0, x1 + x0)
-      dissipated = 0.5_wp*p*dot_product(x1 - x0, x1 - x0)
-      external = -p*dot_product(x1, dx)
-   end subroutine support_energy
 
    !> Room for all fixed points, and their stiffness.
    pure subroutine init(self, blocks, parameters)
@@ -144,20 +105,11 @@ contains
       class(supports_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: off(2), scale
-      integer :: b, p
-      associate (unused => self%n_links)
-      end associate
+      integer :: p
       do p = 1, context%blocks%fixed%n
          if (context%released(p)) cycle
-         b = context%blocks%fixed%block(p)
-         associate (point => context%state%fixed_position(:, p))
-            off = end_displacement(context%moved(b), point) - mean_displacement(equations%x(:, b), point, &
-                                                                                context%moving(b))
-         end associate
-         scale = equations%block_force(b)
-         if (scale > 0) equations%block_off(b) = max(equations%block_off(b), &
-                                                     self%stiffness(p)*maxval(abs(off))/scale)
+         call measure_point(context, self%stiffness(p), context%state%fixed_position(:, p), &
+                            context%blocks%fixed%block(p), equations)
       end do
    end subroutine measure_placement
 
@@ -178,7 +130,7 @@ contains
          end if
          call support_stretch(self, p, context, d, x0, x1)
          pulled = self%target_end(:, p) - self%target_start(:, p)
-         call support_energy(self%stiffness(p), x0, x1, pulled, stored, lost, external)
+         call spring_step_energy(self%stiffness(p), x0, x1, pulled, stored, lost, external)
          start_energy = 0.5_wp*self%stiffness(p)*(x0(1)**2 + x0(2)**2)
          call balance%add(energy%geometry, start_energy - balance%fixed_energy(p))
          balance%fixed_energy(p) = start_energy + stored

@@ -18,9 +18,10 @@ module rockdda_interaction_water_pressure
    use rockdda_geometry_segments, only : segment_point
    use rockdda_geometry_triangle_field, only : triangle_field_type
    use rockdda_model_options, only : water_type
+   use rockdda_interaction_time_tables, only : table_value
    implicit none
    private
-   public :: water_pressure_type, water_scratch_type, new_water_pressure
+   public :: water_pressure_type, water_scratch_type, new_water_pressure, rise_of
 
    !> Scratch of `end_shares`, one for each thread.
    type :: water_scratch_type
@@ -55,6 +56,17 @@ contains
          call pressure%field%init(group%pressure(1:2, :), group%pressure(3, :))
       end if
    end subroutine new_water_pressure
+
+   !> Rise of the table of a group.
+   pure real(wp) function rise_of(group, t)
+      type(water_type), intent(in) :: group
+      real(wp), intent(in) :: t                 !! [time]
+      real(wp) :: value(1)
+      rise_of = 0
+      if (.not. allocated(group%level)) return
+      value = table_value(group%level, t)
+      rise_of = value(1)
+   end function rise_of
 
    !> Is there a pressure? Not when the points make no triangle.
    pure logical function is_there(self)

@@ -3,7 +3,8 @@
 module rockdda_stepping_contact_finder
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_search, only : contact_search_type, search_limits_type, placing_share
+   use rockdda_contact_search, only : contact_search_type
+   use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    use rockdda_interaction_context, only : step_context_type

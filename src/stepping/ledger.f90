@@ -49,7 +49,7 @@ contains
             self%bolt_energy = self%bolt_energy + 0.5_wp*bolts%pretension(l)**2/bolts%stiffness(l)
          end do
       end associate
-      self%boundary_energy = families%boundaries%start_energy(context%blocks%n_blocks)
+      self%boundary_energy = families%boundaries%springs%start_energy(context%blocks%n_blocks)
       self%total(energy%springs) = self%bolt_energy + sum(self%boundary_energy)
       self%at_start = sum(self%total(1:4))
       self%before = self%total

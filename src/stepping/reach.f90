@@ -9,7 +9,7 @@ module rockdda_stepping_reach
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_search, only : search_limits_type
+   use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_stepping_control, only : step_control_type
    implicit none
    private

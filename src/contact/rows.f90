@@ -1,0 +1,136 @@
+! SPDX-License-Identifier: MIT
+!> Rows of the contact table from the ordered candidates: identity, partner, geometry.
+module rockdda_contact_rows
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
+   use rockdda_contact_interval_search, only : joint_of
+   use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_topology, only : contact_topology_type
+   use rockdda_contact_vertex_weight, only : vertex_weight
+   implicit none
+   private
+   public :: fill_table
+
+contains
+
+   !> Rows of the table from the ordered candidates: identity, partner, geometry.
+   subroutine fill_table(blocks, topology, outlines, vertices, limits, list, order, start, table)
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:), start(:)
+      type(contact_table_type), intent(inout) :: table
+      integer :: p
+      call table%resize(list%n)
+      !$omp parallel do default(none) schedule(static) private(p) if (list%n > parallel_contacts) &
+      !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table)
+      do p = 1, n_pieces(list%n)
+         call fill_rows((p - 1)*piece + 1, min(p*piece, list%n), blocks, topology, outlines, vertices, limits, list, &
+                        order, start, table)
+      end do
+      !$omp end parallel do
+   end subroutine fill_table
+
+   !> `fill_table` for some of the rows, with its arguments.
+   pure subroutine fill_rows(first, last, blocks, topology, outlines, vertices, limits, list, order, start, table)
+      integer, intent(in) :: first, last
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(in) :: list
+      integer, intent(in) :: order(:), start(:)
+      type(contact_table_type), intent(inout) :: table
+      type(interval_type) :: interval
+      type(station_type) :: station
+      type(corner_type) :: corner
+      integer :: c, k, v, e, row, measured(2)
+      measured = 0
+      do k = first, last
+         c = order(k)
+         v = list%rows(c)%vertex
+         e = list%rows(c)%edge
+         table%vertex(k) = v
+         table%edge(k) = e
+         table%block_a(k) = topology%block(v)
+         table%block_b(k) = topology%block(e)
+         table%joint(k) = blocks%edge_joint(e)
+         table%station(k) = list%rows(c)%station
+         table%share(k) = 0
+         table%partner(k) = 0
+         if (table%station(k) == corner_station) then
+            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
+            table%point(:, k) = corner%point
+            table%share(k) = corner%share
+            table%normal(:, k) = corner%normal
+            table%gap(k) = corner%gap
+            table%length(k) = corner%weight
+            cycle
+         else if (table%station(k) > 0) then
+            ! the stations of an interval follow one another
+            if (any(measured /= [v, e])) call measure_interval(v, e, vertices, topology, outlines, interval)
+            measured = [v, e]
+            table%joint(k) = joint_of(v, e, blocks%edge_joint)
+            station = station_of(interval, table%station(k), limits%points(table%joint(k)), v, e, vertices, outlines)
+            table%point(:, k) = station%point
+            table%share(k) = station%share
+            table%normal(:, k) = station%normal
+            table%gap(k) = station%gap
+            table%length(k) = station%weight
+            cycle
+         end if
+         if (list%rows(c)%partner_vertex > 0) then
+            do row = start(list%rows(c)%partner_vertex) + 1, start(list%rows(c)%partner_vertex + 1)
+               if (list%rows(order(row))%edge == list%rows(c)%partner_edge) table%partner(k) = row
+            end do
+         end if
+         call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
+                           vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &
+                           table%point(:, k), table%gap(k), table%length(k))
+         if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
+                                                               limits%cosine)
+      end do
+   end subroutine fill_rows
+
+   !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
+   !> vertex that lies face to face with it; zero for a lone vertex.
+   pure subroutine set_geometry(v, e, before, after, nv, vertices, tangent, edge_length, sine, normal, point, gap, &
+                                length)
+      integer, intent(in) :: v, e              !! vertex and edge
+      integer, intent(in) :: before, after     !! the vertices before and after v on its block
+      integer, intent(in) :: nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(in) :: edge_length
+      real(wp), intent(in) :: sine             !! of the angle tolerance
+      real(wp), intent(out) :: normal(2), point(2), gap, length
+      real(wp) :: t(2), p(2), u(2), s0, s1, overlap
+      integer :: k
+      t = tangent(:, e)
+      normal = [t(2), -t(1)]
+      point = vertices(:, v)
+      p = point - vertices(:, e)
+      gap = dot_product(p, normal)
+      s0 = p(1)*t(1) + p(2)*t(2)
+      length = 0
+      do k = 1, 2
+         u = vertices(:, merge(after, before, k == 1)) - point
+         s1 = u(1)*t(1) + u(2)*t(2)
+         ! out edge runs against the edge, in edge comes along it backwards
+         if ((k == 1 .and. s1 >= 0) .or. (k == 2 .and. s1 <= 0)) cycle
+         if (abs(u(1)*t(2) - u(2)*t(1)) > sine*sqrt(u(1)**2 + u(2)**2)) cycle
+         overlap = min(edge_length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1))
+         length = length + 0.5_wp*max(0.0_wp, overlap)
+      end do
+   end subroutine set_geometry
+
+end module rockdda_contact_rows

@@ -1,0 +1,302 @@
+! SPDX-License-Identifier: MIT
+!> Springs of boundaries that are fixed, move or are rollers, at both ends of each edge: along x and y, or, on a roller,
+!> along the normal of the polyline's segment, which stays as it is.
+!>
+!> A spring is as long as moved - target, as that of a fixed point, and begins with the force that the stress of the
+!> block exerts on the edge. The traction of a stress that is linear along the edge has the work of two forces at its
+!> ends,
+!>
+!>     at p: L/6 (2 t_p + t_q),     at q: L/6 (t_p + 2 t_q),
+!>
+!> exactly, for displacements of the block are linear there, too.
+module rockdda_interaction_boundary_springs
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_in_situ, only : initial_stress_type
+   use rockdda_model_options, only : boundary_type
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_boundary_edges, only : next_vertex
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : mean_displacement
+   use rockdda_interaction_point_springs, only : add_line_spring, measure_point, spring_step_energy
+   use rockdda_interaction_support_stiffness, only : support_stiffness
+   use rockdda_interaction_time_tables, only : factor_integral
+   implicit none
+   private
+   public :: boundary_springs_type
+
+   !> One spring, along a direction that is fixed in space.
+   type :: boundary_spring_type
+      integer :: group = 0
+      integer :: block = 0
+      integer :: vertex = 0
+      logical :: both = .false.      !! one of two, along x and y
+      real(wp) :: direction(2) = 0
+      real(wp) :: stiffness = 0      !! [force/length]
+      real(wp) :: start_force = 0    !! on the block, along the direction
+   end type boundary_spring_type
+
+   type :: boundary_springs_type
+      type(boundary_spring_type), allocatable :: list(:)
+      real(wp), allocatable :: target_start(:, :)   !! (2, boundaries) displacement at the step's start [length]
+      real(wp), allocatable :: target_end(:, :)     !! (2, boundaries) and at its end
+   contains
+      procedure :: clear
+      procedure :: append_edge
+      procedure :: release
+      procedure :: held_blocks
+      procedure :: start_energy
+      procedure :: add_to_blocks
+      procedure :: measure_placement
+      procedure :: add_energies
+      procedure :: sum_forces
+      procedure :: add_forces
+   end type boundary_springs_type
+
+contains
+
+   !> No springs yet, of n boundaries.
+   pure subroutine clear(self, n)
+      class(boundary_springs_type), intent(inout) :: self
+      integer, intent(in) :: n
+      if (allocated(self%list)) deallocate (self%list, self%target_start, self%target_end)
+      allocate (self%list(0))
+      allocate (self%target_start(2, n), self%target_end(2, n), source=0.0_wp)
+   end subroutine clear
+
+   !> Springs at both ends of edge k of block b, which carry the traction of the stress at the start.
+   pure subroutine append_edge(self, blocks, parameters, field, g, b, k, normal)
+      class(boundary_springs_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(initial_stress_type), intent(in) :: field
+      integer, intent(in) :: g, b, k          !! boundary, block, edge
+      real(wp), intent(in) :: normal(2)       !! of the polyline's segment
+      type(boundary_spring_type) :: spring
+      real(wp) :: forces(2, 2), directions(2, 2)
+      integer :: i, side, vertices(2), n
+      vertices = [k, next_vertex(blocks, b, k)]
+      forces = end_forces(blocks, field, b, vertices)
+      spring%group = g
+      spring%block = b
+      spring%stiffness = support_stiffness(blocks, parameters, b)
+      directions = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+      n = 2
+      if (parameters%boundaries(g)%kind == 'roller') then
+         n = 1
+         directions(:, 1) = normal
+      end if
+      spring%both = n == 2
+      do side = 1, 2
+         do i = 1, n
+            spring%vertex = vertices(side)
+            spring%direction = directions(:, i)
+            spring%start_force = dot_product(directions(:, i), forces(:, side))
+            self%list = [self%list, spring]
+         end do
+      end do
+   end subroutine append_edge
+
+   !> Forces at both ends of an edge that stand for the traction of the stress in the block.
+   pure function end_forces(blocks, field, b, vertices) result(forces)
+      type(block_system_type), intent(in) :: blocks
+      type(initial_stress_type), intent(in) :: field
+      integer, intent(in) :: b, vertices(2)
+      real(wp) :: forces(2, 2)                !! on the block
+      real(wp) :: edge(2), traction(2, 2), s(3)
+      integer :: side
+      edge = blocks%vertices(:, vertices(2)) - blocks%vertices(:, vertices(1))
+      do side = 1, 2
+         s = field%at(b, blocks%vertices(:, vertices(side)))
+         ! times the length of the edge: its outward normal is (edge_y, -edge_x)/L
+         traction(:, side) = [s(1)*edge(2) - s(3)*edge(1), s(3)*edge(2) - s(2)*edge(1)]
+      end do
+      forces(:, 1) = (2*traction(:, 1) + traction(:, 2))/6
+      forces(:, 2) = (traction(:, 1) + 2*traction(:, 2))/6
+   end function end_forces
+
+   !> The springs of blocks that are not there yet begin without force.
+   pure subroutine release(self, active)
+      class(boundary_springs_type), intent(inout) :: self
+      logical, intent(in) :: active(:)        !! (nb)
+      integer :: i
+      do i = 1, size(self%list)
+         if (.not. active(self%list(i)%block)) self%list(i)%start_force = 0
+      end do
+   end subroutine release
+
+   !> Blocks with an edge that is fixed or moved.
+   pure function held_blocks(self, n_blocks) result(held)
+      class(boundary_springs_type), intent(in) :: self
+      integer, intent(in) :: n_blocks
+      logical :: held(n_blocks)
+      integer :: i
+      held = .false.
+      do i = 1, size(self%list)
+         if (self%list(i)%both) held(self%list(i)%block) = .true.
+      end do
+   end function held_blocks
+
+   !> Energy of the springs of each block at time 0.
+   pure function start_energy(self, n_blocks) result(stored)
+      class(boundary_springs_type), intent(in) :: self
+      integer, intent(in) :: n_blocks
+      real(wp) :: stored(n_blocks)
+      integer :: i
+      stored = 0
+      do i = 1, size(self%list)
+         associate (s => self%list(i))
+            stored(s%block) = stored(s%block) + 0.5_wp*s%start_force**2/s%stiffness
+         end associate
+      end do
+   end function start_energy
+
+   !> Displacement of a moving boundary at a time; zero for others.
+   pure function target_of(group, t) result(target)
+      type(boundary_type), intent(in) :: group
+      real(wp), intent(in) :: t     !! [time]
+      real(wp) :: target(2)         !! [length]
+      target = 0
+      if (group%kind == 'moving') target = factor_integral(group%table, t)*group%velocity(:, 1)
+   end function target_of
+
+   !> Springs of all blocks that are there.
+   subroutine add_to_blocks(self, context, equations)
+      class(boundary_springs_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      integer :: g, i
+      do g = 1, size(self%target_end, 2)
+         self%target_start(:, g) = target_of(context%parameters%boundaries(g), context%state%time)
+         self%target_end(:, g) = target_of(context%parameters%boundaries(g), context%state%time + context%dt)
+      end do
+      do i = 1, size(self%list)
+         associate (s => self%list(i), b => self%list(i)%block)
+            if (.not. context%state%active(b)) cycle
+            call add_line_spring(s%stiffness, s%direction, &
+                                 -s%stiffness*(stretch_at_start(s, context) - pulled_by(self, s)), &
+                                 context%state%vertices(:, s%vertex), context%moving(b), &
+                                 equations%block_matrix(:, :, b), equations%block_load(:, b), &
+                                 equations%block_magnitude(:, b))
+         end associate
+      end do
+   end subroutine add_to_blocks
+
+   !> Stretch of a spring at the start of a step, with the target of that time: its force is -stiffness*stretch.
+   pure real(wp) function stretch_at_start(spring, context) result(x)
+      type(boundary_spring_type), intent(in) :: spring
+      type(step_context_type), intent(in) :: context
+      real(wp) :: moved(2)
+      moved = context%state%vertices(:, spring%vertex) - context%blocks%vertices(:, spring%vertex)
+      x = dot_product(spring%direction, moved - target_of(context%parameters%boundaries(spring%group), &
+                                                          context%state%time)) - spring%start_force/spring%stiffness
+   end function stretch_at_start
+
+   !> How far the target of a spring moves in the step, along the spring.
+   pure real(wp) function pulled_by(self, spring) result(dx)
+      type(boundary_springs_type), intent(in) :: self
+      type(boundary_spring_type), intent(in) :: spring
+      dx = dot_product(spring%direction, self%target_end(:, spring%group) - self%target_start(:, spring%group))
+   end function pulled_by
+
+   !> Stretch of a spring at the end of a step, with the target of that time.
+   pure real(wp) function stretch_at_end(self, spring, context, d) result(x)
+      type(boundary_springs_type), intent(in) :: self
+      type(boundary_spring_type), intent(in) :: spring
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: d(6)    !! motion of the block
+      x = stretch_at_start(spring, context) - pulled_by(self, spring) + &
+          dot_product(spring%direction, mean_displacement(d, context%state%vertices(:, spring%vertex), &
+                                                          context%moving(spring%block)))
+   end function stretch_at_end
+
+   !> Displacements of springs that the expected motion gives otherwise than the solution.
+   subroutine measure_placement(self, context, equations)
+      class(boundary_springs_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      integer :: i
+      do i = 1, size(self%list)
+         associate (s => self%list(i))
+            call measure_point(context, s%stiffness, context%state%vertices(:, s%vertex), s%block, equations, &
+                               s%direction)
+         end associate
+      end do
+   end subroutine measure_placement
+
+   !> Stored and lost energy, and work of moving boundaries.
+   subroutine add_energies(self, context, d, balance)
+      class(boundary_springs_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: x0, x1, dx, stored, lost, external
+      real(wp), allocatable :: before(:), after(:)   !! (nb)
+      integer :: i
+      allocate (before(context%blocks%n_blocks), after(context%blocks%n_blocks), source=0.0_wp)
+      do i = 1, size(self%list)
+         if (.not. context%state%active(self%list(i)%block)) cycle
+         associate (s => self%list(i))
+            x0 = stretch_at_start(s, context)
+            x1 = stretch_at_end(self, s, context, d(:, s%block))
+            dx = pulled_by(self, s)
+            call spring_step_energy(s%stiffness, [x0, 0.0_wp], [x1, 0.0_wp], [dx, 0.0_wp], stored, lost, external)
+            before(s%block) = before(s%block) + 0.5_wp*s%stiffness*x0**2
+            after(s%block) = after(s%block) + (0.5_wp*s%stiffness*x0**2 + stored)
+            call balance%add(energy%dissipated, lost)
+            call balance%add(energy%external, external)
+         end associate
+      end do
+      do i = 1, context%blocks%n_blocks
+         if (context%state%active(i)) then
+            call balance%add(energy%geometry, before(i) - balance%boundary_energy(i))
+         else
+            ! the block has been taken out, and the energy of its springs with it
+            call balance%add(energy%discarded, balance%boundary_energy(i))
+         end if
+      end do
+      balance%boundary_energy = after
+   end subroutine add_energies
+
+   !> Add the forces at the end of the step, on the blocks, to those of each boundary.
+   pure subroutine sum_forces(self, context, d, force)
+      class(boundary_springs_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      real(wp), intent(inout) :: force(:, :)          !! (2, boundaries)
+      integer :: i
+      do i = 1, size(self%list)
+         if (.not. context%state%active(self%list(i)%block)) cycle
+         associate (s => self%list(i))
+            force(:, s%group) = force(:, s%group) - &
+                                s%stiffness*stretch_at_end(self, s, context, d(:, s%block))*s%direction
+         end associate
+      end do
+   end subroutine sum_forces
+
+   !> Forces on the moved blocks, which of them are held at a point along both axes, and whether a boundary moves.
+   subroutine add_forces(self, context, forces)
+      class(boundary_springs_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      real(wp) :: moved(2), stretch
+      integer :: i
+      forces%driven = forces%driven .or. any(abs(self%target_end - self%target_start) > 0)
+      do i = 1, size(self%list)
+         if (.not. context%state%active(self%list(i)%block)) cycle
+         associate (s => self%list(i))
+            moved = context%state%vertices(:, s%vertex) - context%blocks%vertices(:, s%vertex)
+            stretch = dot_product(s%direction, moved - self%target_end(:, s%group)) - s%start_force/s%stiffness
+            call forces%add_force(s%block, -s%stiffness*stretch*s%direction, &
+                                  context%state%vertices(:, s%vertex) - context%state%centroid(:, s%block))
+            ! two springs at a vertex hold it, one of them is along x
+            if (s%both .and. s%direction(1) > 0) forces%held(s%block) = forces%held(s%block) + 1
+         end associate
+      end do
+   end subroutine add_forces
+
+end module rockdda_interaction_boundary_springs

@@ -1,0 +1,175 @@
+! SPDX-License-Identifier: MIT
+!> Contacts at the end of an accepted step: energies of the step, and the table for the next one.
+module rockdda_interaction_contact_end
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
+   use rockdda_interaction_contact_lengths, only : move_contacts
+   use rockdda_interaction_contact_stiffness, only : set_stiffness
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_joint_law, only : joint_end_type, spring_energy
+   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_ties, only : break_ties
+   implicit none
+   private
+   public :: measure_energies, end_contacts
+
+contains
+
+   !> Springs, friction, dashpots and changes of state of an accepted step.
+   subroutine measure_energies(trial, laws, table, balance)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)     !! per joint material
+      type(contact_table_type), intent(in) :: table
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: carried, friction, dissipated, discarded, geometry, stored
+      integer :: p, n, column, c
+      n = n_pieces(table%n)
+      call balance%make_room(table%n)
+      !$omp parallel do default(none) shared(trial, laws, table, balance, n) private(p) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do p = 1, n
+         call measure_some((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table, balance%sums(:, p))
+      end do
+      !$omp end parallel do
+      carried = sum(balance%sums(1, 1:n))
+      friction = sum(balance%sums(2, 1:n))
+      dissipated = sum(balance%sums(3, 1:n))
+      discarded = sum(balance%sums(4, 1:n))
+      geometry = sum(balance%sums(5, 1:n))
+      stored = sum(balance%sums(6, 1:n))
+      ! closed contacts that the search no longer found
+      discarded = discarded + (balance%contact_energy - carried)
+      balance%contact_energy = stored
+      balance%step_discarded = discarded
+      balance%most_given = 0
+      do column = 1, 2
+         if (n == 0) exit
+         p = maxloc(balance%sums(5 + 2*column, 1:n), dim=1)
+         c = nint(balance%sums(6 + 2*column, p))
+         if (c > 0) balance%most_given(:, column) = [balance%sums(5 + 2*column, p), real(table%block_a(c), wp), &
+                                                     real(table%block_b(c), wp), table%point(:, c)]
+      end do
+      call balance%add(energy%friction, friction)
+      call balance%add(energy%dissipated, dissipated)
+      call balance%add(energy%discarded, discarded)
+      call balance%add(energy%geometry, geometry)
+   end subroutine measure_energies
+
+   !> The part of `measure_energies` for some of the contacts.
+   pure subroutine measure_some(first, last, trial, laws, table, sums)
+      integer, intent(in) :: first, last
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)
+      type(contact_table_type), intent(in) :: table
+      !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
+      !> state gives and its number, the same by geometry
+      real(wp), intent(out) :: sums(10)
+      type(joint_end_type) :: after
+      real(wp) :: x1, s1, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4), gained
+      integer :: c
+      logical :: was_closed, dilates
+      carried = 0
+      friction = 0
+      dissipated = 0
+      discarded = 0
+      geometry = 0
+      stored = 0
+      worst = 0
+      dilates = any(laws%dilation > 0)
+      do c = first, last
+         was_closed = table%state(c) /= contact_state%open
+         start = table%energy(c)
+         associate (joint => trial%joint(c), x0 => trial%joint(c)%gap, s0 => trial%joint(c)%shear, &
+                    kn => trial%joint(c)%k_n, ks => trial%joint(c)%k_s)
+            before = 0
+            if (was_closed) before = spring_energy(kn, ks, x0, s0)
+            carried = carried + start
+            geometry = geometry + (before - start)
+            if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
+            if (trial%state_used(c) == contact_state%open) then
+               discarded = discarded + before
+               cycle
+            end if
+            x1 = trial%gap(c)
+            call trial%find_end(c, after)
+            s1 = after%shear
+            if (was_closed .or. x0 < 0) then
+               dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
+               if (.not. was_closed) then
+                  discarded = discarded - 0.5_wp*kn*x0**2
+                  if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
+               end if
+            else
+               dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
+            end if
+            dissipated = dissipated + joint%normal_drag*(x1 - x0)*(x1 - x0)
+            if (trial%state_used(c) == contact_state%locked) then
+               dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
+               dissipated = dissipated + joint%drag*(s1 - s0)*(s1 - s0)
+            else
+               friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
+                          0.5_wp*ks*(s1**2 - s0**2)
+            end if
+            stored = stored + after%energy
+            if (.not. dilates) cycle
+            gained = dilation_energy(laws(table%joint(c)), kn, x1, joint%total_slip, after%slipped)
+            friction = friction - gained
+            stored = stored + gained
+         end associate
+      end do
+      sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
+   end subroutine measure_some
+
+   !> Energy that the normal spring gains when a slip opens the joint: what it presses apart. Dilation takes it from the
+   !> shear work, so that friction dissipates the less.
+   pure real(wp) function dilation_energy(law, kn, gap, slip_before, slipped) result(gained)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: kn              !! [force/length]
+      real(wp), intent(in) :: gap             !! of the spring at the end of the step [length]
+      real(wp), intent(in) :: slip_before, slipped   !! summed up, and in the step [length]
+      real(wp) :: opened
+      gained = 0
+      if (.not. law%dilation > 0) return
+      opened = dilated_gap(law, slip_before + slipped) - dilated_gap(law, slip_before)
+      gained = 0.5_wp*kn*((gap - opened)**2 - gap**2)
+   end function dilation_energy
+
+   !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
+   !> dilation is theirs from here on.
+   subroutine end_contacts(trial, laws, context, d, table)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)         !! per joint material
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
+      type(contact_table_type), intent(inout) :: table
+      real(wp), allocatable :: before(:)
+      integer :: c
+      if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
+      call trial%commit(table)
+      call move_contacts(trial%gap, context%state%centroid, d, context%parameters%exact_rotation, table)
+      if (any(context%parameters%joint_materials%tie)) &
+         call break_ties(laws, joint_stiffness(context%parameters), table, trial%gap)
+      if (.not. allocated(before)) return
+      do c = 1, table%n
+         if (trial%state_used(c) == contact_state%open) cycle
+         table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), table%k_n(c), trial%gap(c), &
+                                                             before(c), table%total_slip(c) - before(c))
+      end do
+   end subroutine end_contacts
+
+   !> Stiffness of all joint materials, not as ties.
+   pure function joint_stiffness(parameters) result(stiffness)
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: stiffness(2, size(parameters%joint_materials))   !! normal, shear [force/length^2]
+      integer :: j
+      do j = 1, size(parameters%joint_materials)
+         call set_stiffness(parameters, parameters%joint_materials(j), 1.0_wp, stiffness(1, j), stiffness(2, j))
+      end do
+   end function joint_stiffness
+
+end module rockdda_interaction_contact_end

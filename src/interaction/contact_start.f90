@@ -1,0 +1,120 @@
+! SPDX-License-Identifier: MIT
+!> Contacts at the start of a step: stiffness, gap and traction of their springs, and their dashpots.
+module rockdda_interaction_contact_start
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
+   use rockdda_interaction_contact_spring, only : dashpot_coefficient
+   use rockdda_interaction_contact_stiffness, only : set_stiffness
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_initial_traction, only : start_with_stress
+   use rockdda_interaction_joint_law, only : joint_type, spring_energy
+   use rockdda_interaction_ties, only : tie_stiffness
+   implicit none
+   private
+   public :: start_contacts, set_dashpots
+
+contains
+
+   !> Springs of all rows at the start of a step; at time 0 they take the traction of the initial stress.
+   subroutine start_contacts(context, laws, keep_force, table, weak_starts)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
+      type(contact_table_type), intent(inout) :: table
+      integer, intent(inout) :: weak_starts(2)           !! see `start_with_stress`
+      integer :: p
+      logical :: dilates
+      dilates = any(laws%dilation > 0)
+      !$omp parallel do default(none) shared(context, laws, keep_force, table, dilates) private(p) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call set_some_springs((p - 1)*piece + 1, min(p*piece, table%n), context, keep_force, table)
+         ! from here on the gap is that of the springs: what dilation has opened carries no stress
+         if (dilates) call take_off_dilation((p - 1)*piece + 1, min(p*piece, table%n), laws, table)
+      end do
+      !$omp end parallel do
+      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
+         call start_with_stress(context, laws, table, weak_starts)
+   end subroutine start_contacts
+
+   !> Stiffness of some of the rows.
+   pure subroutine set_some_springs(first, last, context, keep_force, table)
+      integer, intent(in) :: first, last
+      type(step_context_type), intent(in) :: context
+      logical, intent(in) :: keep_force
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: old(2)
+      integer :: a, b, c
+      do c = first, last
+         if (.not. table%tied(c)) then
+            old = [table%k_n(c), table%k_s(c)]
+            call set_stiffness(context%parameters, context%parameters%joint_materials(table%joint(c)), &
+                               table%length(c), table%k_n(c), table%k_s(c))
+            if (keep_force .and. context%parameters%by_length .and. old(1) > 0) call keep_forces(old, table, c)
+         else if (context%state%step == 0 .or. .not. table%k_n(c) > 0) then
+            a = table%block_a(c)
+            b = table%block_b(c)
+            table%k_n(c) = tie_stiffness(table%station(c), table%length(c), smaller_modulus(context, a, b), &
+                                         context%state%area(a), context%state%area(b))
+            table%k_s(c) = table%k_n(c)
+         end if
+      end do
+   end subroutine set_some_springs
+
+   !> A closed contact keeps its forces with a new stiffness; the energy of its springs is that of the new ones.
+   pure subroutine keep_forces(old, table, c)
+      real(wp), intent(in) :: old(2)               !! stiffness before, normal and shear [force/length]
+      type(contact_table_type), intent(inout) :: table
+      integer, intent(in) :: c                     !! row
+      real(wp) :: gap
+      if (table%state(c) == contact_state%open) return
+      gap = table%gap(c)*(old(1)/table%k_n(c))
+      table%offset(c) = table%offset(c) + (table%gap(c) - gap)
+      table%gap(c) = gap
+      table%shear(c) = table%shear(c)*(old(2)/table%k_s(c))
+      table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
+   end subroutine keep_forces
+
+   !> The smaller modulus of two blocks.
+   pure real(wp) function smaller_modulus(context, a, b)
+      class(step_context_type), intent(in) :: context
+      integer, intent(in) :: a, b
+      associate (materials => context%parameters%block_materials, material => context%blocks%block_material)
+         smaller_modulus = min(materials(material(a))%youngs_modulus, materials(material(b))%youngs_modulus)
+      end associate
+   end function smaller_modulus
+
+   !> Take from the gaps of some of the rows what dilation has opened.
+   pure subroutine take_off_dilation(first, last, laws, table)
+      integer, intent(in) :: first, last
+      type(contact_law_type), intent(in) :: laws(:)
+      type(contact_table_type), intent(inout) :: table
+      integer :: c
+      do c = first, last
+         if (table%state(c) /= contact_state%open) &
+            table%gap(c) = table%gap(c) - dilated_gap(laws(table%joint(c)), table%total_slip(c))
+      end do
+   end subroutine take_off_dilation
+
+   !> Dashpots of all contacts in a step of this length: a fraction of critical damping of the two blocks.
+   pure subroutine set_dashpots(context, laws, table, joint)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      type(joint_type), intent(inout) :: joint(:)        !! (>= n)
+      real(wp) :: ratio
+      integer :: c
+      if (.not. any(laws%damping_ratio > 0)) return
+      do c = 1, table%n
+         ratio = laws(table%joint(c))%damping_ratio
+         if (.not. ratio > 0) cycle
+         associate (mass_a => context%state%mass(table%block_a(c)), mass_b => context%state%mass(table%block_b(c)))
+            joint(c)%normal_drag = dashpot_coefficient(ratio, table%k_n(c), mass_a, mass_b)/context%dt
+            joint(c)%drag = dashpot_coefficient(ratio, table%k_s(c), mass_a, mass_b)/context%dt
+         end associate
+      end do
+   end subroutine set_dashpots
+
+end module rockdda_interaction_contact_start

@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: MIT
+!> Springs that hold points of blocks: of a fixed point, two equal ones along x and y; of a boundary, one along a line.
+!>
+!> Source: thesis Eqs. 3.11, 3.11.1 (fixed point), with the movement so far kept so that the point does not drift:
+!> a spring is as long as moved - target, where `moved` is the displacement of the point since the start and
+!> `target` the prescribed one. The point moves by the T of rockdda_interaction_finite_rotation.
+module rockdda_interaction_point_springs
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
+   implicit none
+   private
+   public :: add_point_spring, add_line_spring, measure_point, spring_step_energy
+
+contains
+
+   !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;
+   !> potential 1/2 p |moved + T d - target|**2.
+   pure subroutine add_point_spring(p, point, block, moved, target, k, f)
+      real(wp), intent(in) :: p             !! stiffness [force/length], > 0
+      real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
+      type(moving_block_type), intent(in) :: block
+      real(wp), intent(in) :: moved(2)      !! its displacement since the start [length]
+      real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step [length]
+      real(wp), intent(inout) :: k(6, 6)    !! diagonal block
+      real(wp), intent(inout) :: f(6)       !! load
+      real(wp) :: t(2, 6)
+      integer :: j
+      t(1, :) = mean_load([1.0_wp, 0.0_wp], point, block)
+      t(2, :) = mean_load([0.0_wp, 1.0_wp], point, block)
+      do j = 1, 6
+         k(:, j) = k(:, j) + p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
+      end do
+      f = f + mean_load(p*(target - moved), point, block)
+   end subroutine add_point_spring
+
+   !> Spring along one line, of which the force at the end of the step is `force` less p times the motion of the point:
+   !> p (T^T n) (T^T n)^T to the stiffness, force T^T n to the load.
+   pure subroutine add_line_spring(p, direction, force, point, block, k, f, magnitude)
+      real(wp), intent(in) :: p             !! stiffness [force/length], > 0
+      real(wp), intent(in) :: direction(2)  !! n, unit vector
+      real(wp), intent(in) :: force         !! on the block along n
+      real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
+      type(moving_block_type), intent(in) :: block
+      real(wp), intent(inout) :: k(6, 6)    !! diagonal block
+      real(wp), intent(inout) :: f(6)       !! load
+      real(wp), intent(inout) :: magnitude(6)
+      real(wp) :: row(6)
+      integer :: j
+      row = mean_load(direction, point, block)
+      do j = 1, 6
+         k(:, j) = k(:, j) + p*row*row(j)
+      end do
+      f = f + force*row
+      magnitude = magnitude + abs(force*row)
+   end subroutine add_line_spring
+
+   !> How far the springs of a point are off, by the displacement that the expected motion gives otherwise than the
+   !> solution: see `measure_placement` of the interactions.
+   pure subroutine measure_point(context, p, point, b, equations, direction)
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: p                       !! stiffness [force/length]
+      real(wp), intent(in) :: point(2)                !! at the start of the step [length]
+      integer, intent(in) :: b                        !! block
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(in), optional :: direction(2)  !! of the spring; without it there is one along x and one along y
+      real(wp) :: off(2), length, scale
+      off = end_displacement(context%moved(b), point) - mean_displacement(equations%x(:, b), point, context%moving(b))
+      length = maxval(abs(off))
+      if (present(direction)) length = abs(dot_product(direction, off))
+      scale = equations%block_force(b)
+      if (scale > 0) equations%block_off(b) = max(equations%block_off(b), p*length/scale)
+   end subroutine measure_point
+
+   !> Energy of one step of a point spring; its stretch goes from x0 to x1 and its target moves by dx. With the
+   !> force -p x1 of the spring on the block in the step,
+   !>
+   !>     external - (work on the block) = -p x1.dx + p x1.(x1 - x0 + dx) = stored + dissipated.
+   pure subroutine spring_step_energy(p, x0, x1, dx, stored, dissipated, external)
+      real(wp), intent(in) :: p             !! stiffness [force/length]
+      real(wp), intent(in) :: x0(2)         !! moved - target at the start of the step, old target [length]
+      real(wp), intent(in) :: x1(2)         !! moved + T d - target at the end of the step, new target [length]
+      real(wp), intent(in) :: dx(2)         !! movement of the target in the step [length]
+      real(wp), intent(out) :: stored       !! 1/2 p (x1**2 - x0**2) [energy]
+      real(wp), intent(out) :: dissipated   !! 1/2 p (x1 - x0)**2 [energy], >= 0
+      real(wp), intent(out) :: external     !! work of whoever moves the target [energy]
+      stored = 0.5_wp*p*dot_product(x1 - x0, x1 + x0)
+      dissipated = 0.5_wp*p*dot_product(x1 - x0, x1 - x0)
+      external = -p*dot_product(x1, dx)
+   end subroutine spring_step_energy
+
+end module rockdda_interaction_point_springs
