@@ -9,7 +9,7 @@ module rockdda_app_arguments
    use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows, most_threads
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
-   use rockdda_run_model_input, only : run_request_type
+   use rockdda_run_request, only : run_request_type
    use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of
    use rockdda_app_process, only : argument_type
    implicit none

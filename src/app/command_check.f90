@@ -3,19 +3,17 @@
 module rockdda_app_command_check
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : counted
    use rockdda_io_option_documents, only : options_markdown, options_schema
-   use rockdda_io_recognise, only : file_kind, kind_name
+   use rockdda_io_recognise, only : file_kind
    use rockdda_run_labelled_text, only : labelled_text
-   use rockdda_run_model_input, only : model_input_type, recognise_file
+   use rockdda_run_find_files, only : recognise_file
+   use rockdda_run_input, only : model_input_type
    use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_check_summary, only : print_summary
    use rockdda_app_file_check, only : check_alone, check_together, is_input, is_model_run
-   use rockdda_app_facts, only : facts_type
    use rockdda_app_file_list, only : list_files
-   use rockdda_app_json, only : json_type
-   use rockdda_app_model_facts, only : describe_model
    use rockdda_app_process, only : argument_type, print_line
-   use rockdda_app_report, only : show_messages, show_error, begin_json, end_json
+   use rockdda_app_report, only : show_messages, show_error
    implicit none
    private
    public :: run_check
@@ -69,7 +67,7 @@ contains
          if (.not. ok) exit_code = error_code%output
          return
       end if
-      call summarise(line, files, kinds, input, messages, error, exit_code, ok)
+      call print_summary(line, files, kinds, input, messages, error, exit_code, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
 
@@ -85,42 +83,5 @@ contains
       end if
       call print_line(text(:len(text) - 1), ok)
    end subroutine print_options
-
-   !> Print the summary.
-   subroutine summarise(line, files, kinds, input, messages, error, exit_code, ok)
-      type(command_line_type), intent(in) :: line
-      type(argument_type), intent(in) :: files(:)
-      integer, intent(in) :: kinds(:)
-      type(model_input_type), intent(in) :: input
-      type(diagnostics_type), intent(in) :: messages
-      type(error_type), allocatable, intent(in) :: error
-      integer, intent(in) :: exit_code
-      logical, intent(out) :: ok
-      type(json_type) :: json
-      type(facts_type) :: facts
-      integer :: i, n_errors
-      if (exit_code == 0 .and. is_model_run(kinds)) call describe_model(input, facts)
-      if (line%json) then
-         call begin_json(json, line, trim(merge('done ', 'error', exit_code == 0)), exit_code)
-         call json%open('[', 'files')
-         do i = 1, size(files)
-            call json%open('{', '')
-            call json%put('file', files(i)%text)
-            call json%put('kind', kind_name(kinds(i)))
-            call json%close('}')
-         end do
-         call json%close(']')
-         if (facts%n > 0) call facts%to_json(json, 'model')
-         if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
-         call end_json(json, messages, error, ok)
-         return
-      end if
-      if (facts%n > 0 .and. .not. line%quiet) call print_line(facts%to_text(), ok)
-      n_errors = messages%n_errors + merge(1, 0, allocated(error))
-      ok = .true.
-      if (size(files) == 0 .and. allocated(error)) return
-      call print_line(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
-               counted(messages%n_warnings, 'warning'), ok)
-   end subroutine summarise
 
 end module rockdda_app_command_check

@@ -1,24 +1,19 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda cut: lines to blocks.
 module rockdda_app_command_cut
-   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_model_options, only : run_options_type
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_block_writer, only : write_block_file
    use rockdda_io_geometry_file, only : read_geometry_file
-   use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_recognise, only : file_kind
-   use rockdda_run_cells, only : number_regions, check_regions, make_cells
+   use rockdda_run_parts, only : make_cells_of_options
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
-   use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : print_line
-   use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure
+   use rockdda_app_cut_summary, only : print_summary
+   use rockdda_app_report, only : show_messages, report_failure
    implicit none
    private
    public :: run_cut
@@ -54,72 +49,8 @@ contains
       exit_code = 0
       messages = messages%summarised()
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call summarise(line, n_parents, blocks, report, output, messages, ok)
+      call print_summary(line, n_parents, blocks, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_cut
-
-   !> Cut blocks into cells as options say. Materials are not known here.
-   subroutine make_cells_of_options(config, blocks, messages)
-      character(len=*), intent(in) :: config
-      type(block_system_type), intent(inout) :: blocks
-      type(diagnostics_type), intent(inout) :: messages
-      type(run_options_type) :: options
-      call read_options_file(config, options, messages)
-      if (.not. messages%has_errors()) call number_regions(options%block_materials, options%regions, messages)
-      if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
-      if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
-                                                       [options%joint_materials, options%joint_laws], blocks, messages)
-   end subroutine make_cells_of_options
-
-   !> Print the summary.
-   subroutine summarise(line, n_parents, blocks, report, output, messages, ok)
-      type(command_line_type), intent(in) :: line
-      integer, intent(in) :: n_parents        !! blocks before some were cut into cells
-      type(block_system_type), intent(in) :: blocks
-      type(cut_report_type), intent(in) :: report
-      character(len=*), intent(in) :: output
-      type(diagnostics_type), intent(in) :: messages
-      logical, intent(out) :: ok
-      type(json_type) :: json
-      type(error_type), allocatable :: none
-      character(len=1), parameter :: nl = new_line('a')
-      character(len=:), allocatable :: cells
-      real(wp) :: difference
-      difference = report%area_sum + report%hole_area - report%enclosed_area
-      if (line%json) then
-         call begin_json(json, line, 'done', 0)
-         call json%put('input', line%files(1)%text)
-         call json%put('output', output)
-         call json%put('blocks', blocks%n_blocks)
-         if (allocated(blocks%parent)) call json%put('blocks_before_subdivision', n_parents)
-         call json%put('vertices', blocks%n_vertices())
-         call json%put('lines', report%n_lines)
-         call json%put('dropped_lines', report%n_dropped_lines)
-         call json%put('shortened_lines', report%n_shortened_lines)
-         call json%put('islands', report%n_islands)
-         call json%put('holes', report%n_holes)
-         call json%put('area_of_blocks', report%area_sum)
-         call json%put('area_of_holes', report%hole_area)
-         call json%put('enclosed_area', report%enclosed_area)
-         call json%put('area_difference', difference)
-         call json%put('fixed_points', blocks%fixed%n)
-         call json%put('loading_points', blocks%loading%n)
-         call json%put('measured_points', blocks%measured%n)
-         call json%put('bolts', blocks%bolts%n)
-         call end_json(json, messages, none, ok)
-         return
-      end if
-      cells = ''
-      if (allocated(blocks%parent)) cells = ' (cut from '//to_string(n_parents)//' blocks)'
-      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks'//cells//', '// &
-               to_string(blocks%n_vertices())//' vertices'//nl// &
-               'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
-               ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &
-               'lines: '//to_string(report%n_lines)//', dropped '//to_string(report%n_dropped_lines)// &
-               ', shortened '//to_string(report%n_shortened_lines)//nl// &
-               'points: '//to_string(blocks%fixed%n)//' fixed, '//to_string(blocks%loading%n)//' loading, '// &
-               to_string(blocks%measured%n)//' measured; bolts: '//to_string(blocks%bolts%n)//', holes: '// &
-               to_string(report%n_holes)//', islands: '//to_string(report%n_islands), ok)
-   end subroutine summarise
 
 end module rockdda_app_command_cut

@@ -4,7 +4,9 @@ module rockdda_app_command_info
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_io_recognise, only : file_kind
-   use rockdda_run_model_input, only : model_input_type, recognise_file, read_blocks, count_points
+   use rockdda_run_find_files, only : recognise_file
+   use rockdda_run_input, only : model_input_type
+   use rockdda_run_read_files, only : read_blocks, count_points
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_facts, only : facts_type
    use rockdda_app_file_facts, only : describe_file

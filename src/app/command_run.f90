@@ -9,7 +9,8 @@ module rockdda_app_command_run
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_of_ending, recognise
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_run_model_input, only : model_input_type, find_files, read_model
+   use rockdda_run_find_files, only : find_files
+   use rockdda_run_model_input, only : model_input_type, read_model
    use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_process, only : watch_signals, set_writing

@@ -8,7 +8,8 @@ module rockdda_app_conversion
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_run_output_choice, only : require_folder
-   use rockdda_run_model_input, only : recognise_file, stem_of
+   use rockdda_run_find_files, only : recognise_file
+   use rockdda_run_input, only : stem_of
    use rockdda_app_arguments, only : command_line_type
    implicit none
    private

@@ -5,7 +5,7 @@ module rockdda_app_model_facts
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_contact_numbers, only : mean_edge
    use rockdda_model_survey, only : survey_type, survey_model, unit_weight_of, joint_strength
-   use rockdda_run_model_input, only : model_input_type
+   use rockdda_run_input, only : model_input_type
    use rockdda_app_facts, only : facts_type
    implicit none
    private

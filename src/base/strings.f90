@@ -5,7 +5,7 @@ module rockdda_base_strings
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8
+   public :: to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8, first_line
 
    !> Text of a number for messages.
    interface to_string
@@ -217,5 +217,15 @@ contains
       end do
       utf8 = buffer(1:used)
    end function as_utf8
+
+   !> Text up to its first line end.
+   pure function first_line(text) result(line)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: line
+      integer :: n
+      n = index(text, new_line('a'))
+      if (n == 0) n = len(text) + 1
+      line = text(1:n - 1)
+   end function first_line
 
 end module rockdda_base_strings

@@ -14,16 +14,15 @@ module rockdda_python_api
    use rockdda_base_error, only : error_code, make_error
    use rockdda_base_version, only : version, build_description
    use rockdda_model_state, only : n_energies, energy_names
-   use rockdda_lines_generate, only : generate_lines
-   use rockdda_lines_statistics, only : statistics_type
    use rockdda_io_block_writer, only : write_block_file
    use rockdda_io_legacy_writer, only : write_geometry_file
    use rockdda_io_option_documents, only : options_schema
-   use rockdda_io_source, only : source_type, new_source
-   use rockdda_io_statistics_file, only : read_statistics_file, read_statistics_source
    use rockdda_io_recognise, only : file_kind
    use rockdda_run_labelled_text, only : labelled_text
-   use rockdda_run_model_input, only : find_files, read_model, read_blocks, recognise_file
+   use rockdda_run_find_files, only : find_files, recognise_file
+   use rockdda_run_model_input, only : read_model
+   use rockdda_run_read_files, only : read_blocks
+   use rockdda_python_networks, only : draw_network_of_file, draw_network_of_text
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
@@ -168,16 +167,9 @@ contains
       integer(c_int), intent(in) :: seed                        !! -1: that of the file
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
-      type(statistics_type) :: statistics
-      integer :: kind
-      logical :: ok
       !f2py threadsafe
       call get_session(handle, session)
-      call recognise_file(path, kind, session%messages, ok)
-      if (ok .and. kind /= file_kind%statistics) &
-         call make_error(session%error, error_code%input, path//': error: expected a joint statistics file')
-      if (session%status() == 0) call read_statistics_file(path, statistics, session%messages)
-      call draw(session, statistics, seed)
+      call draw_network_of_file(session, path, int(seed))
       status = session%status()
    end subroutine draw_file
 
@@ -188,25 +180,11 @@ contains
       integer(c_int), intent(in) :: seed                        !! -1: that of the text
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
-      type(statistics_type) :: statistics
-      type(source_type) :: source
       !f2py threadsafe
       call get_session(handle, session)
-      call new_source(name, text, source)
-      call read_statistics_source(source, statistics, session%messages)
-      call draw(session, statistics, seed)
+      call draw_network_of_text(session, name, text, int(seed))
       status = session%status()
    end subroutine draw_text
-
-   !> Statistics to lines.
-   subroutine draw(session, statistics, seed)
-      type(session_type), intent(inout) :: session
-      type(statistics_type), intent(inout) :: statistics
-      integer(c_int), intent(in) :: seed
-      if (session%status() /= 0) return
-      if (seed >= 0) statistics%seed = seed
-      call generate_lines(statistics, session%input%geometry, session%drawn, session%messages)
-   end subroutine draw
 
    !> Write the lines as a geometry file.
    subroutine write_network(handle, path, status)

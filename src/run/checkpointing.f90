@@ -16,10 +16,10 @@ module rockdda_run_checkpointing
    use rockdda_io_construction_check, only : construction_problem
    use rockdda_io_digest, only : digest_length
    use rockdda_io_guard, only : run_in_child, end_child, guard
-   use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind
+   use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
    implicit none
    private
-   public :: save_checkpoint, load_checkpoint, check_checkpoint
+   public :: save_checkpoint, load_checkpoint, check_checkpoint, remove_checkpoint
 
    !> Limit of the processor time to read a checkpoint: a constant [s], and bytes per second.
    real(wp), parameter :: least_seconds = 1, slowest_reading = 1.0e7_wp
@@ -70,6 +70,12 @@ contains
       end select
       call load_values(path, sim, facts, digest, error)
    end subroutine load_checkpoint
+
+   !> Remove the checkpoint of older results.
+   subroutine remove_checkpoint(path)
+      character(len=*), intent(in) :: path
+      call remove_file(path)
+   end subroutine remove_checkpoint
 
    !> Check a checkpoint completely, and that its results are in the same folder.
    subroutine check_checkpoint(path, messages)

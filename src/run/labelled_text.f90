@@ -9,7 +9,7 @@ module rockdda_run_labelled_text
    use rockdda_model_stage_options, only : has_end
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_options_writer, only : options_text
-   use rockdda_run_model_input, only : model_input_type
+   use rockdda_run_input, only : model_input_type
    implicit none
    private
    public :: labelled_text

@@ -7,7 +7,8 @@ module rockdda_run_output_choice
    use rockdda_io_log, only : log_path
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_run_model_input, only : model_input_type, run_request_type, run_name
+   use rockdda_run_input, only : model_input_type, run_name
+   use rockdda_run_request, only : run_request_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private

@@ -6,8 +6,9 @@
 module rockdda_run_step_loop
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_strings, only : first_line
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_run_model_run, only : run_type, first_line
+   use rockdda_run_model_run, only : run_type
    implicit none
    private
    public :: step_observer_type, advance_run

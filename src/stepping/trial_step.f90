@@ -35,6 +35,7 @@ module rockdda_stepping_trial_step
       type(newton_type), private :: newton
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
+      real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -63,12 +64,11 @@ contains
       type(trial_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(newton_report_type) :: of_attempt
-      real(wp), allocatable :: last_motion(:, :), memory(:)   ! to go back to when the step is interrupted
       real(wp) :: reach
       logical :: at_floor, is_first
       if (allocated(self%solver%interruption)) then
-         last_motion = self%equations%x
-         call self%solver%pack(memory)
+         self%last_motion = self%equations%x
+         call self%solver%pack(self%memory)
       end if
       call self%begin_step()
       reach = self%finder%first_reach(self%step_context_type, self%control)
@@ -91,8 +91,8 @@ contains
             exit
          case (attempt%interrupted)
             report%interrupted = .true.
-            self%equations%x = last_motion
-            call self%solver%unpack(memory)
+            self%equations%x = self%last_motion
+            call self%solver%unpack(self%memory)
             return
          case (attempt%search_again)
             ! a step that may be: search further, and begin again

@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: MIT
+!> Summary of `rockdda cut`.
+module rockdda_app_cut_summary
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_cutting_cut, only : cut_report_type
+   use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_json, only : json_type
+   use rockdda_app_process, only : print_line
+   use rockdda_app_report, only : begin_json, end_json
+   implicit none
+   private
+   public :: print_summary
+
+contains
+
+   !> Print the summary.
+   subroutine print_summary(line, n_parents, blocks, report, output, messages, ok)
+      type(command_line_type), intent(in) :: line
+      integer, intent(in) :: n_parents        !! blocks before some were cut into cells
+      type(block_system_type), intent(in) :: blocks
+      type(cut_report_type), intent(in) :: report
+      character(len=*), intent(in) :: output
+      type(diagnostics_type), intent(in) :: messages
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      type(error_type), allocatable :: none
+      character(len=1), parameter :: nl = new_line('a')
+      character(len=:), allocatable :: cells
+      real(wp) :: difference
+      difference = report%area_sum + report%hole_area - report%enclosed_area
+      if (line%json) then
+         call begin_json(json, line, 'done', 0)
+         call json%put('input', line%files(1)%text)
+         call json%put('output', output)
+         call json%put('blocks', blocks%n_blocks)
+         if (allocated(blocks%parent)) call json%put('blocks_before_subdivision', n_parents)
+         call json%put('vertices', blocks%n_vertices())
+         call json%put('lines', report%n_lines)
+         call json%put('dropped_lines', report%n_dropped_lines)
+         call json%put('shortened_lines', report%n_shortened_lines)
+         call json%put('islands', report%n_islands)
+         call json%put('holes', report%n_holes)
+         call json%put('area_of_blocks', report%area_sum)
+         call json%put('area_of_holes', report%hole_area)
+         call json%put('enclosed_area', report%enclosed_area)
+         call json%put('area_difference', difference)
+         call json%put('fixed_points', blocks%fixed%n)
+         call json%put('loading_points', blocks%loading%n)
+         call json%put('measured_points', blocks%measured%n)
+         call json%put('bolts', blocks%bolts%n)
+         call end_json(json, messages, none, ok)
+         return
+      end if
+      cells = ''
+      if (allocated(blocks%parent)) cells = ' (cut from '//to_string(n_parents)//' blocks)'
+      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks'//cells//', '// &
+               to_string(blocks%n_vertices())//' vertices'//nl// &
+               'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
+               ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &
+               'lines: '//to_string(report%n_lines)//', dropped '//to_string(report%n_dropped_lines)// &
+               ', shortened '//to_string(report%n_shortened_lines)//nl// &
+               'points: '//to_string(blocks%fixed%n)//' fixed, '//to_string(blocks%loading%n)//' loading, '// &
+               to_string(blocks%measured%n)//' measured; bolts: '//to_string(blocks%bolts%n)//', holes: '// &
+               to_string(report%n_holes)//', islands: '//to_string(report%n_islands), ok)
+   end subroutine print_summary
+
+end module rockdda_app_cut_summary

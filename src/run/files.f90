@@ -1,0 +1,142 @@
+! SPDX-License-Identifier: MIT
+!> The files of a run: results, log and checkpoint, and what of them is due.
+module rockdda_run_files
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
+   use rockdda_io_digest, only : digest_length
+   use rockdda_io_log, only : log_path
+   use rockdda_io_results, only : results_type
+   use rockdda_io_timestamp, only : utc_now, wall_seconds
+   use rockdda_run_checkpoint_timer, only : checkpoint_timer_type
+   use rockdda_run_checkpointing, only : save_checkpoint, remove_checkpoint
+   use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
+   use rockdda_run_input, only : model_input_type
+   use rockdda_run_log, only : run_log_type
+   use rockdda_run_results_head, only : start_facts, describe_run
+   implicit none
+   private
+   public :: run_files_type
+
+   type :: run_files_type
+      character(len=:), allocatable :: output, log_file, checkpoint_file
+      type(checkpoint_facts_type) :: facts         !! facts about the run in its checkpoints
+      integer :: n_frames = 0                      !! in the results
+      integer :: last_frame = -1                   !! step
+      character(len=digest_length) :: digest = ''  !! of the loaded checkpoint
+      type(results_type) :: results
+      type(run_log_type) :: log
+      type(frame_plan_type) :: plan
+      type(checkpoint_timer_type), private :: timer
+      real(wp), allocatable, private :: force(:, :), stress(:, :)   !! scratch: forces and stresses of contacts
+   contains
+      procedure :: create_files
+      procedure :: take_names
+      procedure :: take_progress
+      procedure :: reopen_files
+      procedure :: save_frame
+      procedure :: save
+      procedure :: is_checkpoint_due
+   end type run_files_type
+
+contains
+
+   !> Names of log and checkpoint, from that of the results.
+   subroutine take_names(self)
+      class(run_files_type), intent(inout) :: self
+      self%log_file = log_path(self%output)
+      self%checkpoint_file = checkpoint_path(self%output)
+   end subroutine take_names
+
+   !> How far the run was, by its facts.
+   subroutine take_progress(self, step)
+      class(run_files_type), intent(inout) :: self
+      integer, intent(in) :: step     !! of the checkpoint
+      self%plan%every = self%facts%frame_every
+      self%plan%interval = self%facts%frame_interval
+      self%plan%passed = self%facts%frames_passed
+      self%last_frame = self%facts%last_frame
+      self%n_frames = self%facts%rows%frames
+      self%log%last_step = step
+   end subroutine take_progress
+
+   !> Create results, log and the first checkpoint.
+   subroutine create_files(self, input, replace, sim, messages, error)
+      class(run_files_type), intent(inout) :: self
+      type(model_input_type), intent(in) :: input
+      logical, intent(in) :: replace               !! results that exist
+      type(simulation_type), intent(inout) :: sim  !! at time 0; not changed
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      call self%take_names()
+      call start_facts(input, sim, self%facts)
+      call self%results%create(self%output, replace, self%facts%header, input%blocks, sim%state, error)
+      if (allocated(error)) return
+      ! that of an older run
+      call remove_checkpoint(self%checkpoint_file)
+      self%plan = new_frame_plan(input%options, input%parameters)
+      call self%log%begin(self%log_file, input, self%facts%header, self%output, self%plan, messages, error)
+      if (.not. allocated(error)) call self%save_frame(sim, error)
+      if (.not. allocated(error)) call self%save(sim, .false., error)
+   end subroutine create_files
+
+   !> Reopen results and log at the checkpoint.
+   subroutine reopen_files(self, sim, messages, error)
+      class(run_files_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      call describe_run(sim, self%facts%checkpoint_every, self%facts%header)
+      call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, sim%blocks, sim%record, &
+                               error)
+      if (allocated(error)) return
+      call self%timer%restart(wall_seconds())
+      call self%log%reopen(self%log_file, sim, messages, error)
+   end subroutine reopen_files
+
+   !> Save a frame.
+   subroutine save_frame(self, sim, error)
+      class(run_files_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      type(error_type), allocatable, intent(out) :: error
+      self%last_frame = sim%state%step
+      if (.not. self%facts%header%frames) return
+      call sim%contact_forces(self%force)
+      call sim%contact_stresses(self%stress)
+      call self%results%append_frame(sim%state, sim%contacts, self%force, self%stress, sim%bolt_forces(), error)
+      self%n_frames = self%n_frames + 1
+   end subroutine save_frame
+
+   !> Is a checkpoint due?
+   logical function is_checkpoint_due(self, sim)
+      class(run_files_type), intent(in) :: self
+      type(simulation_type), intent(in) :: sim
+      is_checkpoint_due = self%timer%is_due(wall_seconds(), self%facts%checkpoint_every, sim%is_finished())
+   end function is_checkpoint_due
+
+   !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they contain all its rows.
+   !> On error the older checkpoint and its undo file are unchanged.
+   subroutine save(self, sim, sync, error)
+      class(run_files_type), intent(inout) :: self
+      type(simulation_type), intent(inout) :: sim      !! not changed
+      logical, intent(in) :: sync                      !! wait until it is on the disk
+      type(error_type), allocatable, intent(out) :: error
+      character(len=digest_length) :: digest
+      call self%timer%restart(wall_seconds())
+      call self%results%flush(error)
+      if (.not. allocated(error) .and. sync) call self%results%sync(error)
+      if (allocated(error) .or. self%results%has_failed()) return
+      self%facts%rows = self%results%rows()
+      self%facts%written = utc_now()
+      self%facts%frame_every = self%plan%every
+      self%facts%frame_interval = self%plan%interval
+      self%facts%frames_passed = self%plan%passed
+      self%facts%last_frame = self%last_frame
+      call save_checkpoint(self%output, sim, self%facts, sync, digest, error)
+      call self%timer%restart(wall_seconds())
+      if (.not. allocated(error)) call self%results%keep_undo(digest, error)
+   end subroutine save
+
+end module rockdda_run_files
