@@ -119,10 +119,10 @@ contains
       ! the four possible entrance lines; normals are for the relative position r of a against b
       vertex = [a, a, b, b]
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
-      normal(:, 1) = outward(out_b)
-      normal(:, 2) = outward(in_b)
-      normal(:, 3) = -outward(out_a)
-      normal(:, 4) = -outward(in_a)
+      normal(:, 1) = [out_b(2), -out_b(1)]
+      normal(:, 2) = [in_b(2), -in_b(1)]
+      normal(:, 3) = [-out_a(2), out_a(1)]
+      normal(:, 4) = [-in_a(2), in_a(1)]
       do k = 1, 2
          passes(k) = is_outside(in_a, out_a, normal(:, k), limits%sine)
          passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits%sine)

@@ -14,7 +14,7 @@ module rockdda_contact_exposure
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, outward
+   use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
    implicit none
    private
@@ -127,7 +127,7 @@ contains
          real(wp) :: n(2)
          is_below = .false.
          if (.not. self%is_borne(f)) return
-         n = outward(outlines%tangent(:, f))
+         n = [outlines%tangent(2, f), -outlines%tangent(1, f)]
          is_below = dot_product(vertices(:, e) - vertices(:, f), n) >= -tolerance .and. &
                     dot_product(vertices(:, topology%next(e)) - vertices(:, f), n) >= -tolerance
       end function is_below

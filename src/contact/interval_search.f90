@@ -10,9 +10,9 @@ module rockdda_contact_interval_search
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
+   use rockdda_contact_intervals, only : interval_type, measure_interval
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_narrow_phase, only : collect_near
+   use rockdda_contact_narrow_phase, only : collect_pair
    implicit none
    private
    public :: search_faces, joint_of
@@ -36,6 +36,7 @@ contains
       logical :: is_tied
       n_parts = pairs%n_parts()
       found%n_intervals = 0
+      found%n_kept = 0
       !$omp parallel do default(none) shared(pairs, blocks, topology, outlines, vertices, limits, found, n_parts) &
       !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -127,16 +128,13 @@ contains
       type(candidate_list_type), intent(inout) :: list
       type(interval_type) :: interval
       integer :: i, j, k, f, e
-      call collect_near(range_a, box_b, size(vertices, 2), vertices, topology, limits%reach, list%near_a, &
-                        list%n_near_a, list%edges_a, list%n_edges_a)
-      if (list%n_edges_a == 0) return
-      call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, limits%reach, list%near_b, &
-                        list%n_near_b, list%edges_b, list%n_edges_b)
+      call collect_pair(range_a, range_b, box_a, box_b, vertices, topology, limits%reach, list)
+      call list%keep_near()
       do i = 1, list%n_edges_a
          f = list%edges_a(i)
          do j = 1, list%n_edges_b
             e = list%edges_b(j)
-            if (.not. is_facing(f, e, outlines, limits%cosine)) cycle
+            if (.not. may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) cycle
             call measure_interval(f, e, vertices, topology, outlines, interval)
             if (.not. interval%exists) cycle
             if (min(interval%gap_low, interval%gap_high) > limits%reach) cycle
@@ -148,6 +146,25 @@ contains
          end do
       end do
    end subroutine search_intervals
+
+   !> May two edges face each other on an interval within reach? Only then is it measured. Their directions differ from
+   !> opposite ones by less than the angle tolerance, so that positions and gaps by e differ from those of the interval
+   !> by less than its sine times the lengths.
+   pure logical function may_face(f, e, nv, vertices, tangent, length, limits)
+      integer, intent(in) :: f, e, nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv), length(nv)
+      type(search_limits_type), intent(in) :: limits
+      real(wp) :: d(2), along, gap, slack
+      may_face = tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e) <= -limits%cosine
+      if (.not. may_face) return
+      d(1) = vertices(1, f) - vertices(1, e)
+      d(2) = vertices(2, f) - vertices(2, e)
+      along = d(1)*tangent(1, e) + d(2)*tangent(2, e)
+      gap = d(1)*tangent(2, e) - d(2)*tangent(1, e)
+      slack = (limits%sine + 1.0e-9_wp)*(abs(d(1)) + abs(d(2)) + length(f) + length(e))
+      may_face = along >= -slack .and. along - length(f) <= length(e) + slack .and. gap <= limits%reach + slack .and. &
+                 gap >= -limits%penetration - slack
+   end function may_face
 
    !> Joint material of two edges that face each other: the same whichever comes first.
    pure integer function joint_of(f, e, joint)

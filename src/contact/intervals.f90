@@ -108,7 +108,9 @@ contains
       integer, intent(in) :: v, e
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(outlines_type), intent(in) :: outlines
-      gap_of = dot_product(vertices(:, v) - vertices(:, e), outward(outlines%tangent(:, e)))
+      associate (t => outlines%tangent)
+         gap_of = (vertices(1, v) - vertices(1, e))*t(2, e) + (vertices(2, v) - vertices(2, e))*(-t(1, e))
+      end associate
    end function gap_of
 
    !> Share of an interval's length that station k of n stands for.

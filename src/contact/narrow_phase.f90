@@ -12,17 +12,16 @@ module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
+   use rockdda_contact_outlines, only : outlines_type, is_outside
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
    use rockdda_contact_penetration, only : is_entered
-   use rockdda_contact_intervals, only : is_facing
    use rockdda_contact_exposure, only : exposure_type
    implicit none
    private
-   public :: search_pair, collect_near
+   public :: search_pair, search_near, collect_pair
 
 contains
 
@@ -39,11 +38,38 @@ contains
       type(exposure_type), intent(in) :: exposure     !! by length: what is covered
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      call collect_near(range_a, box_b, size(vertices, 2), vertices, topology, limits%reach, list%near_a, &
-                        list%n_near_a, list%edges_a, list%n_edges_a)
+      call collect_pair(range_a, range_b, box_a, box_b, vertices, topology, limits%reach, list)
+      call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
+   end subroutine search_pair
+
+   !> Vertices and edges of two blocks that are close to the other one.
+   pure subroutine collect_pair(range_a, range_b, box_a, box_b, vertices, topology, reach, list)
+      integer, intent(in) :: range_a(2), range_b(2)
+      real(wp), intent(in) :: box_a(4), box_b(4)
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      real(wp), intent(in) :: reach
+      type(candidate_list_type), intent(inout) :: list
+      list%n_near_b = 0
+      list%n_edges_b = 0
+      call collect_near(range_a, box_b, size(vertices, 2), vertices, topology, reach, list%near_a, list%n_near_a, &
+                        list%edges_a, list%n_edges_a)
       if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
-      call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, limits%reach, list%near_b, &
-                        list%n_near_b, list%edges_b, list%n_edges_b)
+      call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, reach, list%near_b, list%n_near_b, &
+                        list%edges_b, list%n_edges_b)
+   end subroutine collect_pair
+
+   !> `search_pair` with the vertices and edges that `collect_pair` has found.
+   pure subroutine search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
       list%n_corners = 0
       call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(vertices, 2), vertices, &
                           topology, outlines, previous, history, exposure, limits, list)
@@ -53,7 +79,7 @@ contains
       call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
                         outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
                         list)
-   end subroutine search_pair
+   end subroutine search_near
 
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
    pure subroutine collect_near(range, box, nv, vertices, topology, reach, near, n_near, edges, n_edges)
@@ -118,11 +144,16 @@ contains
       type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), t(2), gap, s
+      real(wp) :: r(2), t(2), gap, s, reach, penetration, zone, into(2), outof(2)
       integer :: i, j, v, e
+      reach = limits%reach
+      penetration = limits%penetration
+      zone = limits%zone
       do i = 1, n_near
          v = near(i)
          if (outlines%concave(v)) cycle
+         into = tangent(:, topology%edge_in(v))
+         outof = tangent(:, topology%edge_out(v))
          do j = 1, n_edges
             e = edges(j)
             r(1) = vertices(1, v) - vertices(1, e)
@@ -130,12 +161,13 @@ contains
             t(1) = tangent(1, e)
             t(2) = tangent(2, e)
             gap = r(1)*t(2) - r(2)*t(1)
-            if (gap > limits%reach .or. gap < -limits%penetration) cycle
+            if (gap > reach .or. gap < -penetration) cycle
             s = r(1)*t(1) + r(2)*t(2)
-            if (s < -limits%zone .or. s > length(e) + limits%zone) cycle
+            if (s < -zone .or. s > length(e) + zone) cycle
             if (limits%by_length) then
-               if (is_facing(topology%edge_in(v), e, outlines, limits%cosine)) cycle
-               if (is_facing(topology%edge_out(v), e, outlines, limits%cosine)) cycle
+               ! `is_facing` of the edges at v, in place
+               if (into(1)*t(1) + into(2)*t(2) <= -limits%cosine) cycle
+               if (outof(1)*t(1) + outof(2)*t(2) <= -limits%cosine) cycle
                if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) cycle
             else if (limits%corrected) then
                if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
@@ -192,10 +224,12 @@ contains
       if (s < 0 .and. .not. concave_first) return
       if (s > length .and. .not. concave_last) return
       t = tangent(:, e)
-      n = outward(t)
+      n = [t(2), -t(1)]
       in_v = tangent(:, topology%edge_in(v))
       out_v = tangent(:, topology%edge_out(v))
-      if (.not. is_outside(in_v, out_v, n, limits%sine)) return
+      ! `is_outside`, in place
+      if (.not. (out_v(1)*n(1) + out_v(2)*n(2) >= -limits%sine .and. &
+                 -(in_v(1)*n(1) + in_v(2)*n(2)) >= -limits%sine)) return
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
          if (.not. concave_first) then
@@ -226,7 +260,7 @@ contains
          real(wp) :: t2(2), n2(2), r2(2), gap2, s2
          neighbour_decides = .false.
          t2 = tangent(:, other)
-         n2 = outward(t2)
+         n2 = [t2(2), -t2(1)]
          r2 = vertices(:, v) - vertices(:, other)
          gap2 = dot_product(r2, n2)
          if (gap2 <= gap .or. gap2 > limits%reach) return

@@ -14,7 +14,7 @@ module rockdda_contact_search
    use rockdda_contact_broad_phase, only : close_pairs_type, many_parts
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_narrow_phase, only : search_pair
+   use rockdda_contact_narrow_phase, only : search_pair, search_near
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_interval_search, only : search_faces
    use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
@@ -92,15 +92,24 @@ contains
       type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
-      integer :: k, a, b
+      integer :: k, a, b, place
+      logical :: is_kept
+      ! the search for intervals has kept what is close
+      is_kept = limits%by_length .or. limits%corrected
+      place = 0
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          if (.not. pairs%is_close(k)) cycle
-         a = pairs%candidates(1, k)
-         b = pairs%candidates(2, k)
-         call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                          [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
-                          pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
-                          exposure, limits, list)
+         if (is_kept) then
+            call list%recall_near(place)
+            call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
+         else
+            a = pairs%candidates(1, k)
+            b = pairs%candidates(2, k)
+            call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
+                             pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
+                             exposure, limits, list)
+         end if
       end do
    end subroutine search_part
 

@@ -24,6 +24,7 @@ module rockdda_interaction_block_forces
    contains
       procedure :: clear
       procedure :: add_force
+      procedure :: add_pair
       procedure :: add_load
       procedure :: counts
       procedure :: force_of
@@ -56,6 +57,22 @@ contains
       end associate
       self%magnitude(block) = self%magnitude(block) + sqrt(force(1)**2 + force(2)**2)
    end subroutine add_force
+
+   !> Add a force at a point of block a, and its reaction at the same point of block b.
+   pure subroutine add_pair(self, a, b, force, arm_a, arm_b)
+      class(block_forces_type), intent(inout) :: self
+      integer, intent(in) :: a, b
+      real(wp), intent(in) :: force(2)               !! on block a
+      real(wp), intent(in) :: arm_a(2), arm_b(2)     !! from the centroids to the point [length]
+      real(wp) :: magnitude
+      magnitude = sqrt(force(1)**2 + force(2)**2)
+      self%resultant(1:2, a) = self%resultant(1:2, a) + force
+      self%resultant(3, a) = self%resultant(3, a) + (arm_a(1)*force(2) - arm_a(2)*force(1))
+      self%magnitude(a) = self%magnitude(a) + magnitude
+      self%resultant(1:2, b) = self%resultant(1:2, b) - force
+      self%resultant(3, b) = self%resultant(3, b) - (arm_b(1)*force(2) - arm_b(2)*force(1))
+      self%magnitude(b) = self%magnitude(b) + magnitude
+   end subroutine add_pair
 
    !> Add a load whose first three terms are force and moment.
    pure subroutine add_load(self, block, load)

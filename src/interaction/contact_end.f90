@@ -3,13 +3,12 @@
 module rockdda_interaction_contact_end
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
-   use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_lengths, only : move_contacts
-   use rockdda_interaction_contact_stiffness, only : set_stiffness
+   use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_joint_law, only : joint_end_type, spring_energy
    use rockdda_interaction_open_close, only : open_close_type
@@ -144,16 +143,20 @@ contains
    subroutine end_contacts(trial, laws, context, d, table)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)         !! per joint material
-      type(step_context_type), intent(in) :: context
+      type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
       type(contact_table_type), intent(inout) :: table
-      real(wp), allocatable :: before(:)
+      real(wp), allocatable :: before(:), stiffness(:, :)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
       call trial%commit(table)
-      call move_contacts(trial%gap, context%state%centroid, d, context%parameters%exact_rotation, table)
-      if (any(context%parameters%joint_materials%tie)) &
-         call break_ties(laws, joint_stiffness(context%parameters), table, trial%gap)
+      if (context%parameters%by_length) call context%find_moved(d)
+      call move_contacts(trial%gap, context%moved, table)
+      if (any(context%parameters%joint_materials%tie)) then
+         allocate (stiffness(2, size(laws)))
+         call set_joint_stiffness(context%parameters, stiffness)
+         call break_ties(laws, stiffness, table, trial%gap)
+      end if
       if (.not. allocated(before)) return
       do c = 1, table%n
          if (trial%state_used(c) == contact_state%open) cycle
@@ -161,15 +164,5 @@ contains
                                                              before(c), table%total_slip(c) - before(c))
       end do
    end subroutine end_contacts
-
-   !> Stiffness of all joint materials, not as ties.
-   pure function joint_stiffness(parameters) result(stiffness)
-      type(parameters_type), intent(in) :: parameters
-      real(wp) :: stiffness(2, size(parameters%joint_materials))   !! normal, shear [force/length^2]
-      integer :: j
-      do j = 1, size(parameters%joint_materials)
-         call set_stiffness(parameters, parameters%joint_materials(j), 1.0_wp, stiffness(1, j), stiffness(2, j))
-      end do
-   end function joint_stiffness
 
 end module rockdda_interaction_contact_end

@@ -4,19 +4,26 @@
 !> A row stands at a vertex of block a on an edge of block b (share 0), at a vertex of block b on an edge of block a
 !> (share 1), or half-way between two edges or corners (share 1/2). Seen from the other block gap and slip are the same,
 !> with the normal reversed; between edges the mean of both views is taken.
+!>
+!> Source: Shi's contact submatrices (thesis Eqs. 3.14-3.21), written with vectors: a length x between two
+!> blocks changes by e.d_a + g.d_b in a step, to first order. A spring of stiffness k along it then gives
+!> k e e^T, k e g^T, k g g^T and the loads -k x e, -k x g; a force f the loads f e, f g; a dashpot (Voigt) c/dt in
+!> place of k and no load (rockdda_interaction_equations).
+!> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -].
+!> Sign: gap > 0 is open. The edge of block b runs counter-clockwise, from s to q, its outward normal is
+!> n = (ty, -tx) with t = (q - s)/|q - s|.
 module rockdda_interaction_contact_lengths
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_spring, only : spring_vectors
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, turns
-   use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, &
+      end_point, turns
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
-   public :: place_contacts, measure_lengths, contact_vectors, contact_lengths, move_contacts
+   public :: place_contacts, measure_lengths, contact_vectors, spring_vectors, contact_lengths, move_contacts
 
 contains
 
@@ -86,6 +93,38 @@ contains
       end if
    end subroutine view_from
 
+   !> First derivatives of gap (1) and slip (2) of one contact: vertex p of block a, an edge of block b.
+   !>
+   !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
+   !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
+   !> by the length.
+   !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p,
+   !> so that the couple of the two shear forces is zero. A rigid motion of both blocks together changes
+   !> neither, to first order.
+   pure subroutine spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
+      real(wp), intent(in) :: p(2)           !! vertex of block a [length]
+      real(wp), intent(in) :: gap            !! > 0 open, < 0 overlapping [length]
+      real(wp), intent(in) :: normal(2)      !! outward unit normal of the edge
+      real(wp), intent(in) :: centroid_a(2)  !! [length]
+      real(wp), intent(in) :: centroid_b(2)  !! [length]
+      real(wp), intent(out) :: e(6, 2)       !! with respect to d_a; slip > 0: p moves along the edge
+      real(wp), intent(out) :: g(6, 2)       !! with respect to d_b
+      real(wp) :: tangent(2)
+      tangent = [-normal(2), normal(1)]
+      e(:, 1) = derivative(normal, p - centroid_a)
+      g(:, 1) = -derivative(normal, p - gap*normal - centroid_b)
+      e(:, 2) = derivative(tangent, p - centroid_a)
+      g(:, 2) = -derivative(tangent, p - centroid_b)
+   end subroutine spring_vectors
+
+   !> T^T u at a point of a block: `point_load` of the kinematics, here so that the compiler can unfold it.
+   pure function derivative(u, x) result(f)
+      real(wp), intent(in) :: u(2)   !! unit vector
+      real(wp), intent(in) :: x(2)   !! point about the block's centroid [length]
+      real(wp) :: f(6)
+      f = [u(1), u(2), x(1)*u(2) - x(2)*u(1), x(1)*u(1), x(2)*u(2), 0.5_wp*(x(2)*u(1) + x(1)*u(2))]
+   end function derivative
+
    !> Distance (1) of the blocks at row c, and slip (2), at the end of a step.
    pure function contact_lengths(table, c, a, b) result(lengths)
       type(contact_table_type), intent(in) :: table
@@ -138,33 +177,28 @@ contains
 
    !> Distances and points of all rows at the end of a step. A point between two edges stays half-way between the two
    !> points of the blocks that it stood between.
-   subroutine move_contacts(gap, centroid, d, exact, table)
+   subroutine move_contacts(gap, moved, table)
       real(wp), intent(in) :: gap(:)          !! (>= n) of the springs at the end of the step [length]
-      real(wp), intent(in), contiguous :: centroid(:, :)   !! (2, nb) at the start of the step [length]
-      real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb)
-      logical, intent(in) :: exact            !! exact rotation, else linear
+      type(moved_block_type), intent(in) :: moved(:)   !! (nb) with the motion of the step
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: apart, half(2), on_a(2), on_b(2)
+      real(wp) :: apart, half(2), p(2)
       integer :: c
-      !$omp parallel do default(none) shared(gap, centroid, d, exact, table) private(c, apart, half, on_a, on_b) &
-      !$omp schedule(static) if (table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(gap, moved, table) private(c, apart, half, p) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
          apart = table%distance(c)
          table%distance(c) = gap(c) + (apart - table%gap(c))
          ! a vertex has its place in the blocks
          if (table%station(c) == 0) cycle
-         associate (a => table%block_a(c), b => table%block_b(c), share => table%share(c), p => table%point(:, c))
+         associate (a => moved(table%block_a(c)), b => moved(table%block_b(c)), share => table%share(c))
             if (share <= 0) then
-               call move_point(d(:, a), centroid(:, a), exact, p)
+               table%point(:, c) = end_point(a, table%point(:, c))
             else if (share >= 1) then
-               call move_point(d(:, b), centroid(:, b), exact, p)
+               table%point(:, c) = end_point(b, table%point(:, c))
             else
                half = 0.5_wp*apart*table%normal(:, c)
-               on_a = p + half
-               on_b = p - half
-               call move_point(d(:, a), centroid(:, a), exact, on_a)
-               call move_point(d(:, b), centroid(:, b), exact, on_b)
-               p = 0.5_wp*(on_a + on_b)
+               p = table%point(:, c)
+               table%point(:, c) = 0.5_wp*(end_point(a, p + half) + end_point(b, p - half))
             end if
          end associate
       end do

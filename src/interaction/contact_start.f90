@@ -5,15 +5,14 @@ module rockdda_interaction_contact_start
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
-   use rockdda_interaction_contact_spring, only : dashpot_coefficient
-   use rockdda_interaction_contact_stiffness, only : set_stiffness
+   use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_joint_law, only : joint_type, spring_energy
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
-   public :: start_contacts, set_dashpots
+   public :: start_contacts, set_dashpots, dashpot_coefficient
 
 contains
 
@@ -24,13 +23,15 @@ contains
       logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
       type(contact_table_type), intent(inout) :: table
       integer, intent(inout) :: weak_starts(2)           !! see `start_with_stress`
+      real(wp) :: stiffness(2, size(laws))
       integer :: p
       logical :: dilates
       dilates = any(laws%dilation > 0)
-      !$omp parallel do default(none) shared(context, laws, keep_force, table, dilates) private(p) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
+      call set_joint_stiffness(context%parameters, stiffness)
+      !$omp parallel do default(none) shared(context, laws, stiffness, keep_force, table, dilates) private(p) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call set_some_springs((p - 1)*piece + 1, min(p*piece, table%n), context, keep_force, table)
+         call set_some_springs((p - 1)*piece + 1, min(p*piece, table%n), context, stiffness, keep_force, table)
          ! from here on the gap is that of the springs: what dilation has opened carries no stress
          if (dilates) call take_off_dilation((p - 1)*piece + 1, min(p*piece, table%n), laws, table)
       end do
@@ -40,19 +41,24 @@ contains
    end subroutine start_contacts
 
    !> Stiffness of some of the rows.
-   pure subroutine set_some_springs(first, last, context, keep_force, table)
+   pure subroutine set_some_springs(first, last, context, stiffness, keep_force, table)
       integer, intent(in) :: first, last
       type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: stiffness(:, :)   !! of joint materials
       logical, intent(in) :: keep_force
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: old(2)
+      real(wp) :: old(2), length
       integer :: a, b, c
+      logical :: by_length
+      by_length = context%parameters%by_length
+      length = 1
       do c = first, last
          if (.not. table%tied(c)) then
             old = [table%k_n(c), table%k_s(c)]
-            call set_stiffness(context%parameters, context%parameters%joint_materials(table%joint(c)), &
-                               table%length(c), table%k_n(c), table%k_s(c))
-            if (keep_force .and. context%parameters%by_length .and. old(1) > 0) call keep_forces(old, table, c)
+            if (by_length) length = table%length(c)
+            table%k_n(c) = stiffness(1, table%joint(c))*length
+            table%k_s(c) = stiffness(2, table%joint(c))*length
+            if (keep_force .and. by_length .and. old(1) > 0) call keep_forces(old, table, c)
          else if (context%state%step == 0 .or. .not. table%k_n(c) > 0) then
             a = table%block_a(c)
             b = table%block_b(c)
@@ -116,5 +122,14 @@ contains
          end associate
       end do
    end subroutine set_dashpots
+
+   !> Coefficient of a dashpot from a fraction of critical damping: c = 2 ratio sqrt(k m), with the reduced
+   !> mass m = m_a m_b/(m_a + m_b) of the two blocks (central frontal impact of rigid blocks).
+   pure real(wp) function dashpot_coefficient(ratio, k, mass_a, mass_b)
+      real(wp), intent(in) :: ratio           !! of critical damping [-], >= 0
+      real(wp), intent(in) :: k               !! spring stiffness [force/length]
+      real(wp), intent(in) :: mass_a, mass_b  !! of the blocks, > 0 [mass]
+      dashpot_coefficient = 2*ratio*sqrt(k*mass_a/(mass_a + mass_b)*mass_b)
+   end function dashpot_coefficient
 
 end module rockdda_interaction_contact_start

@@ -6,7 +6,7 @@ module rockdda_interaction_contact_stiffness
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: set_stiffness
+   public :: set_stiffness, set_joint_stiffness
 
 contains
 
@@ -31,5 +31,15 @@ contains
       k_n = k_n*length
       k_s = k_s*length
    end subroutine set_stiffness
+
+   !> Stiffness of the springs of all joint materials: per length of joint by length, else of a contact.
+   pure subroutine set_joint_stiffness(parameters, stiffness)
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(out) :: stiffness(:, :)   !! (2, joint materials) normal, shear
+      integer :: j
+      do j = 1, size(parameters%joint_materials)
+         call set_stiffness(parameters, parameters%joint_materials(j), 1.0_wp, stiffness(1, j), stiffness(2, j))
+      end do
+   end subroutine set_joint_stiffness
 
 end module rockdda_interaction_contact_stiffness

@@ -268,8 +268,8 @@ contains
             force = force_on_a(table, c)
             point = table%point(:, c)
             if (table%station(c) == 0) point = context%state%vertices(:, table%vertex(c))
-            call forces%add_force(a, force, point - context%state%centroid(:, a))
-            call forces%add_force(b, -force, point - context%state%centroid(:, b))
+            call forces%add_pair(a, b, force, point - context%state%centroid(:, a), &
+                                 point - context%state%centroid(:, b))
          end do
       end associate
    end subroutine add_forces

@@ -92,7 +92,7 @@ contains
       !$omp end parallel do
    end subroutine expect
 
-   !> Take the motion of a solve, with exact rotation.
+   !> Take the motion of a solve, with the rotation of the run: exact or linear.
    subroutine find_moved(self, d)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
@@ -100,7 +100,7 @@ contains
       !$omp parallel do default(none) shared(self, d) private(i) schedule(static) &
       !$omp if (self%blocks%n_blocks > parallel_blocks)
       do i = 1, self%blocks%n_blocks
-         self%moved(i) = new_moved_block(self%state%centroid(:, i), d(:, i))
+         self%moved(i) = new_moved_block(self%state%centroid(:, i), d(:, i), self%parameters%exact_rotation)
       end do
       !$omp end parallel do
    end subroutine find_moved

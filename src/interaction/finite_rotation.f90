@@ -14,11 +14,11 @@
 !> (r1 + r0)/2.(n1 - n0), which is exact.
 module rockdda_interaction_finite_rotation
    use rockdda_base_kinds, only : wp
-   use rockdda_interaction_kinematics, only : displacement_gradient, displacement_at, point_load
+   use rockdda_interaction_kinematics, only : displacement_gradient
    implicit none
    private
    public :: moving_block_type, new_moving_block, moved_block_type, new_moved_block, turns
-   public :: mean_load, mean_displacement, end_displacement, mean_vectors, end_lengths
+   public :: mean_load, mean_displacement, end_displacement, end_point, mean_vectors, end_lengths
 
    !> Smaller angles are rounding. Much larger ones matter where stiff ties join many blocks.
    real(wp), parameter :: least_angle = 1.0e-12_wp
@@ -40,6 +40,11 @@ module rockdda_interaction_finite_rotation
       real(wp) :: gradient(2, 2) = 0   !! of the displacement
    end type moved_block_type
 
+   !> Arm of a point: from the centroid of its block, at the start and in the middle of the step [length].
+   type :: arm_type
+      real(wp) :: start(2), mid(2)
+   end type arm_type
+
 contains
 
    !> A block with the motion that is expected of it.
@@ -56,12 +61,16 @@ contains
    end function new_moving_block
 
    !> A block with a motion that was found.
-   pure type(moved_block_type) function new_moved_block(centroid, d) result(block)
+   pure type(moved_block_type) function new_moved_block(centroid, d, exact) result(block)
       real(wp), intent(in) :: centroid(2)   !! at the start of the step [length]
       real(wp), intent(in) :: d(6)
+      logical, intent(in), optional :: exact   !! exact rotation (default), else linear
       block%centroid = centroid
       block%shift = d(1:2)
       block%gradient = displacement_gradient(d, .true.)
+      if (present(exact)) then
+         if (.not. exact) block%gradient = displacement_gradient(d, .false.)
+      end if
    end function new_moved_block
 
    !> Does a motion turn the block by an angle that is not negligible?
@@ -91,16 +100,7 @@ contains
       real(wp), intent(in) :: point(2)               !! at the start of the step [length]
       type(moving_block_type), intent(in) :: block
       real(wp) :: f(6)                               !! [force, force length]
-      real(wp) :: x(2), arm(2), back(2)
-      if (abs(block%angle) <= 0) then
-         f = point_load(force, point, block%centroid)
-         return
-      end if
-      x = point - block%centroid
-      arm = block%chord*turned(x, block%half)
-      back = turned(force, [block%full(1), -block%full(2)])
-      f = [force(1), force(2), arm(1)*force(2) - arm(2)*force(1), x(1)*back(1), x(2)*back(2), &
-           0.5_wp*(x(2)*back(1) + x(1)*back(2))]
+      f = load_on(force, new_arm(point, block), block)
    end function mean_load
 
    !> Displacement T d with the T of `mean_load`.
@@ -109,16 +109,50 @@ contains
       real(wp), intent(in) :: point(2)               !! at the start of the step [length]
       type(moving_block_type), intent(in) :: block
       real(wp) :: u(2)                               !! [length]
-      real(wp) :: x(2), arm(2)
-      if (abs(block%angle) <= 0) then
-         u = displacement_at(d, point, block%centroid)
-         return
-      end if
-      x = point - block%centroid
-      arm = block%chord*turned(x, block%half)
-      u = d(1:2) + d(3)*[-arm(2), arm(1)] + &
-          turned([d(4)*x(1) + 0.5_wp*d(6)*x(2), d(5)*x(2) + 0.5_wp*d(6)*x(1)], block%full)
+      u = displacement_on(d, new_arm(point, block), block)
    end function mean_displacement
+
+   !> Arm of a point: from the centroid to the point, at the start and in the middle of the step.
+   pure type(arm_type) function new_arm(point, block) result(arm)
+      real(wp), intent(in) :: point(2)               !! at the start of the step [length]
+      type(moving_block_type), intent(in) :: block
+      arm%start = point - block%centroid
+      arm%mid = arm%start
+      if (abs(block%angle) > 0) arm%mid = block%chord*turned(arm%start, block%half)
+   end function new_arm
+
+   !> `mean_load` on an arm.
+   pure function load_on(force, arm, block) result(f)
+      real(wp), intent(in) :: force(2)
+      type(arm_type), intent(in) :: arm
+      type(moving_block_type), intent(in) :: block
+      real(wp) :: f(6)
+      real(wp) :: back(2)
+      associate (x => arm%start)
+         back = force
+         if (abs(block%angle) > 0) back = turned(force, [block%full(1), -block%full(2)])
+         f = [force(1), force(2), arm%mid(1)*force(2) - arm%mid(2)*force(1), x(1)*back(1), x(2)*back(2), &
+              0.5_wp*(x(2)*back(1) + x(1)*back(2))]
+      end associate
+   end function load_on
+
+   !> `mean_displacement` of a point with an arm.
+   pure function displacement_on(d, arm, block) result(u)
+      real(wp), intent(in) :: d(6)
+      type(arm_type), intent(in) :: arm
+      type(moving_block_type), intent(in) :: block
+      real(wp) :: u(2)
+      associate (x => arm%start)
+         if (abs(block%angle) <= 0) then
+            ! in the order of `displacement_at`
+            u(1) = d(1) - d(3)*x(2) + d(4)*x(1) + 0.5_wp*d(6)*x(2)
+            u(2) = d(2) + d(3)*x(1) + d(5)*x(2) + 0.5_wp*d(6)*x(1)
+         else
+            u = d(1:2) + d(3)*[-arm%mid(2), arm%mid(1)] + &
+                turned([d(4)*x(1) + 0.5_wp*d(6)*x(2), d(5)*x(2) + 0.5_wp*d(6)*x(1)], block%full)
+         end if
+      end associate
+   end function displacement_on
 
    !> Displacement of a point with exact rotation.
    pure function end_displacement(block, point) result(u)
@@ -128,9 +162,17 @@ contains
       u = block%shift + times(block%gradient, point - block%centroid)
    end function end_displacement
 
+   !> Place of a point at the end of a step.
+   pure function end_point(block, point) result(p)
+      type(moved_block_type), intent(in) :: block
+      real(wp), intent(in) :: point(2)               !! at the start of the step [length]
+      real(wp) :: p(2)                               !! [length]
+      p = point + block%shift + times(block%gradient, point - block%centroid)
+   end function end_point
+
    !> Vectors of gap (1) and slip (2) of a contact over the step: with the expected motion, gap + e.d_a + g.d_b is the
    !> gap at the end of the step, and the slip is measured along the edge as it lies there. See `spring_vectors`
-   !> (rockdda_interaction_contact_spring), which these become without a rotation. `gap` is that of the points.
+   !> (rockdda_interaction_contact_lengths), which these become without a rotation. `gap` is that of the points.
    pure subroutine mean_vectors(p, gap, normal, a, b, e, g)
       real(wp), intent(in) :: p(2)                   !! vertex of block a at the start of the step [length]
       real(wp), intent(in) :: gap                    !! there [length]
@@ -139,22 +181,26 @@ contains
       real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
       real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
       real(wp) :: tangent(2), mid_normal(2), mid_tangent(2), foot(2), moved(2), apart(2), slid(2), shear(3)
+      type(arm_type) :: on_a, on_foot, on_b
       tangent = [-normal(2), normal(1)]
       foot = p - gap*normal
+      on_a = new_arm(p, a)
+      on_foot = new_arm(foot, b)
+      on_b = new_arm(p, b)
       mid_normal = turned(normal, b%half)
       mid_tangent = [-mid_normal(2), mid_normal(1)]
-      moved = mean_displacement(a%d, p, a)
+      moved = displacement_on(a%d, on_a, a)
       ! from the foot to the vertex, and from the point of b where the vertex was, at the end of the step
-      apart = gap*normal + (moved - mean_displacement(b%d, foot, b))
-      slid = moved - mean_displacement(b%d, p, b)
+      apart = gap*normal + (moved - displacement_on(b%d, on_foot, b))
+      slid = moved - displacement_on(b%d, on_b, b)
       ! the edge turns by shear.(ex ey gxy) in the axes of its block
       shear = [normal(1)*tangent(1), normal(2)*tangent(2), 0.5_wp*(normal(1)*tangent(2) + normal(2)*tangent(1))]
-      e(:, 1) = mean_load(b%half(1)*mid_normal, p, a)
-      g(:, 1) = -mean_load(b%half(1)*mid_normal, foot, b)
+      e(:, 1) = load_on(b%half(1)*mid_normal, on_a, a)
+      g(:, 1) = -load_on(b%half(1)*mid_normal, on_foot, b)
       g(3, 1) = g(3, 1) + 0.5_wp*b%chord*dot_product(mid_tangent, apart + gap*normal)
       g(4:6, 1) = g(4:6, 1) - dot_product(turned(tangent, b%full), apart)*shear
-      e(:, 2) = mean_load(b%half(1)*mid_tangent, p, a)
-      g(:, 2) = -mean_load(b%half(1)*mid_tangent, p, b)
+      e(:, 2) = load_on(b%half(1)*mid_tangent, on_a, a)
+      g(:, 2) = -load_on(b%half(1)*mid_tangent, on_b, b)
       g(3, 2) = g(3, 2) - 0.5_wp*b%chord*dot_product(mid_normal, slid)
       g(4:6, 2) = g(4:6, 2) + dot_product(turned(normal, b%full), slid)*shear
    end subroutine mean_vectors

@@ -193,24 +193,28 @@ contains
       end if
    end subroutine linearise_joint
 
-   !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory.
-   pure type(joint_end_type) function end_joint(joint, gap, slip) result(last)
-      type(joint_type), intent(in) :: joint        !! as in the last solve
+   !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory. State,
+   !> slip direction and friction force are those of the solve, which the joint may have left since.
+   pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
+      type(joint_type), intent(in) :: joint
+      integer, intent(in) :: state, slip_sign
+      real(wp), intent(in) :: friction             !! [force]
       real(wp), intent(in) :: gap, slip            !! [length]
+      type(joint_end_type), intent(out) :: last
       real(wp) :: limit
       last%shear = joint%shear + slip
       last%normal_force = -joint%k_n*gap
-      if (joint%state == contact_state%locked) then
+      if (state == contact_state%locked) then
          last%shear_force = -joint%k_s*last%shear
          last%slipped = 0
       else
-         limit = joint%friction/joint%k_s
+         limit = friction/joint%k_s
          last%shear = max(-limit, min(limit, last%shear))
-         last%shear_force = -joint%slip_sign*joint%friction
+         last%shear_force = -slip_sign*friction
          last%slipped = abs(slip)
       end if
       last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
-   end function end_joint
+   end subroutine end_joint
 
    !> Energy in the two springs of a closed contact.
    pure real(wp) function spring_energy(k_n, k_s, gap, shear)

@@ -8,7 +8,7 @@
 !>
 !> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -], about the centroid
 !> (xc, yc) at the start of the step; gxy is the engineering shear strain. Unit thickness.
-!> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_interaction_contact_spring).
+!> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_interaction_contact_lengths).
 module rockdda_interaction_kinematics
    use rockdda_base_kinds, only : wp
    implicit none

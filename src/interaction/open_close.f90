@@ -220,11 +220,8 @@ contains
       class(open_close_type), intent(in) :: self
       integer, intent(in) :: c                       !! row
       type(joint_end_type), intent(out) :: last
-      if (self%state_used(c) == contact_state%locked .and. self%joint(c)%state == contact_state%locked) then
-         last = end_joint(self%joint(c), self%gap(c), self%slip(c))
-      else
-         last = end_joint(self%joint_used(c), self%gap(c), self%slip(c))
-      end if
+      call end_joint(self%joint(c), self%state_used(c), self%sign_used(c), self%friction_used(c), self%gap(c), &
+                     self%slip(c), last)
    end subroutine find_end
 
    !> Memory of a contact with the state that the last solve had.
