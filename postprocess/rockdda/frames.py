@@ -65,6 +65,11 @@ class FrameTables(Protocol):
     def fixed_points(self) -> FloatArray: ...
     @property
     def has_joints(self) -> bool: ...
+    @property
+    def stage_names(self) -> list[str]: ...
+    @property
+    def has_stages(self) -> bool: ...
+    def stage_of(self, step: int) -> int: ...
     def joints(self, frame: int = -1) -> pandas.DataFrame: ...
     def __contains__(self, path: object) -> bool: ...
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
@@ -155,6 +160,15 @@ class Frame:
     @property
     def time(self) -> float:
         return float(self._row("time"))
+
+    @property
+    def stage(self) -> int:
+        """Index of its stage, from 0; the start belongs to the first one."""
+        return self.results.stage_of(self.step)
+
+    @property
+    def stage_name(self) -> str:
+        return self.results.stage_names[self.stage]
 
     @property
     def vertices(self) -> FloatArray:

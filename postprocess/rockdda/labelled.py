@@ -121,8 +121,10 @@ def block_materials(groups: Any) -> list[BlockMaterial]:
     for group in sorted(as_list(groups), key=lambda group: int(group["number"])):
         names = ("density", "unit_weight", "young", "poisson")
         density, weight, young, poisson = (float(group.get(name, math.nan)) for name in names)
-        triples = (_triple(group.get(name, (0.0, 0.0, 0.0))) for name in ("stress", "stress_gradient", "velocity"))
-        materials.append(BlockMaterial(density, weight, young, poisson, *triples, name=str(group.get("name", ""))))
+        parts = ("stress", "stress_gradient", "velocity")
+        stress, gradient, velocity = (_triple(group.get(name, (0.0, 0.0, 0.0))) for name in parts)
+        name = str(group.get("name", ""))
+        materials.append(BlockMaterial(density, weight, young, poisson, stress, gradient, velocity, name))
     return materials
 
 

@@ -8,7 +8,6 @@ is the start; numbers that are labels (materials, columns of tables, messages) c
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -22,7 +21,9 @@ from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, Contacts,
 from .joints import joint_points
 from .materials import JointStrength, joint_strengths
 from .namelist import parse_groups
-from .start import StartArrays
+from .notebook import card, drawing_of_blocks
+from .outputs import OUTPUTS
+from .stages import BOUNDARY_FORCE, Stage, StageTables
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
 from .text import readable
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-__all__ = ["FIELDS", "Contacts", "Field", "Frame", "Frames", "Results", "open"]
+__all__ = ["FIELDS", "Contacts", "Field", "Frame", "Frames", "Results", "Stage", "open"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -55,16 +56,10 @@ HISTORY_TABLES = [
     "fixed_force",
 ]
 STAGE_TABLES = ["unbalanced", "stage", "relaxation"]  # of the history; not in older files
-# files of versions without boundaries do not have it
-BOUNDARY_FORCE = "history/boundary_force"
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
-#: The functions behind `Results.plot`, `.animate` and `.to_vtk`. The package `rockdda` enters them when it is imported,
-#: so that this module imports nothing of the packages that draw and export.
-OUTPUTS: dict[str, Callable[..., Any]] = {}
 
-
-class Results(StartArrays):
+class Results(StageTables):
     """A results file. Make it with `rockdda.open(path)` or `rockdda.run(...)`.
 
     Only the sizes are read at first, arrays when they are used. While the run still writes the file, the object shows
@@ -110,6 +105,20 @@ class Results(StartArrays):
             f"<rockdda.Results {str(self.path)!r}: {self.n_blocks} blocks, {self.n_frames} frames, "
             f"{self.n_steps} steps, {state}>"
         )
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: facts, and the blocks of the last frame."""
+        state = "complete" if self.complete else self.exit_reason
+        largest = drawing = ""
+        if self.n_frames:
+            now = self.frames[-1]
+            moved = np.hypot(*now.displacement.T)[now.active]
+            largest = f"{moved.max():.4g} (last frame)" if len(moved) else ""
+            drawing = drawing_of_blocks(now.vertices, self.vertex_offset, now.active)
+        stages = " → ".join(stage.name for stage in self.stages) if self.has_stages else ""
+        facts = [("file", self.path), ("state", state), ("blocks", self.n_blocks), ("steps", self.n_steps)]
+        facts += [("frames", self.n_frames), ("stages", stages), ("largest displacement", largest)]
+        return card(self.title or self.name, [*facts, ("program", self.program_version)], drawing)
 
     def _read_sizes(self) -> None:
         self._source.forget()
@@ -295,6 +304,15 @@ class Results(StartArrays):
             return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
         return None
 
+    def attribute(self, path: str, name: str) -> Any:
+        """An attribute of an array in the file, texts as `str`."""
+
+        def read(file: h5py.File) -> Any:
+            value = file[path].attrs[name]
+            return [plain(item) for item in value] if getattr(value, "shape", ()) else plain(value)
+
+        return self._source.use(read)
+
     def point_blocks(self, kind: str) -> IntArray:
         """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
         return self._source.use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
@@ -317,22 +335,6 @@ class Results(StartArrays):
     def steps(self) -> IntArray:
         """(nk,) step of each frame; 0 is the start."""
         return self["frames/step"]
-
-    @property
-    def boundary_force(self) -> FloatArray:
-        """(ns, n, 2) force of each boundary on the blocks, in the order of the groups `&boundary`."""
-        if BOUNDARY_FORCE in self:
-            return np.asarray(self[BOUNDARY_FORCE])
-        return np.zeros((self.n_steps, 0, 2))
-
-    @property
-    def boundary_kinds(self) -> list[str]:
-        """(n,) 'fixed', 'roller', 'moving' or 'traction', in the order of the groups `&boundary`."""
-        if "model/boundary_edges" not in self:
-            return []
-        return self._source.use(
-            lambda file: [str(plain(kind)).strip() for kind in file["model/boundary_edges"].attrs["kind"]]
-        )
 
     @property
     def energy_names(self) -> list[str]:
@@ -440,8 +442,8 @@ class Results(StartArrays):
     def to_xarray(self) -> xarray.Dataset:
         """Frames and history as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
 
-        Dimensions: frame (with the coordinates time and frame_step), block, vertex, step (with step_time), xy,
-        stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary.
+        Dimensions: frame (with the coordinates time, frame_step and frame_stage: its name), block, vertex, step (with
+        step_time), xy, stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary.
         """
         try:
             import xarray
@@ -473,7 +475,7 @@ class Results(StartArrays):
         }
         if "history/unbalanced" in self:  # not in older files
             shapes |= dict.fromkeys(STAGE_TABLES, ("step",))
-            data["active"] = ((frame, block), self["frames/active"])
+            data["active"] = ((frame, block), self.active)
         for name, dimensions in shapes.items():
             data[name] = (dimensions, self[f"history/{name}"])
         data["boundary_force"] = (("step", "boundary", "xy"), self.boundary_force)
@@ -482,11 +484,13 @@ class Results(StartArrays):
             coords={
                 "time": (frame, self.times),
                 "frame_step": (frame, self.steps),
+                "frame_stage": (frame, np.array(self.stage_names)[self.frame_stages]),
                 "step": self["history/step"],
                 "step_time": ("step", self["history/time"]),
                 "block_material": (block, self.block_material),
                 "vertex_block": ("vertex", np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_offset))),
                 "measured": self.point_numbers("measured"),
+                "boundary_kind": ("boundary", self.boundary_kinds),
                 "xy": xy,
                 "stress_component": ["x", "y", "xy"],
                 "velocity_component": ["u", "v", "r", "ex", "ey", "gxy"],

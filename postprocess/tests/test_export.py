@@ -119,7 +119,9 @@ def test_blocks_vertices_and_contacts_as_csv(flat_arch, tmp_path):
     contacts = read("contacts", None)
     assert len(contacts) == results["frames/contact_offset"][-1]
     np.testing.assert_array_equal(contacts[["force_x", "force_y"]], results["frames/contact_force"])
-    with pytest.raises(rockdda.InputError, match="there is no table 'cracks'; the tables are: history, blocks"):
+    with pytest.raises(
+        rockdda.InputError, match="there is no table 'cracks'; the tables are: history, boundaries, blocks"
+    ):
         read("cracks", None)
 
 

@@ -24,10 +24,10 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
-    "errors", "version", "callers", "text", "interrupts", "namelist", "materials", "native", "options", "groups",
-    "storage", "frames", "joints", "start", "results", "units", "deck", "labelled", "cutting", "simulation", "model",
-    "networks", "plot", "film", "convert", "export", "analysis", "study", "validation", "cli",
-    "_old_names", "__init__", "__main__",
+    "errors", "version", "outputs", "callers", "text", "notebook", "interrupts", "namelist", "materials", "native",
+    "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
+    "labelled", "cutting", "simulation", "model", "networks", "plot", "film", "convert", "export", "analysis",
+    "study", "validation", "cli", "_old_names", "__init__", "__main__",
 )  # fmt: skip
 
 
@@ -208,3 +208,29 @@ def test_results_need_no_compiled_part(without_compiled, tmp_path):
     (tmp_path / "a.geojson").write_text('{"type":"LineString","coordinates":[[0,0],[1,1]]}')
     convert(tmp_path / "a.geojson", tmp_path / "a")
     assert [path.name for path in _model().write(tmp_path / "model")] == ["box.dc", "box.df"]
+
+
+def test_the_import_is_quick():
+    """Neither NumPy nor h5py are loaded before they are used; 0.25 s of processor time are far from it."""
+    code = (
+        "import sys, time; start = time.process_time(); import rockdda; used = time.process_time() - start; "
+        "heavy = {'numpy', 'h5py', 'matplotlib', 'pandas'} & set(sys.modules); print(used, *heavy); "
+        "rockdda.Results; assert rockdda.results.Results is rockdda.Results; assert 'h5py' in sys.modules"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={"PYTHONPATH": str(PACKAGE.parent)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    used, *heavy = done.stdout.split()
+    assert heavy == []
+    assert float(used) <= 0.25
+
+
+def test_public_names_are_there():
+    assert set(rockdda.__all__) == set(rockdda._HOMES)
+    assert all(getattr(rockdda, name) is not None for name in rockdda.__all__)
+    assert set(rockdda.__all__) <= set(dir(rockdda))
+    assert all(getattr(rockdda, name).__name__ == f"rockdda.{name}" for name in rockdda._MODULES)

@@ -13,7 +13,7 @@ import rockdda
 from matplotlib.collections import PolyCollection
 from rockdda.cli import main
 from rockdda.errors import InputError
-from rockdda.plot.water_maps import pressure_diagrams, water_table
+from rockdda.plot.water_levels import pressure_diagrams, water_table
 from rockdda.units import in_units
 from synthetic import write_wall
 

@@ -92,6 +92,6 @@ def test_boundaries_of_excavated_blocks_are_not_drawn(program, tmp_path):
     for frame, drawn in ((0, True), (-1, False)):
         axes = plot.blocks(dug, "displacement", frame)
         colours = [one.get_edgecolor()[0] for one in axes.collections if len(one.get_edgecolor())]
-        traction = mpl.colors.to_rgba(plot.block_maps.BOUNDARIES["traction"])
+        traction = mpl.colors.to_rgba(plot.boundary_marks.BOUNDARIES["traction"])
         assert any(tuple(colour) == traction for colour in colours) == drawn
         axes.figure.canvas.draw()

@@ -213,6 +213,9 @@ def animate_command(
     title: Annotated[str | None, typer.Option("--title", help="Title of the film.", show_default=False)] = None,
     outline: Annotated[bool, typer.Option("--outline/--no-outline", help="Show the start, too.")] = True,
     dpi: Annotated[int, typer.Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
+    joints: Annotated[
+        bool, typer.Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")
+    ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -224,7 +227,7 @@ def animate_command(
 
         rockdda-post animate slope.h5 -o slope.mp4
 
-        rockdda-post animate slope.h5 -o slope.html --field stress_min --units m,s,N
+        rockdda-post animate slope.h5 -o slope.html --field stress_min --units m,s,N --joints
 
         rockdda-post animate slope.h5 -o slope.gif --every 5 --fps 10 --scale 100
     """
@@ -238,7 +241,7 @@ def animate_command(
     with progress_bar("frames", quiet or as_json) as bar:
         animate(
             results, path, field, every=every, fps=fps, scale=scale, limits=limits, units=units, title=title,
-            outline=outline, dpi=dpi, progress=bar,
+            outline=outline, dpi=dpi, joints=joints, progress=bar,
         )  # fmt: skip
     frames = (results.n_frames - 1) // every + 1 + ((results.n_frames - 1) % every != 0)
     size = path.stat().st_size

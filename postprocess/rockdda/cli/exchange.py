@@ -35,7 +35,9 @@ def export_command(
     ] = None,
     table: Annotated[
         str,
-        typer.Option("--table", help="Of a .csv: history, blocks, vertices, contacts, joints, joint_points or bolts."),
+        typer.Option(
+            "--table", help="Of a .csv: history, boundaries, blocks, vertices, contacts, joints, joint_points or bolts."
+        ),
     ] = "history",
     frames: Annotated[
         str | None,
@@ -75,7 +77,8 @@ def export_command(
         raise InputError(f"unknown format {form!r}; the formats are: pvd, vtu, csv, txt, dxf", path)
     if form in ("pvd", "vtu") and path.suffix.lower() != f".{form}":
         path = path.with_name(path.name + f".{form}")
-    if form != "csv" or table != "history":
+    whole = {"history": f"{results.n_steps} steps", "boundaries": f"{len(results.stages)} stages"}
+    if form != "csv" or table not in whole:
         open_results(file)  # frames are needed
     numbers = export.parse_frames(frames, results.n_frames)
     for number in numbers or ():
@@ -96,7 +99,7 @@ def export_command(
             assert numbers is not None
             export.to_dxf(results, path, numbers[0])
     count = results.n_frames if numbers is None else len(numbers)
-    what = f"{results.n_steps} steps" if form == "csv" and table == "history" else f"{count} frames"
+    what = whole[table] if form == "csv" and table in whole else f"{count} frames"
     print_summary(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
 
 

@@ -266,7 +266,10 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     for material in np.unique(results.block_material):
         document.layers.add(f"block_material_{material}", color=int(material - 1) % 6 + 1)
     document.layers.add("fixed_points", color=1)
-    for polygon, material in zip(frame.polygons(), results.block_material, strict=True):
+    there = frame.active.tolist()  # excavated blocks, and those still to be placed, are left out
+    for polygon, material, active in zip(frame.polygons(), results.block_material, there, strict=True):
+        if not active:
+            continue
         space.add_lwpolyline(polygon, close=True, dxfattribs={"layer": f"block_material_{material}"})
     points: npt.NDArray[Any] = results.fixed_points
     for x, y in points:

@@ -26,7 +26,8 @@ def to_text(
     """Write the outlines as plain text for old plotting scripts; returns the path.
 
     Per frame a comment with number, step and time, then lines `block vertex x y`, counted from 1; the first vertex is
-    repeated at the end of its block, and an empty line follows, so that gnuplot draws closed outlines.
+    repeated at the end of its block, and an empty line follows, so that gnuplot draws closed outlines. Blocks that are
+    not there (excavated, or still to be placed) are left out.
     """
     path = Path(path)
     numbers = chosen(results, frames)
@@ -37,6 +38,8 @@ def to_text(
             now = results.frames[number]
             stream.write(f"# frame {now.index} step {now.step} time {now.time!r}\n")
             for i, polygon in enumerate(now.polygons(), start=1):
+                if not now.active[i - 1]:
+                    continue
                 rows = [(v, *corner) for v, corner in enumerate(polygon.tolist(), start=1)]
                 stream.writelines(f"{i} {v} {x!r} {y!r}\n" for v, x, y in [*rows, rows[0]])
                 stream.write("\n")

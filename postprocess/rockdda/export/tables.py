@@ -31,10 +31,13 @@ def to_csv(
     frames: Iterable[int] | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write a table; returns the path. `what` is 'history' (one row per step), 'blocks' (per frame and block: centroid
-    and every field), 'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and
-    pair of blocks: see `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see
-    `Results.joints`) or 'bolts' (per frame and bolt: its ends, their blocks, its length and axial force).
+    """Write a table; returns the path.
+
+    `what` is 'history' (one row per step), 'boundaries' (per stage and boundary: its kind and its force at the end of
+    the stage), 'blocks' (per frame and block: centroid, every field, index of the stage, 1 where the block is there),
+    'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and pair of blocks: see
+    `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see `Results.joints`) or 'bolts'
+    (per frame and bolt: its ends, their blocks, its length and axial force).
 
     Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
     1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
@@ -43,12 +46,15 @@ def to_csv(
     if what == "history":
         write_file(path, lambda stream: results.history().to_csv(stream, lineterminator="\n"))
         return path
+    if what == "boundaries":
+        write_file(path, lambda stream: results.boundary_forces().to_csv(stream, index=False, lineterminator="\n"))
+        return path
     tables = {
         "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
         "joint_points": _joint_point_rows, "bolts": _bolt_rows,
     }  # fmt: skip
     if what not in tables:
-        raise InputError(f"there is no table {what!r}; the tables are: history, {', '.join(tables)}")
+        raise InputError(f"there is no table {what!r}; the tables are: history, boundaries, {', '.join(tables)}")
     numbers = chosen(results, frames)
 
     def write(stream: TextIO) -> None:
@@ -69,7 +75,9 @@ def to_csv(
 
 def _block_rows(frame: Frame) -> dict[str, Any]:
     fields = {name: frame.field(name) for name in FIELDS if name != "block"}
-    return {"block": frame.field("block"), "x": frame.centroid[:, 0], "y": frame.centroid[:, 1]} | fields
+    places = {"block": frame.field("block"), "x": frame.centroid[:, 0], "y": frame.centroid[:, 1]}
+    stage = np.full(frame.results.n_blocks, frame.stage)
+    return places | fields | {"stage": stage, "active": frame.active.astype(int)}
 
 
 def _owner(frame: Frame) -> npt.NDArray[Any]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["to_vtk"]
 
 Arrays = dict[str, npt.NDArray[Any]]
+BOUNDARY_KINDS = ("fixed", "roller", "moving", "traction", "viscous", "free_field")  # 1, 2, … in the files
 INTEGERS = ("material", "block")  # fields that are numbers of things
 
 
@@ -38,8 +39,10 @@ def to_vtk(
     a path without ending gets this one, and an existing folder takes such files under the name of the results.
     Ending in .vtu: one frame (the last by default). Polygons are blocks. Vertices have displacements; cells have every
     field, velocities as vectors, stresses as 3 × 3 tensors, and block numbers (from 1). Bolts are lines with their
-    forces, joints lines with stresses, opening, slip and mobilised strength, in further files for each frame
-    (…_bolts.vtu, …_joints.vtu), which the index holds, too.
+    forces, joints lines with stresses, opening, slip and mobilised strength, edges of boundaries lines with the number
+    of the boundary, its kind (1 fixed, 2 roller, 3 moving, 4 traction) and force, in further files for each frame
+    (…_bolts.vtu, …_joints.vtu, …_boundaries.vtu), which the index holds, too. Blocks that are not there are left out;
+    field data name the stage.
     """
     _check_vtk()
     path = Path(path)
@@ -50,7 +53,7 @@ def to_vtk(
     if path.suffix.lower() == ".vtu":
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
         now = results.frames[number]
-        for name, grid in _grids(now).items():
+        for name, grid in _grids(results, now).items():
             _write_grid(path.with_name(f"{path.stem}{name}.vtu"), grid)
         return path
     if path.suffix.lower() != ".pvd":
@@ -66,7 +69,7 @@ def to_vtk(
     for done, number in enumerate(numbers, start=1):
         now = results.frames[number]
         files = []
-        for name, grid in _grids(now).items():
+        for name, grid in _grids(results, now).items():
             files.append(folder / f"{path.stem}{name}_{number:05d}.vtu")
             _write_grid(files[-1], grid)
         for k, file in enumerate(files):
@@ -81,13 +84,15 @@ def to_vtk(
     return path
 
 
-def _grids(frame: Frame) -> dict[str, Any]:
+def _grids(results: Results, frame: Frame) -> dict[str, Any]:
     """The grids of a frame by what their file names have behind the stem: blocks, bolts, joints."""
     grids = {"": _blocks(frame)}
     if len(frame.bolt_ends):
         grids["_bolts"] = _bolts(frame)
     if frame.results.has_joints:
         grids["_joints"] = _joints(frame)
+    if len(results.boundary_edges):
+        grids["_boundaries"] = _boundaries(results, frame)
     return grids
 
 
@@ -124,7 +129,7 @@ def _blocks(frame: Frame) -> Any:
         cells = {name: values[active] for name, values in cells.items()}
         points = {name: values[there] for name, values in points.items()}
         vertices, offset = vertices[there], np.concatenate([[0], np.cumsum(corners[active])])
-    return _grid(frame.time, vertices, offset, VTK_POLYGON, points, cells)
+    return _grid(frame, vertices, offset, VTK_POLYGON, points, cells)
 
 
 def _bolts(frame: Frame) -> Any:
@@ -138,7 +143,7 @@ def _bolts(frame: Frame) -> Any:
         "bolt": np.arange(1, n + 1, dtype=np.int32),
         "blocks": (frame.results.bolt_blocks + 1).astype(np.int32),
     }
-    return _grid(frame.time, ends, 2 * np.arange(n + 1), VTK_LINE, {"displacement": _in_space(ends - at_start)}, cells)
+    return _grid(frame, ends, 2 * np.arange(n + 1), VTK_LINE, {"displacement": _in_space(ends - at_start)}, cells)
 
 
 def _joints(frame: Frame) -> Any:
@@ -152,7 +157,22 @@ def _joints(frame: Frame) -> Any:
     cells["joint"] = (table["joint"].to_numpy() + 1).astype(np.int32)
     cells["blocks"] = (table[["first", "second"]].to_numpy() + 1).astype(np.int32)
     cells["force"] = _in_space(table[["force_x", "force_y"]].to_numpy(dtype=float))
-    return _grid(frame.time, ends, 2 * np.arange(len(table) + 1), VTK_LINE, {}, cells)
+    return _grid(frame, ends, 2 * np.arange(len(table) + 1), VTK_LINE, {}, cells)
+
+
+def _boundaries(results: Results, frame: Frame) -> Any:
+    """The edges of boundaries in a frame as a grid of lines, without those of blocks that are not there."""
+    from vtkmodules.vtkCommonDataModel import VTK_LINE
+
+    ends, number = results.boundary_ends, results.boundary_edges[:, 0]
+    there = np.repeat(frame.active, np.diff(results.vertex_offset))[ends[:, 0]]
+    ends, number = ends[there], number[there]
+    kind = np.array([1 + BOUNDARY_KINDS.index(name) for name in results.boundary_kinds])
+    row = int(np.searchsorted(results["history/step"], frame.step))
+    force = results.boundary_force[row] if frame.step > 0 else np.zeros((len(kind), 2))
+    cells: Arrays = {"boundary": (number + 1).astype(np.int32), "kind": kind[number].astype(np.int32)}
+    cells["force_of_boundary"] = _in_space(force[number])
+    return _grid(frame, frame.vertices[ends].reshape(-1, 2), 2 * np.arange(len(ends) + 1), VTK_LINE, {}, cells)
 
 
 def _in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -161,11 +181,12 @@ def _in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _grid(
-    time: float, vertices: npt.NDArray[Any], offset: npt.NDArray[Any], shape: int, points: Arrays, cells: Arrays
+    frame: Frame, vertices: npt.NDArray[Any], offset: npt.NDArray[Any], shape: int, points: Arrays, cells: Arrays
 ) -> Any:
-    """An unstructured grid of cells of one shape; cell i owns the vertices [offset[i], offset[i+1])."""
+    """An unstructured grid of cells of one shape; cell i owns the vertices [offset[i], offset[i+1]). Its field data are
+    the time and the stage of the frame: index, from 0, and name."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
 
     grid = vtkUnstructuredGrid()
@@ -183,9 +204,14 @@ def _grid(
             array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
             array.SetName(name)
             data.AddArray(array)
-    moment = numpy_to_vtk(np.array([time]), deep=True)
-    moment.SetName("TimeValue")
-    grid.GetFieldData().AddArray(moment)
+    for name, number in (("TimeValue", np.array([frame.time])), ("stage", np.array([frame.stage], dtype=np.int32))):
+        array = numpy_to_vtk(number, deep=True)
+        array.SetName(name)
+        grid.GetFieldData().AddArray(array)
+    stage = vtkStringArray()
+    stage.SetName("stage_name")
+    stage.InsertNextValue(frame.stage_name)
+    grid.GetFieldData().AddArray(stage)
     return grid
 
 

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..plot.style import DIVERGING, MATERIALS, SEQUENTIAL, field_label, limits_of
+from ..plot.style import DIVERGING, MATERIALS, SEQUENTIAL, STATES, field_label, limits_of
 from ..units import Units
+from .overlays import boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, water_of
 
 if TYPE_CHECKING:
     from ..results import Frame, Results
@@ -45,11 +46,12 @@ def colour_maps() -> dict[str, str]:
         "reversed": colours(f"{SEQUENTIAL}_r"),
         "diverging": colours(DIVERGING),
         "materials": "".join(colour[1:] for colour in MATERIALS),
+        "states": "".join(colour[1:] for colour in STATES.values()),
     }
 
 
-def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str, Any]:
-    """The data of the page beside the frames; `fields` without their values."""
+def describe(results: Results, fields: Sequence[str], units: Units, *, joints: bool = True) -> dict[str, Any]:
+    """The data of the page beside the frames; `fields` without their values, and those of joints where wanted."""
     now = results.frames[-1].vertices
     corners = np.concatenate([results.vertices, now])
     return {
@@ -60,6 +62,9 @@ def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str,
         "box": [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()],
         "areas": [float(f"{area:.6g}") for area in results.block_area],
         "fixed": results.fixed_points.tolist(),
+        "boundaries": boundary_rows(results),
+        "stageNames": results.stage_names if results.has_stages else [],
+        "hasWater": has_water(results),
         "bolts": results.bolt_ends.reshape(-1, 4).tolist(),
         "boltLabel": units.label("axial force", "force"),
         "maps": colour_maps(),
@@ -68,22 +73,29 @@ def describe(results: Results, fields: Sequence[str], units: Units) -> dict[str,
             {"name": name, "label": _plain(field_label(name, units))}
             | ({"map": "materials"} if name == "material" else {})
             for name in fields
-        ],
+        ]
+        + (joint_entries(results, units) if joints else []),
     }
 
 
-def usual_range(values: npt.NDArray[Any], areas: npt.NDArray[Any]) -> tuple[float, float]:
+def usual_range(
+    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
+) -> tuple[float, float]:
     """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
 
     Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
     the smallest and largest values are left out, on each side until they have 2 % of the area; the widest range of all
-    frames counts.
+    frames counts. `active`: blocks that count in each frame, by default all.
     """
     values = np.atleast_2d(values).astype(float)
+    there = np.ones(values.shape, dtype=bool) if active is None else np.atleast_2d(active)
     low, high = np.inf, -np.inf
-    for row in values:
+    for every, of_frame in zip(values, there, strict=True):
+        if not of_frame.any():
+            continue
+        row, weights = every[of_frame], areas[of_frame]
         order = np.argsort(row, kind="stable")
-        share = np.cumsum(areas[order]) / areas.sum()
+        share = np.cumsum(weights[order]) / weights.sum()
         first = int(np.searchsorted(share, 0.02, side="right"))
         last = int(np.searchsorted(share, 0.98, side="left"))
         low, high = min(low, float(row[order[first]])), max(high, float(row[order[min(last, len(row) - 1)]]))
@@ -129,12 +141,13 @@ def film_page(
     units: Units,
     title: str,
     progress: Callable[[int, int], None] | None = None,
+    joints: bool = False,
 ) -> str:
-    """A page with the data of some frames in it.
+    """A page with the data of some frames in it, with `joints` those along the joints, too.
 
     Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range.
     """
-    setup = describe(results, fields, units)
+    setup = describe(results, fields, units, joints=joints)
     moves = np.empty((len(frames), results.n_vertices, 2), dtype=np.float32)
     values = {name: np.empty((len(frames), results.n_blocks), dtype=np.float32) for name in fields}
     for k, index in enumerate(frames):
@@ -151,10 +164,27 @@ def film_page(
     setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}
     corners = (results.vertices + moves).reshape(-1, 2)
     setup["box"] = [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()]
+    active = results.active[frames]
+    stages = results.frame_stages
+    setup["frameStages"] = [int(stages[index]) for index in frames]
+    if setup["hasWater"]:
+        setup["water"] = [water_of(results, results.frames[index]) for index in frames]
+    if joints and results.has_joints:
+        rows = [joint_rows(results.frames[index]) for index in frames]
+        setup["joints"] = {
+            "offset": np.cumsum([0, *map(len, rows)]).tolist(),
+            "data": pack(np.concatenate(rows), "f4"),
+            "ranges": {
+                entry["name"]: joint_ranges(rows, entry["name"]) for entry in setup["fields"] if "joint" in entry
+            },
+        }
     for entry in setup["fields"]:
+        if "joint" in entry:
+            continue
         found = values[entry["name"]].astype(float)
-        low, high = float(found.min()), float(found.max())
-        usual = colour_range((float(found.min()), float(found.max())), usual_range(found, results.block_area))
+        low, high = float(found[active].min()), float(found[active].max())
+        found = np.clip(found, low, high)  # of blocks that are not there
+        usual = colour_range((low, high), usual_range(found, results.block_area, active))
         if entry["name"] != "material":
             low, high, _ = limits_of(entry["name"], found, None)
         span = high - low or 1.0

@@ -17,13 +17,16 @@ import numpy as np
 from ..errors import InputError, OutputError
 from ..frames import field_name
 from ..interrupts import HeldInterrupts
-from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline
+from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment
+from ..plot.boundary_marks import add_boundaries
 from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
+from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
 from .page import SHOWN_FIELDS, film_page
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
@@ -50,14 +53,16 @@ def animate(
     fields: Sequence[str] | None = None,
     title: str | None = None,
     dpi: int = 120,
+    joints: bool = False,
     progress: Progress | None = None,
 ) -> Path:
     """Make a film of all frames (or every n-th and the last); returns its path.
 
     The ending of `output` selects the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
-    `fields`, beginning with `field`. `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the
-    number of frames done and their number. An existing film is replaced; Ctrl-C stops between two frames and leaves it
-    as it was, a second Ctrl-C does not wait for the frame.
+    `fields`, beginning with `field`, with `joints` also among stresses, opening and slip along joints. `scale` enlarges
+    the displacements in .mp4 and .gif. `progress` is called with the number of frames done and their number. An
+    existing film is replaced; Ctrl-C stops between two frames and leaves it as it was, a second Ctrl-C does not wait
+    for the frame.
     """
     path = Path(output)
     units = Units.parse(units)
@@ -76,7 +81,7 @@ def animate(
         if path.suffix.lower() == ".html":
             chosen = list(dict.fromkeys([field, *fields]))
             name = title or results.title or results.name
-            part.write_text(film_page(results, frames, chosen, units, name, progress), encoding="utf-8")
+            part.write_text(film_page(results, frames, chosen, units, name, progress, joints), encoding="utf-8")
         else:
             _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
         part.replace(path)
@@ -103,6 +108,7 @@ def _draw(
         first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
         enlarged = f"displacements × {scale:g}" if scale != 1 else ""
         clock = axes.set_title(" ")
+        marks: list[Artist] = []  # of boundaries and water, which each frame has anew
         (bar,) = axes.plot([], [], color="#0072B2", lw=2.5, transform=axes.transAxes, clip_on=False)
         figure.get_layout_engine().execute(figure)  # type: ignore[union-attr]
         figure.set_layout_engine("none")  # the picture must not move within the film
@@ -118,8 +124,11 @@ def _draw(
                 start = results.bolt_ends
                 bolts.set_segments(list(start + scale * (now.bolt_ends - start)))
             bar.set_data([0, share], [1.005, 1.005])
-            time = f"t = {now.time:.4f}" + (f" {units.time}" if units.time else "")
-            clock.set_text(", ".join(part for part in (stamp, time, enlarged) if part))
+            while marks:
+                marks.pop().remove()
+            marks.extend(add_boundaries(axes, results, _moved(results, now.shown_vertices, scale)))
+            marks.extend(add_water_tables(axes, results, now))
+            clock.set_text(", ".join(part for part in (stamp, moment(now, units, ".4f"), enlarged) if part))
 
         try:
             _record(writer, figure, path, dpi, frames, draw, progress)

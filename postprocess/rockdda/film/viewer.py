@@ -28,10 +28,12 @@ from ..errors import InputError, RockddaError
 from ..frames import FIELDS, Frame, field_name
 from ..results import Results
 from ..units import Units
+from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
 from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
 
 __all__ = ["Viewer", "block_history", "view"]
 
+MOST_JOINTS = 5  # the same of joints
 MOST_SAMPLED = 25  # frames whose values make the colour scale of a long run
 
 
@@ -42,7 +44,9 @@ class Viewer:
         self.results = results
         self.units = Units.parse(units)
         self.fields = list(dict.fromkeys([field_name(field), *SHOWN_FIELDS]))
+        self.joint_fields = [entry["name"] for entry in joint_entries(results, self.units)]
         self._lock = threading.Lock()
+        self._joints: dict[int, dict[str, tuple[float, float, float, float]]] = {}
         self._limits: dict[str, dict[int, tuple[float, float, float, float]]] = {}
         self.token = secrets.token_urlsafe(24)
 
@@ -60,6 +64,12 @@ class Viewer:
                 return self._floats(self._frame(parts[1]).shown_displacement)
             if len(parts) == 3 and parts[0] == "field" and parts[1] in FIELDS:
                 return self._floats(self._frame(parts[2]).field(parts[1]))
+            if len(parts) == 2 and parts[0] == "limits" and parts[1] in self.joint_fields:
+                return "application/json", json.dumps(self._joint_range(parts[1])).encode()
+            if len(parts) == 2 and parts[0] == "joints" and self.joint_fields:
+                return self._floats(joint_rows(self._frame(parts[1])))
+            if len(parts) == 2 and parts[0] == "water" and has_water(self.results):
+                return "application/json", json.dumps(water_of(self.results, self._frame(parts[1]))).encode()
             if len(parts) == 2 and parts[0] == "bolts":
                 return self._floats(bolt_rows(self._frame(parts[1])))
             if len(parts) == 2 and parts[0] == "block":
@@ -79,6 +89,7 @@ class Viewer:
         return {
             "times": results.times.tolist(),
             "steps": results.steps.tolist(),
+            "frameStages": results.frame_stages.tolist(),
             "running": running,
             "state": f"running, step {results.n_steps}" if running else results.exit_reason,
         }
@@ -96,12 +107,23 @@ class Viewer:
         n = self.results.n_frames
         for k in np.unique(np.linspace(0, n - 1, min(n, MOST_SAMPLED)).round().astype(int)):
             if int(k) not in known:
-                values = self.results.frames[int(k)].field(name)
-                usual = usual_range(values, self.results.block_area)
+                now = self.results.frames[int(k)]
+                values = now.field(name)[now.active]
+                usual = usual_range(values, self.results.block_area[now.active])
                 known[int(k)] = (float(values.min()), float(values.max()), *usual)
         low, high, usual_low, usual_high = zip(*known.values(), strict=True)
         whole = min(low), max(high)
         return *whole, *colour_range(whole, (min(usual_low), max(usual_high)))
+
+    def _joint_range(self, name: str) -> tuple[float, float, float, float]:
+        """As `_range`, of a field of joints, in few frames: each has to be matched with its edges."""
+        n = self.results.n_frames
+        chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_JOINTS)).round().astype(int))
+        for k in chosen.tolist():
+            if k not in self._joints:
+                rows = joint_rows(self.results.frames[k])
+                self._joints[k] = {field: joint_range(rows, field) for field in self.joint_fields}
+        return widest([self._joints[k][name] for k in chosen.tolist()], name)
 
     def _block(self, block: int) -> dict[str, list[float]]:
         """All fields of one block (from 0) in all frames, in one answer."""

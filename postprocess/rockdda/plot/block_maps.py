@@ -13,9 +13,9 @@ import numpy.typing as npt
 from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
+from .boundary_marks import add_boundaries
 from .style import (
     BOLT,
-    BOUNDARIES,
     COMPRESSION,
     MATERIALS,
     SEQUENTIAL,
@@ -28,6 +28,7 @@ from .style import (
     size_of,
     style,
 )
+from .water_levels import add_water_tables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,10 +118,15 @@ def frame_axes(
     axes.set_aspect("equal")
     axes.set_xlabel(units.label("x", "length"))
     axes.set_ylabel(units.label("y", "length"))
-    time = f"t = {frame.time:.4g}" + (f" {units.time}" if units.time else "")
-    name = plain_text(results.title)
-    axes.set_title(f"{name}, {time}" if title is None and name else time if title is None else title)
+    parts = [plain_text(results.title), f"{moment(frame, units)}"]
+    axes.set_title(", ".join(part for part in parts if part) if title is None else title)
     return axes
+
+
+def moment(frame: Frame, units: Units, digits: str = ".4g") -> str:
+    """When a frame is: the name of its stage, where stages have names, and its time."""
+    time = f"t = {frame.time:{digits}}" + (f" {units.time}" if units.time else "")
+    return f"{plain_text(frame.stage_name)}, {time}" if frame.results.has_stages else time
 
 
 def _moved(frame: Frame, scale: float) -> FloatArray:
@@ -133,41 +139,6 @@ def add_fixed_points(axes: Axes, results: Results) -> None:
     points = results.fixed_points
     if len(points):
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
-
-
-def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> None:
-    """Add the edges of boundaries, outside of which stand hatches (fixed, moving), rollers, or arrows (traction)."""
-    from matplotlib.collections import LineCollection
-
-    ends, edges = results.boundary_ends, results.boundary_edges
-    if not len(edges):
-        return
-    size = 0.012 * float(np.ptp(results.vertices, axis=0).max())
-    for kind, colour in BOUNDARIES.items():
-        of_kind = np.array([name == kind for name in results.boundary_kinds])[edges[:, 0]]
-        if not of_kind.any():
-            continue
-        lines = shown[ends[of_kind]]
-        lines = lines[np.isfinite(lines).all(axis=(1, 2))]  # blocks that are not there have no edges
-        if not len(lines):
-            continue
-        axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=1.8, zorder=3.8), autolim=False)
-        along = lines[:, 1] - lines[:, 0]
-        length = np.linalg.norm(along, axis=1)
-        counts = np.maximum(1, np.round(length / (2.5 * size))).astype(int)
-        share = np.concatenate([(np.arange(n) + 0.5) / n for n in counts])
-        owner = np.repeat(np.arange(len(lines)), counts)
-        tangent = (along / length[:, None])[owner]
-        outward = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-        foot = lines[owner, 0] + share[:, None] * along[owner]
-        if kind == "roller":
-            axes.plot(*(foot + 0.6 * size * outward).T, "o", color=colour, markersize=2.6, markerfacecolor="white",
-                      markeredgewidth=0.7, zorder=3.9, clip_on=False)  # fmt: skip
-            continue
-        far = foot + size * (outward - tangent) if kind != "traction" else foot + 2 * size * outward
-        marks = LineCollection(list(np.stack([foot, far], axis=1)), colors=colour, linewidths=0.8, zorder=3.8)
-        marks.set_clip_on(False)
-        axes.add_collection(marks, autolim=False)
 
 
 def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> LineCollection | None:
@@ -272,6 +243,7 @@ def blocks(
         add_bolts(axes, _shown_bolts(now, scale))
         add_fixed_points(axes, results)
         add_boundaries(axes, results, shown)
+        add_water_tables(axes, results, now)
         _enlarged(axes, scale)
     return axes
 
@@ -312,13 +284,13 @@ def stress_crosses(
     from matplotlib.lines import Line2D
 
     now, units = results.frames[frame], Units.parse(units)
-    principal, angle = now.principal_stress()
+    principal, angle = (values[now.active] for values in now.principal_stress())
     sizes = np.abs(principal)
     reference = float(np.percentile(sizes.max(axis=1), 95)) or 1.0
     half = 0.45 * size * float(np.median(np.sqrt(results.block_area))) / reference
     turned = np.stack([angle, angle + np.pi / 2], axis=1)
     arm = (half * sizes)[..., None] * np.stack([np.cos(turned), np.sin(turned)], axis=-1)
-    centre = now.centroid[:, None, :]
+    centre = now.centroid[now.active, None, :]
     segments = np.stack([centre - arm, centre + arm], axis=2).reshape(-1, 2, 2)
     colours = np.where(principal.ravel() > 0, TENSION, COMPRESSION)
     order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
@@ -332,7 +304,7 @@ def stress_crosses(
         )
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.vertices)
+        add_boundaries(axes, results, now.shown_vertices)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
@@ -387,7 +359,7 @@ def contact_forces(
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.vertices)
+        add_boundaries(axes, results, now.shown_vertices)
         if carrying.any():
             value = _short_factor(reference)
             share_of = value / reference
@@ -411,7 +383,9 @@ def displacements(
     `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model.
     """
     now, units = results.frames[frame], Units.parse(units)
-    vector = now.displacement
+    there = now.active
+    start_of = np.where(np.isnan(now.shown_vertices), np.nan, results.vertices)  # vertices of blocks that are there
+    vector = now.displacement[there]
     length = np.hypot(*vector.T)
     extent = float(np.ptp(results.vertices, axis=0).max())
     largest = float(length.max())
@@ -419,8 +393,8 @@ def displacements(
         scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, results.vertices)
-        start = results.block_centroid
+        add_plain_blocks(axes, results, start_of)
+        start = results.block_centroid[there]
         arrows = axes.quiver(
             *start.T, *(scale * vector).T, length, angles="xy", scale_units="xy", scale=1,
             cmap=f"{SEQUENTIAL}_r", width=0.0028,             headwidth=4.5, headlength=5, headaxislength=4.5, zorder=3,
@@ -429,7 +403,7 @@ def displacements(
         add_colour_bar(axes, arrows, field_label("displacement", units))
         add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, results.vertices)
+        add_boundaries(axes, results, start_of)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes

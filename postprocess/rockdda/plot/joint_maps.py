@@ -11,7 +11,8 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..joints import JOINT_FIELDS
 from ..units import Units
-from .block_maps import add_bolts, add_boundaries, add_colour_bar, add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import add_bolts, add_colour_bar, add_fixed_points, add_plain_blocks, frame_axes
+from .boundary_marks import add_boundaries
 from .style import PAPER_WIDTH, STATES, limits_of, style
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def joints(
             axes.legend([handle], [name], loc="lower right", bbox_to_anchor=(0.95, 1.0), borderaxespad=0.1)
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.vertices)
+        add_boundaries(axes, results, now.shown_vertices)
     return axes
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import RockddaError
 from ..frames import field_name
 from ..units import Units
+from .block_maps import moment
 from .style import SEQUENTIAL, field_label, limits_of
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def interactive(
         now = frames[round(value)]
         mesh.points[:, :2] = results.vertices + now.shown_displacement
         mesh.cell_data[field] = now.field(field)
-        plotter.add_text(f"t = {now.time:.4g} {units.time}", name="time", font_size=10)
+        plotter.add_text(moment(now, units), name="time", font_size=10)
 
     def picked(cell: Any) -> None:
         if cell is not None and cell.n_cells:

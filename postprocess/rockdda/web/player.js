@@ -6,6 +6,9 @@
 const $ = (id) => document.getElementById(id);
 const setup = JSON.parse($("setup").textContent);
 const hash = new URLSearchParams(location.hash.slice(1));
+const WIDTH = 9; // numbers of a point along a joint: edge, both ends as shares of it, state, four fields, mobilised
+const STATES = ["open", "sliding", "locked or tied"];
+const ofBlocks = (field) => field.joint === undefined;
 const FORMER = { stress: "stress_min", velocity: "speed" }; // names of fields in older addresses
 
 // ---- data ------------------------------------------------------------------------------------------------------
@@ -26,12 +29,18 @@ class Film { // everything is in the page, as whole numbers within ranges
   constructor(data) { this.data = data; this.values = {}; }
   async open() {
     this.moves = await unpack(this.data.moves.data, Int16Array);
+    if (this.data.joints) this.jointRows = await unpack(this.data.joints.data, Float32Array);
     if (this.data.boltData) this.boltRows = await unpack(this.data.boltData, Float32Array);
   }
   async bolts(k) {
     const n = 5 * this.data.bolts.length;
     return this.boltRows.subarray(k * n, (k + 1) * n);
   }
+  async joints(k) {
+    const [begin, end] = this.data.joints.offset.slice(k, k + 2);
+    return this.jointRows.subarray(WIDTH * begin, WIDTH * end);
+  }
+  async water(k) { return this.data.water[k]; }
   async displacement(k) {
     const n = 2 * this.data.vertices, unit = this.data.moves.unit, out = new Float32Array(n);
     for (let i = 0; i < n; i++) out[i] = unit * this.moves[k * n + i];
@@ -48,10 +57,13 @@ class Film { // everything is in the page, as whole numbers within ranges
     const n = this.data.blocks;
     return (await this.all(field)).subarray(k * n, (k + 1) * n);
   }
-  async limits(field) { return [field.low, field.high, ...field.usual]; }
+  async limits(field) {
+    if (field.joint !== undefined) return this.data.joints.ranges[field.name];
+    return [field.low, field.high, ...field.usual];
+  }
   async block(block) {
     const found = {};
-    for (const field of this.data.fields) {
+    for (const field of this.data.fields.filter(ofBlocks)) {
       const values = await this.all(field);
       found[field.name] = this.data.times.map((_, k) => values[k * this.data.blocks + block]);
     }
@@ -86,11 +98,14 @@ class Live { // a server on this machine
   displacement(k) { return this.floats(`displacement/${k}`); }
   field(field, k) { return this.floats(`field/${field.name}/${k}`); }
   bolts(k) { return this.floats(`bolts/${k}`); }
+  joints(k) { return this.floats(`joints/${k}`); }
+  water(k) { return this.json(`water/${k}`); }
   limits(field) { return this.json(`limits/${field.name}`); }
   block(block) { return this.json(`block/${block}`); }
   ahead(k) { // fetch the next frames before they are shown
     for (let next = k + 1; next <= Math.min(k + 4, setup.times.length - 1); next++) {
-      for (const coming of [this.displacement(next), this.field(field, next), setup.bolts.length ? this.bolts(next) : null]) {
+      const colours = ofBlocks(field) ? this.field(field, next) : this.joints(next);
+      for (const coming of [this.displacement(next), colours, setup.bolts.length ? this.bolts(next) : null]) {
         if (coming) coming.catch(() => {});
       }
     }
@@ -101,6 +116,9 @@ class Live { // a server on this machine
 const source = setup.live ? new Live() : new Film(setup);
 let offset, start;
 let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [0, 1], beyond = [0, 1];
+let joints = null, water = null;
+let next = null, owner = null; // of each vertex: the one after it on its block, and the block
+let gone = null; // blocks that are not there: their vertices are all at one place
 let moved, values, bolts = null, drawn = 0; // moved: undefined until the first frame has come
 let fitted = true; // the picture has not been zoomed or moved
 let view = null; // scale in pixels per length, and the place at the middle of the canvas
@@ -179,6 +197,7 @@ function onScreen(at, width, height) { // the blocks that can be seen, and their
   const seen = [];
   let size = 0;
   for (let i = 0; i < setup.blocks; i++) {
+    if (gone[i]) continue;
     let [left, right, top, bottom] = [Infinity, -Infinity, Infinity, -Infinity];
     for (let v = offset[i]; v < offset[i + 1]; v++) {
       const x = at[2 * v], y = at[2 * v + 1];
@@ -202,8 +221,25 @@ function enlarged() {
 
 function present() { // vertices as shown
   const factor = enlarged(), out = new Float32Array(start.length);
-  for (let i = 0; i < out.length; i++) out[i] = start[i] + factor * moved[i];
+  for (let v = 0; v < owner.length; v++) {
+    const scale = gone[owner[v]] ? 1 : factor;
+    for (const i of [2 * v, 2 * v + 1]) out[i] = start[i] + scale * moved[i];
+  }
   return out;
+}
+
+function findGone() { // no block shrinks to a twentieth of its size; films keep places to about 1/30,000
+  gone = new Uint8Array(setup.blocks);
+  for (let i = 0; i < setup.blocks; i++) {
+    const size = [0, 0];
+    for (let v = offset[i] + 1; v < offset[i + 1]; v++) {
+      const x = start[2 * v] - start[2 * offset[i]], y = start[2 * v + 1] - start[2 * offset[i] + 1];
+      const dx = moved[2 * v] - moved[2 * offset[i]], dy = moved[2 * v + 1] - moved[2 * offset[i] + 1];
+      size[0] = Math.max(size[0], Math.hypot(x, y));
+      size[1] = Math.max(size[1], Math.hypot(x + dx, y + dy));
+    }
+    gone[i] = size[1] < 0.05 * size[0] ? 1 : 0;
+  }
 }
 
 function drawBolts() {
@@ -218,24 +254,154 @@ function drawBolts() {
   });
 }
 
+// ---- what lies over the blocks ---------------------------------------------------------------------------------
+
+function drawJoints(at, colours) { // pieces of edges end to end, the largest values last
+  if (!joints) return;
+  const column = 3 + field.joint, [low, high] = limits, pieces = [];
+  for (let i = 0; i < joints.length; i += WIDTH) {
+    const value = joints[i + column], open = joints[i + 3] === 0;
+    const without = Number.isNaN(value) || (open && field.name !== "joint_opening" && field.map !== "states");
+    pieces.push([i, without ? -1 : field.map === "states" ? value : Math.abs(value), without, value]);
+  }
+  pieces.sort((a, b) => a[1] - b[1]);
+  const width = Math.min(5, Math.max(1.2, jointWidth));
+  const stroke = (pieceList, colour, wide) => {
+    pen.strokeStyle = colour; pen.lineWidth = wide;
+    pen.beginPath();
+    for (const [i] of pieceList) {
+      const [x1, y1, x2, y2] = piece(at, i);
+      pen.moveTo(x1, y1); pen.lineTo(x2, y2);
+    }
+    pen.stroke();
+  };
+  stroke(pieces.filter((p) => p[2]), "#9a9a9a", 0.4 * width);
+  const shown = pieces.filter((p) => !p[2]);
+  if (field.map !== "states") stroke(shown, "#6e6e6e", width + 0.8); // beneath colours of which zero is white
+  let run = [], colour = null;
+  for (const p of shown) {
+    const share = Math.min(Math.max((p[3] - low) / (high - low || 1), 0), 1);
+    const here = field.map === "states" ? colours[p[3]] : colours[Math.round(share * (colours.length - 1))];
+    if (here !== colour && run.length) { stroke(run, colour, width); run = []; }
+    colour = here; run.push(p);
+  }
+  if (run.length) stroke(run, colour, width);
+  document.body.dataset.joints = `${shown.length} ${pieces.length}`;
+}
+
+let jointWidth = 2.4;
+function piece(at, i) { // both ends of a point's part of its joint [pixels]
+  const a = joints[i], b = next[a], [s, t] = [joints[i + 1], joints[i + 2]];
+  const [ax, ay, dx, dy] = [at[2 * a], at[2 * a + 1], at[2 * b] - at[2 * a], at[2 * b + 1] - at[2 * a + 1]];
+  return [ax + s * dx, ay + s * dy, ax + t * dx, ay + t * dy];
+}
+
+function jointAt(px, py) { // the row of the nearest piece within some pixels
+  if (ofBlocks(field) || !joints || !moved) return -1;
+  const at = places(present());
+  let best = 7, found = -1;
+  for (let i = 0; i < joints.length; i += WIDTH) {
+    const [x1, y1, x2, y2] = piece(at, i), dx = x2 - x1, dy = y2 - y1, square = dx * dx + dy * dy;
+    const share = square > 0 ? Math.min(Math.max(((px - x1) * dx + (py - y1) * dy) / square, 0), 1) : 0;
+    const away = Math.hypot(px - x1 - share * dx, py - y1 - share * dy);
+    if (away < best) { best = away; found = i; }
+  }
+  return found;
+}
+
+function arrow(x, y, dx, dy, length) { // with its tail at a place, along a unit vector [pixels]
+  const [tx, ty] = [x + length * dx, y + length * dy], h = 0.4 * length;
+  pen.moveTo(x, y); pen.lineTo(tx, ty);
+  pen.moveTo(tx - h * (dx - 0.5 * dy), ty - h * (dy + 0.5 * dx));
+  pen.lineTo(tx, ty); pen.lineTo(tx - h * (dx + 0.5 * dy), ty - h * (dy - 0.5 * dx));
+}
+
+const KINDS = { fixed: "#000000", roller: "#000000", moving: "#009e73", traction: "#d55e00" };
+function drawBoundaries(at) { // their edges, and symbols of so many pixels outside of the blocks
+  const size = 7, { kinds, edges } = setup.boundaries, moving = new Set();
+  let count = 0;
+  for (const [v, w, boundary, mode, ux, uy] of edges) {
+    const kind = kinds[boundary], [x1, y1, x2, y2] = [at[2 * v], at[2 * v + 1], at[2 * w], at[2 * w + 1]];
+    const length = Math.hypot(x2 - x1, y2 - y1);
+    if (gone[owner[v]] || !(length > 0)) continue;
+    const [tx, ty] = [(x2 - x1) / length, (y2 - y1) / length], [nx, ny] = [-ty, tx]; // outward, y downwards
+    const n = Math.max(1, Math.round(length / (2.5 * size)));
+    pen.strokeStyle = KINDS[kind] || "#000000"; pen.fillStyle = "#ffffff";
+    pen.lineWidth = 2.2;
+    pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
+    pen.lineWidth = 1;
+    for (let i = 0; i < n; i++) {
+      const x = x1 + ((i + 0.5) / n) * (x2 - x1), y = y1 + ((i + 0.5) / n) * (y2 - y1);
+      pen.beginPath();
+      if (kind === "roller") {
+        pen.arc(x + 3.5 * nx, y + 3.5 * ny, 2.5, 0, 2 * Math.PI);
+        pen.fill();
+      } else if (kind === "traction" && mode) {
+        const [dx, dy] = mode === 3 ? [ux, -uy] : mode === 1 ? [-nx, -ny] : [nx, ny], push = dx * nx + dy * ny, long = 2 * size;
+        if (push < -0.1) arrow(x - long * dx, y - long * dy, dx, dy, long);
+        else if (push > 0.1) arrow(x, y, dx, dy, long);
+        else arrow(x + size * nx - size * dx, y + size * ny - size * dy, dx, dy, long);
+      } else { pen.moveTo(x, y); pen.lineTo(x + size * (nx - tx), y + size * (ny - ty)); }
+      pen.stroke();
+      count++;
+    }
+    if (kind === "moving" && mode && !moving.has(boundary)) {
+      moving.add(boundary);
+      pen.lineWidth = 1.8;
+      pen.beginPath(); arrow((x1 + x2) / 2 + 12 * nx - 14 * ux, (y1 + y2) / 2 + 12 * ny + 14 * uy, ux, -uy, 28); pen.stroke();
+    }
+  }
+  document.body.dataset.symbols = count;
+}
+
+function drawWater(at) { // pressure as bands, outside of free edges and inside at joints; tables
+  if (!water || !$("water").checked) return;
+  const widest = 0.08 * Math.max(setup.box[1][0] - setup.box[0][0], setup.box[1][1] - setup.box[0][1]) * view.scale;
+  for (const [v, w, free, ...pairs] of water.bands) {
+    const [x1, y1, x2, y2] = [at[2 * v], at[2 * v + 1], at[2 * w], at[2 * w + 1]], length = Math.hypot(x2 - x1, y2 - y1);
+    if (!(length > 0)) continue;
+    const side = ((free ? 1 : -1) * widest) / water.largest / length, [nx, ny] = [side * (y1 - y2), side * (x2 - x1)];
+    pen.beginPath();
+    const place = (s, p) => [x1 + s * (x2 - x1) + p * nx, y1 + s * (y2 - y1) + p * ny];
+    pen.moveTo(...place(pairs[0], 0));
+    for (let i = 0; i < pairs.length; i += 2) pen.lineTo(...place(pairs[i], pairs[i + 1]));
+    pen.lineTo(...place(pairs[pairs.length - 2], 0));
+    pen.fillStyle = "#56b4e98c"; pen.fill();
+    pen.strokeStyle = "#0072b2"; pen.lineWidth = 0.8; pen.stroke();
+  }
+  pen.strokeStyle = "#0072b2"; pen.lineWidth = 1.6; pen.setLineDash([9, 4]);
+  const [low, high] = setup.box, margin = 0.03 * (high[0] - low[0]);
+  for (const table of water.tables) {
+    const end = table.length - 2;
+    const all = [Math.min(low[0] - margin, table[0]), table[1], ...table, Math.max(high[0] + margin, table[end]), table[end + 1]];
+    const line = places(all);
+    pen.beginPath();
+    for (let i = 0; i < line.length; i += 2) pen.lineTo(line[i], line[i + 1]);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+  document.body.dataset.water = `${water.tables.length} ${water.bands.length}`;
+}
+
 function draw() {
   if (!moved) return; // the window has its size before the first frame is there
   const [width, height] = resize(canvas, pen);
   if (fitted) fit();
   pen.fillStyle = "#ffffff";
   pen.fillRect(0, 0, width, height);
-  const at = places(present()), colours = maps[field.map || mapOf(...limits)];
+  const at = places(present()), colours = maps[field.map || mapOf(...limits)], plain = !ofBlocks(field);
   const [seen, size] = onScreen(at, width, height);
+  jointWidth = size / 6;
   if ($("outline").checked && frame > 0 && size > 3) {
     pen.strokeStyle = "#7a7a7a";
     pen.lineWidth = 0.7;
     pen.setLineDash([4, 3]);
-    paint(seen, places(start), () => pen.stroke());
+    paint(Int32Array.from(gone.keys()), places(start), () => pen.stroke());
     pen.setLineDash([]);
   }
   const [low, high] = limits, span = high - low || 1;
   const buckets = new Map(); // blocks of one colour are painted together
-  for (const i of seen) {
+  for (const i of plain ? [] : seen) {
     const share = Math.min(Math.max((values[i] - low) / span, 0), 1);
     const colour = field.map === "materials" ? (values[i] - 1) % colours.length : Math.round(share * (colours.length - 1));
     if (!buckets.has(colour)) buckets.set(colour, []);
@@ -249,8 +415,9 @@ function draw() {
     }
     paint(blocks, at, () => { pen.fill(); if (size < 3) pen.stroke(); });
   }
+  if (plain) { pen.fillStyle = "#f0f1f2"; paint(seen, at, () => pen.fill()); }
   if (size >= 3) {
-    pen.strokeStyle = "#333333";
+    pen.strokeStyle = plain ? "#a8a8a8" : "#333333";
     pen.lineWidth = Math.min(0.8, size / 16);
     paint(seen, at, () => pen.stroke());
   }
@@ -261,6 +428,9 @@ function draw() {
     pen.lineWidth = 3;
     pen.stroke(path);
   }
+  drawWater(at);
+  if (plain) drawJoints(at, colours);
+  drawBoundaries(at);
   drawBolts();
   for (const [x, y] of setup.fixed) {
     const [px, py] = places([x, y]);
@@ -288,7 +458,7 @@ function scaleLayout() { // the colour scale: its ticks and how wide it is with 
   const [low, high] = limits;
   pen.font = SCALE_FONT;
   const colours = maps[field.map || "sequential"];
-  const marks = field.map === "materials" ? Array.from({ length: Math.min(high, colours.length) }, (_, m) => String(m + 1))
+  const marks = field.map === "states" ? STATES : field.map === "materials" ? Array.from({ length: Math.min(high, colours.length) }, (_, m) => String(m + 1))
     : (high > low ? ticks(low, high, 5) : [low]);
   const little = 0.02 * (high - low);
   const ends = field.map ? [] : [beyond[1] > high + little ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low - little ? `▼ to ${text(beyond[0])}` : ""];
@@ -308,7 +478,7 @@ function drawScale(width, height, colours) {
   pen.textBaseline = "middle";
   pen.textAlign = "left";
   label.forEach((line, i) => pen.fillText(line, x, 18 + 15 * i));
-  if (field.map === "materials") {
+  if (field.map) {
     marks.forEach((name, m) => {
       pen.fillStyle = colours[m]; pen.fillRect(x, top + 20 * m, 14, 14);
       pen.fillStyle = "#1d232a"; pen.fillText(name, x + 22, top + 20 * m + 7);
@@ -340,22 +510,64 @@ async function show(k) { // the last request wins
   const last = setup.times.length - 1;
   k = Math.min(Math.max(Math.round(k) || 0, 0), last);
   const asked = field;
-  const [m, v, l, b, history] = await Promise.all([
-    source.displacement(k), source.field(asked, k), source.limits(asked),
+  const [m, v, l, b, history, j, w] = await Promise.all([
+    source.displacement(k), ofBlocks(asked) ? source.field(asked, k) : null, source.limits(asked),
     setup.bolts.length ? source.bolts(k) : null, picked >= 0 ? source.block(picked) : null,
+    ofBlocks(asked) ? null : source.joints(k), setup.hasWater ? source.water(k) : null,
   ]);
   if (ticket !== wanted) return;
-  frame = k; moved = m; values = v; bolts = b;
-  beyond = $("range").value === "one" ? extremes(v) : l.slice(0, 2);
+  frame = k; moved = m; bolts = b; joints = j; water = w;
+  findGone();
+  values = ofBlocks(asked) ? v : jointValues();
+  beyond = $("range").value === "one" ? extremes(values) : l.slice(0, 2);
   setLimits(l);
   if (playing) source.ahead(k);
   $("slider").max = last;
   $("slider").value = k;
-  $("clock").textContent = `t = ${text(setup.times[k])}${setup.unit} · step ${setup.steps[k]} · frame ${k} of ${last}`;
+  const stage = setup.stageNames[setup.frameStages[k]];
+  document.body.dataset.stage = stage || "";
+  showStages();
+  $("clock").textContent = (stage ? `${stage} · ` : "") + `t = ${text(setup.times[k])}${setup.unit} · step ${setup.steps[k]} · frame ${k} of ${last}`;
   document.body.dataset.frame = k;
   document.body.dataset.field = field.name;
   draw();
   if (picked >= 0 && history) showHistory(history);
+}
+
+function jointValues() { // of the chosen field, of joints that have one
+  const found = [];
+  for (let i = 0; i < joints.length; i += WIDTH) {
+    const value = joints[i + 3 + field.joint];
+    if (!Number.isNaN(value) && (joints[i + 3] > 0 || field.name === "joint_opening")) found.push(value);
+  }
+  return found.length ? Float32Array.from(found) : Float32Array.of(0, 1);
+}
+
+let marked = ""; // what the marks of stages were made of
+function showStages() { // where stages begin, beneath the slider; a click shows the end of one
+  const last = setup.times.length - 1, key = `${setup.frameStages}`;
+  for (const mark of $("stages").children) mark.classList.toggle("now", Number(mark.dataset.stage) === setup.frameStages[frame]);
+  if (!setup.stageNames.length || key === marked) return;
+  marked = key;
+  const found = [...new Set(setup.frameStages)].map((k) => {
+    const begin = setup.frameStages.indexOf(k), end = setup.frameStages.lastIndexOf(k), mark = document.createElement("button");
+    mark.type = "button";
+    mark.textContent = setup.stageNames[k];
+    mark.title = `${setup.stageNames[k]}: frames ${begin} to ${end}`;
+    mark.dataset.stage = k;
+    mark.style.left = `${(100 * begin) / (last || 1)}%`;
+    mark.style.width = `${(100 * (end + (end < last ? 1 : 0) - begin)) / (last || 1)}%`;
+    mark.onclick = () => { setPlaying(false); guarded(() => show(end)); };
+    return mark;
+  });
+  $("stages").replaceChildren(...found);
+  $("stages").hidden = false;
+  for (const mark of $("stages").children) mark.classList.toggle("now", Number(mark.dataset.stage) === setup.frameStages[frame]);
+}
+
+function stageEnd(step) { // the last frame of the next stage, or of the one before
+  const k = setup.frameStages[frame], ends = setup.frameStages.map((stage, i) => (stage !== setup.frameStages[i + 1] ? i : -1)).filter((i) => i >= 0);
+  return step > 0 ? ends.find((i) => i > frame) ?? frame : [...ends].reverse().find((i) => setup.frameStages[i] < k) ?? 0;
 }
 
 function setLimits(known) { // of the colours: typed ones, those of the frame, or of all frames
@@ -391,10 +603,11 @@ function showHistory(history) { // the panel of the picked block; blocks count f
     for (const content of [name, value]) row.appendChild(document.createElement("td")).textContent = content;
     return row;
   }));
-  chart(history[field.name] || []);
+  const charted = history[field.name] ? field : setup.fields[0];
+  chart(history[charted.name] || [], charted.label);
 }
 
-function chart(history) {
+function chart(history, label) {
   const target = $("chart"), ink = target.getContext("2d"), [width, height] = resize(target, ink);
   const right = 12, top = 20, bottom = 24, times = setup.times.slice(0, history.length);
   let [low, high] = extremes(history);
@@ -408,7 +621,7 @@ function chart(history) {
   ink.fillStyle = "#ffffff"; ink.fillRect(0, 0, width, height);
   ink.font = "11px system-ui, sans-serif"; ink.fillStyle = "#66707a"; ink.strokeStyle = "#e4e7e9"; ink.lineWidth = 1;
   ink.textAlign = "left"; ink.textBaseline = "top";
-  ink.fillText(wrapped(ink, field.label, width)[0], 0, 2);
+  ink.fillText(wrapped(ink, label, width)[0], 0, 2);
   ink.textAlign = "right"; ink.textBaseline = "middle";
   for (const v of heights) {
     ink.beginPath(); ink.moveTo(left, y(v)); ink.lineTo(width - right, y(v)); ink.stroke();
@@ -433,6 +646,7 @@ function chart(history) {
 function blockAt(px, py) {
   const at = places(present());
   for (let i = setup.blocks - 1; i >= 0; i--) {
+    if (gone[i]) continue;
     let inside = false;
     for (let v = offset[i], w = offset[i + 1] - 1; v < offset[i + 1]; w = v++) {
       const [x1, y1, x2, y2] = [at[2 * v], at[2 * v + 1], at[2 * w], at[2 * w + 1]];
@@ -486,7 +700,14 @@ function zoom(factor, px, py) {
 }
 
 function connect() {
-  for (const f of setup.fields) $("field").add(new Option(f.label, f.name));
+  for (const [name, chosen] of [["blocks", setup.fields.filter(ofBlocks)], ["joints", setup.fields.filter((f) => !ofBlocks(f))]]) {
+    const group = document.createElement("optgroup");
+    group.label = name;
+    group.append(...chosen.map((f) => new Option(f.label, f.name)));
+    if (chosen.length) $("field").add(group);
+  }
+  $("water").parentElement.hidden = !setup.hasWater;
+  $("water").onchange = () => draw();
   $("field").onchange = () => { field = setup.fields[$("field").selectedIndex]; guarded(() => show(frame)); };
   $("range").onchange = () => guarded(() => show(frame));
   for (const name of ["low", "high"]) $(name).onchange = () => guarded(() => show(frame));
@@ -538,15 +759,21 @@ function connect() {
     const step = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10, Home: -1e9, End: 1e9 }[event.key];
     if (step) { event.preventDefault(); setPlaying(false); guarded(() => show(frame + step)); }
     else if (event.key === " " && event.target.tagName !== "BUTTON") { event.preventDefault(); togglePlay(); }
+    else if (event.key === "[" || event.key === "]") { setPlaying(false); guarded(() => show(stageEnd(event.key === "]" ? 1 : -1))); }
     else if (event.key === "0") { fit(); draw(); }
     else if (event.key === "Escape") pick(-1);
   });
 }
 
 function hover([px, py]) {
-  const block = blockAt(px, py);
+  const block = blockAt(px, py), row = jointAt(px, py);
   const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
-  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (block >= 0 ? ` · block ${block + 1}: ${text(values[block])}` : "");
+  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "");
+}
+
+function jointText(row) {
+  const value = joints[row + 3 + field.joint], state = STATES[joints[row + 3]];
+  return field.map === "states" ? ` · joint: ${state}` : ` · joint: ${Number.isNaN(value) ? "without a value" : text(value)} (${state})`;
 }
 
 async function follow() { // new frames of a running job
@@ -557,6 +784,7 @@ async function follow() { // new frames of a running job
     const grown = news.times.length > setup.times.length;
     setup.times = news.times;
     setup.steps = news.steps;
+    setup.frameStages = news.frameStages;
     $("state").textContent = news.state;
     $("state").classList.toggle("running", news.running);
     document.body.dataset.frames = news.times.length;
@@ -571,6 +799,12 @@ async function follow() { // new frames of a running job
 guarded(async () => {
   offset = await unpack(setup.offset, Int32Array);
   start = await unpack(setup.start, Float32Array);
+  next = Int32Array.from({ length: setup.vertices }, (_, v) => v + 1);
+  owner = new Int32Array(setup.vertices);
+  for (let i = 0; i < setup.blocks; i++) {
+    next[offset[i + 1] - 1] = offset[i];
+    owner.fill(i, offset[i], offset[i + 1]);
+  }
   await source.open();
   field = setup.fields.find((f) => f.name === (FORMER[hash.get("field")] || hash.get("field"))) || field;
   connect();

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""What the page draws over the blocks: boundaries, joints and water, as numbers that move with the vertices."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..joints import JOINT_FIELDS
+from ..plot.boundary_marks import edge_arrows
+from ..plot.water_levels import water_tables, wetted_stretches
+
+if TYPE_CHECKING:
+    from ..results import Frame, Results
+    from ..units import Units
+
+FloatArray = npt.NDArray[np.float64]
+PREFIX = "joint_"  # of the names that joint fields have in the page
+STATE = "joint_state"
+#: Columns of the rows of joints: edge (its first vertex), both ends as shares of the edge, then these.
+COLUMNS = ("state", *JOINT_FIELDS)
+ENOUGH = 1e-6  # of the largest pressure: points off a straight line by less are left out
+
+
+def joint_entries(results: Results, units: Units) -> list[dict[str, Any]]:
+    """The fields of joints that the page offers; none for files of version 1."""
+    if not results.has_joints:
+        return []
+    entries = [{"name": STATE, "label": "state of joints", "map": "states", "joint": 0}]
+    for column, (name, field) in enumerate(JOINT_FIELDS.items(), start=1):
+        entries.append({"name": PREFIX + name, "label": units.label(field.label, field.dimension), "joint": column})
+    return entries
+
+
+def joint_rows(frame: Frame) -> FloatArray:
+    """(n, 9) edge, share of its begin, share of its end, and the COLUMNS of every point along the joints."""
+    results = frame.results
+    points = results.joints(frame.index)
+    edge = points["edge"].to_numpy()
+    offset = results.vertex_offset
+    block = np.searchsorted(offset, edge, side="right") - 1
+    after = np.where(edge + 1 < offset[block + 1], edge + 1, offset[block])
+    start, along = frame.vertices[edge], frame.vertices[after] - frame.vertices[edge]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
+    shares = [
+        np.einsum("ij,ij->i", points[[f"x{end}", f"y{end}"]].to_numpy() - start, along) / square for end in (1, 2)
+    ]
+    return np.column_stack([edge, *shares, points[list(COLUMNS)].to_numpy(dtype=float)])
+
+
+def joint_range(rows: FloatArray, name: str) -> tuple[float, float, float, float]:
+    """Smallest and largest value of a joint field in rows of a frame, then the range without the outermost 2 % of the
+    points. Open joints count for the opening only; NaN without any value."""
+    column = 3 + COLUMNS.index(name.removeprefix(PREFIX))
+    values = rows[:, column]
+    values = values[np.isfinite(values) & ((rows[:, 3] > 0) | (name == PREFIX + "opening"))]
+    if not len(values):
+        return (np.nan,) * 4
+    usual = np.percentile(values, [2, 98])
+    return float(values.min()), float(values.max()), float(usual[0]), float(usual[1])
+
+
+def joint_ranges(rows: list[FloatArray], name: str) -> tuple[float, float, float, float]:
+    """The range of a joint field in some frames."""
+    return widest([joint_range(of_frame, name) for of_frame in rows], name)
+
+
+def widest(ranges: list[tuple[float, float, float, float]], name: str) -> tuple[float, float, float, float]:
+    """The widest of the ranges of some frames; 0 to 1 where there is no value."""
+    found = np.array(ranges).reshape(-1, 4)
+    found = found[np.isfinite(found).all(axis=1)]
+    if not len(found):
+        return 0.0, 1.0, 0.0, 1.0
+    low, high, usual_low, usual_high = (
+        *(float(found[:, 0].min()), float(found[:, 1].max())),
+        *(float(found[:, 2].min()), float(found[:, 3].max())),
+    )
+    if name == PREFIX + "mobilised":  # a share of the strength
+        usual_low, usual_high = 0.0, max(1.0, usual_high) if usual_high > 1.05 else 1.0
+    return low, high, usual_low, usual_high
+
+
+def boundary_rows(results: Results) -> dict[str, Any]:
+    """Edges of boundaries as [vertex, vertex, boundary, arrow, dx, dy], and the kinds of the boundaries."""
+    if not len(results.boundary_edges):
+        return {"kinds": [], "edges": []}
+    rows = np.column_stack([results.boundary_ends, results.boundary_edges[:, 0], edge_arrows(results)])
+    edges = [[*map(int, row[:4]), *(float(f"{x:.4g}") for x in row[4:])] for row in rows.tolist()]
+    return {"kinds": results.boundary_kinds, "edges": edges}
+
+
+def has_water(results: Results) -> bool:
+    return "model/water_names" in results
+
+
+def water_of(results: Results, frame: Frame) -> dict[str, Any]:
+    """Tables of a frame as points x y, and its stretches: vertices, free or not, shares and pressures in turn."""
+    stretches = wetted_stretches(results, frame.index)
+    largest = max((float(stretch.pressure.max()) for stretch in stretches), default=0.0)
+    bands = []
+    for stretch in stretches:
+        keep = _corners(stretch.share, stretch.pressure, ENOUGH * largest)
+        pairs = np.column_stack([stretch.share, stretch.pressure])[keep].ravel()
+        bands.append([stretch.first, stretch.second, int(stretch.free), *(float(f"{x:.6g}") for x in pairs)])
+    tables = [[float(f"{x:.6g}") for x in table.ravel()] for table in water_tables(results, frame)]
+    return {"tables": tables, "bands": bands, "largest": largest}
+
+
+def _corners(x: FloatArray, y: FloatArray, tolerance: float) -> npt.NDArray[np.bool_]:
+    """The points of a line that bends there, and its ends."""
+    keep = np.ones(len(x), dtype=bool)
+    span = x[2:] - x[:-2]
+    share = (x[1:-1] - x[:-2]) / np.where(span > 0, span, 1.0)
+    keep[1:-1] = np.abs(y[1:-1] - (y[:-2] + share * (y[2:] - y[:-2]))) > tolerance
+    return keep

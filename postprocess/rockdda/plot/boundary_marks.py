@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""Symbols of boundaries along their edges: hatches, rollers, and arrows of tractions and velocities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..namelist import parse_groups
+from .style import BOUNDARIES
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+    from ..results import Results
+
+FloatArray = npt.NDArray[np.float64]
+SIZE = 0.012  # of a symbol over the larger extent of the model
+#: How an edge is loaded or moved: not, along its inward or outward normal, along a vector.
+NONE, INWARD, OUTWARD, ALONG = 0, 1, 2, 3
+
+
+def edge_arrows(results: Results) -> FloatArray:
+    """(n, 3) for each edge of `results.boundary_edges`: NONE, INWARD, OUTWARD or ALONG, and the vector of the last.
+
+    Read from the input in the results: tractions and velocities as they are given, without the factor of their table.
+    """
+    edges, kinds = results.boundary_edges, results.boundary_kinds
+    arrows = np.zeros((len(edges), 3))
+    try:
+        groups = parse_groups(str(results["input/config"])).get("boundary", [])
+    except (KeyError, ValueError):  # no text that the program has accepted
+        groups = []
+    given = [groups] if isinstance(groups, dict) else list(groups)
+    for i, kind in enumerate(kinds):
+        group = given[i] if len(given) == len(kinds) else {}
+        of_boundary = edges[:, 0] == i
+        if kind == "traction":
+            arrows[of_boundary] = _traction(group, results, of_boundary)
+        elif kind == "moving" and "velocity" in group:
+            arrows[of_boundary] = (ALONG, *_unit(np.array(group["velocity"], dtype=float)))
+    return arrows
+
+
+def _traction(group: dict[str, Any], results: Results, chosen: npt.NDArray[np.bool_]) -> FloatArray:
+    """(m, 3) arrows of the chosen edges of a loaded boundary."""
+    ends = results.vertices[results.boundary_ends[chosen]]
+    along = ends[:, 1] - ends[:, 0]
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    if "traction" in group:
+        vectors = np.broadcast_to(np.array(group["traction"], dtype=float), outward.shape)
+    elif "stress" in group:
+        s11, s22, s12 = (float(value) for value in group["stress"])
+        vectors = outward @ np.array([[s11, s12], [s12, s22]])
+    else:
+        pressure = float(group.get("pressure", 1.0))
+        return np.tile([INWARD if pressure > 0 else OUTWARD if pressure < 0 else NONE, 0.0, 0.0], (len(ends), 1))
+    there = np.linalg.norm(vectors, axis=1, keepdims=True) > 0
+    return np.where(there, np.column_stack([np.full(len(ends), ALONG), _unit(vectors)]), 0.0)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)
+
+
+def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> list[Artist]:
+    """Add the edges of boundaries with their symbols outside of the blocks: hatches (fixed, moving), rollers, arrows of
+    tractions and, one for each boundary, of velocities. Edges of blocks that are not there (NaN) have none."""
+    from matplotlib.collections import LineCollection
+
+    ends, edges = results.boundary_ends, results.boundary_edges
+    if not len(edges):
+        return []
+    size = SIZE * float(np.ptp(results.vertices, axis=0).max())
+    arrows = edge_arrows(results)
+    kinds = np.array(results.boundary_kinds)[edges[:, 0]]
+    drawn: list[Artist] = []
+
+    def add(lines: FloatArray, colour: str, width: float, order: float) -> None:
+        collection = LineCollection(list(lines), colors=colour, linewidths=width, zorder=order)
+        collection.set(clip_on=False, in_layout=False)
+        drawn.append(axes.add_collection(collection, autolim=False))
+
+    for kind, colour in BOUNDARIES.items():
+        here = (kinds == kind) & np.isfinite(shown[ends]).all(axis=(1, 2))
+        if not here.any():
+            continue
+        lines, arrow = shown[ends[here]], arrows[here]
+        add(lines, colour, 1.8, 3.8)
+        foot, tangent, outward, owner = _feet(lines, size)
+        if kind == "roller":
+            drawn += axes.plot(*(foot + 0.6 * size * outward).T, "o", color=colour, markersize=2.6,
+                               markerfacecolor="white", markeredgewidth=0.7, zorder=3.9, clip_on=False)  # fmt: skip
+            continue
+        if kind in ("fixed", "moving"):
+            add(np.stack([foot, foot + size * (outward - tangent)], axis=1), colour, 0.8, 3.8)
+        if kind == "traction":
+            add(_arrows(foot, outward, arrow[owner], size), colour, 0.8, 3.8)
+        if kind == "moving":
+            middle = [int(np.flatnonzero(edges[here, 0][owner] == i)[0]) for i in np.unique(edges[here, 0])]
+            middle = [m + int((edges[here, 0][owner] == edges[here, 0][owner[m]]).sum()) // 2 for m in middle]
+            add(_arrows(foot[middle] + 1.5 * size * outward[middle], outward[middle], arrow[owner[middle]], 2 * size),
+                colour, 1.4, 3.9)  # fmt: skip
+    return drawn
+
+
+def _feet(lines: FloatArray, size: float) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[Any]]:
+    """Places along edges about 2.5 symbols apart, tangent and outward normal there, and the number of the edge."""
+    along = lines[:, 1] - lines[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    counts = np.maximum(1, np.round(length / (2.5 * size))).astype(int)
+    share = np.concatenate([(np.arange(n) + 0.5) / n for n in counts])
+    owner = np.repeat(np.arange(len(lines)), counts)
+    tangent = (along / np.where(length > 0, length, 1.0)[:, None])[owner]
+    outward = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    return lines[owner, 0] + share[:, None] * along[owner], tangent, outward, owner
+
+
+def _arrows(foot: FloatArray, outward: FloatArray, arrow: FloatArray, size: float) -> FloatArray:
+    """Strokes of arrows outside of an edge: into it, out of it, or beside it, with their heads."""
+    mode = arrow[:, 0]
+    foot, outward, arrow, mode = (values[mode != NONE] for values in (foot, outward, arrow, mode))
+    direction = np.where((mode == ALONG)[:, None], arrow[:, 1:], outward * np.where(mode == INWARD, -1, 1)[:, None])
+    push = np.einsum("ij,ij->i", direction, outward)[:, None]
+    tail = np.where(push < -0.1, foot - 2 * size * direction, foot)
+    tail = np.where(np.abs(push) <= 0.1, foot + 0.8 * size * outward - size * direction, tail)
+    tip = tail + 2 * size * direction
+    across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    head = [np.stack([tip, tip - 0.7 * size * direction + side * 0.35 * size * across], axis=1) for side in (-1, 1)]
+    return np.concatenate([np.stack([tail, tip], axis=1), *head])

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""Stages of a run, what boundaries carry, and which blocks are there, as a results file holds them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .frames import Frame, Frames
+from .start import StartArrays
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["BOUNDARY_FORCE", "Stage", "StageTables"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Path of the forces of boundaries; files of versions without boundaries do not have it.
+BOUNDARY_FORCE = "history/boundary_force"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage as far as it has been computed."""
+
+    index: int  # from 0
+    name: str
+    n_steps: int  # 0 where the run ended before it, or it was over at once
+    first_step: int  # as in the column `step`; last_step + 1 without steps
+    last_step: int
+    begin: float  # times, of its start and of its last step
+    end: float
+    frames: tuple[int, ...]  # numbers of the frames that were saved in it
+    unbalanced: float  # force at its last step; NaN in older files and without steps
+
+
+class StageTables(StartArrays):
+    """What `rockdda.Results` has of stages, boundaries and active blocks. Files of version 1 have one stage."""
+
+    path: Path
+
+    @property
+    @abstractmethod
+    def frames(self) -> Frames: ...
+    @property
+    @abstractmethod
+    def n_frames(self) -> int: ...
+    @property
+    @abstractmethod
+    def n_steps(self) -> int: ...
+    @abstractmethod
+    def attribute(self, path: str, name: str) -> Any: ...
+
+    @property
+    def has_stages(self) -> bool:
+        """Is there more than one stage, or one with a name?"""
+        return self.stage_names != ["stage 1"]
+
+    @property
+    def stages(self) -> list[Stage]:
+        """All stages of the model, in their order."""
+        step, time = self["history/step"], self["history/time"]
+        index = self["history/stage"] if "history/stage" in self else np.zeros(len(step), dtype=int)
+        unbalanced, of_frames = self.unbalanced, self._frame_stages(step, index)
+        found = []
+        for k, name in enumerate(self.stage_names):
+            begin, end = (int(row) for row in np.searchsorted(index, [k, k + 1]))
+            there, last = end > begin, int(step[end - 1]) if end > 0 else 0
+            found.append(
+                Stage(
+                    index=k,
+                    name=name,
+                    n_steps=end - begin,
+                    first_step=int(step[begin]) if there else last + 1,
+                    last_step=last,
+                    begin=float(time[begin - 1]) if begin > 0 else 0.0,
+                    end=float(time[end - 1]) if end > 0 else 0.0,
+                    frames=tuple(np.flatnonzero(of_frames == k).tolist()) if there else (),
+                    unbalanced=float(unbalanced[end - 1]) if there else float("nan"),
+                )
+            )
+        return found
+
+    def stage_of(self, step: int) -> int:
+        """Index of the stage to which a step belongs; the start belongs to the first one."""
+        if "history/stage" not in self or self.n_steps == 0:
+            return 0
+        row = int(np.searchsorted(self["history/step"], step))
+        return int(self["history/stage"][min(row, self.n_steps - 1)])
+
+    def _frame_stages(self, step: npt.NDArray[Any], index: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """(nk,) stage of each frame."""
+        if not len(index):
+            return np.zeros(self.n_frames, dtype=int)
+        rows = np.searchsorted(step, self["frames/step"])
+        return np.asarray(index[np.minimum(rows, len(index) - 1)])
+
+    @property
+    def frame_stages(self) -> npt.NDArray[Any]:
+        """(nk,) index of the stage of each frame; the start belongs to the first one."""
+        step = self["history/step"]
+        index = self["history/stage"] if "history/stage" in self else np.zeros(len(step), dtype=int)
+        return self._frame_stages(step, index)
+
+    def at_stage(self, stage: str | int) -> Frame:
+        """The frame at the end of a stage, given by its name or index (negative: from the last one).
+
+        Raises InputError for a stage that is not there, with a suggestion, and for one that has no frame.
+        """
+        chosen = self.stage(stage)
+        if not chosen.frames:
+            raise InputError(f"stage {chosen.name!r} has no frame: {chosen.n_steps} steps were computed", self.path)
+        return self.frames[chosen.frames[-1]]
+
+    def stage(self, stage: str | int) -> Stage:
+        """A stage by its name (case and outer blanks do not count) or index."""
+        stages = self.stages
+        names = [entry.name.strip().lower() for entry in stages]
+        if isinstance(stage, str):
+            if stage.strip().lower() in names:
+                return stages[names.index(stage.strip().lower())]
+            near = get_close_matches(stage.strip().lower(), names, n=1)
+            hint = f"; did you mean {stages[names.index(near[0])].name!r}?" if near else ""
+            raise InputError(
+                f"there is no stage {stage!r}{hint} (the stages are: {', '.join(self.stage_names)})", self.path
+            )
+        if not -len(stages) <= stage < len(stages):
+            raise InputError(f"there is no stage {stage}: there are {len(stages)}, from 0", self.path)
+        return stages[stage]
+
+    @property
+    def unbalanced(self) -> FloatArray:
+        """(ns,) largest resultant force on a block over the mean force, after each step; NaN in older files."""
+        if "history/unbalanced" in self:
+            return np.asarray(self["history/unbalanced"])
+        return np.full(self.n_steps, np.nan)
+
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """(nk, nb) blocks that are there in each frame: neither excavated nor still to be placed."""
+        if "frames/active" in self:
+            return np.asarray(self["frames/active"]).astype(bool)
+        return np.ones((self.n_frames, len(self.block_material)), dtype=bool)
+
+    @property
+    def boundary_force(self) -> FloatArray:
+        """(ns, n, 2) force of each boundary on the blocks, in the order of the groups `&boundary`."""
+        if BOUNDARY_FORCE in self:
+            return np.asarray(self[BOUNDARY_FORCE])
+        return np.zeros((self.n_steps, 0, 2))
+
+    @property
+    def boundary_kinds(self) -> list[str]:
+        """(n,) 'fixed', 'roller', 'moving' or 'traction', in the order of the groups `&boundary`."""
+        if "model/boundary_edges" not in self:
+            return []
+        return [str(kind).strip() for kind in self.attribute("model/boundary_edges", "kind")]
+
+    def boundary_forces(self) -> pandas.DataFrame:
+        """A row for each stage and boundary: stage, boundary (from 1), kind, and the force on the blocks at the end of
+        the stage, force_x and force_y. Stages without steps are left out."""
+        import pandas
+
+        force, kinds, step = self.boundary_force, self.boundary_kinds, self["history/step"]
+        rows = []
+        for stage in self.stages:
+            if stage.n_steps:
+                last = force[int(np.searchsorted(step, stage.last_step))].tolist()
+                rows += [(stage.name, i, *pair) for i, pair in enumerate(zip(kinds, last, strict=True), start=1)]
+        columns = ["stage", "boundary", "kind", "force_x", "force_y"]
+        return pandas.DataFrame([(name, i, kind, *both) for name, i, kind, both in rows], columns=columns)
