@@ -4,23 +4,46 @@
 >>> import rockdda
 >>> results = rockdda.open("slope.h5")  # doctest: +SKIP
 >>> results.frames[-1].displacement.max()  # doctest: +SKIP
+
+The import is quick: modules, and NumPy and h5py with them, are loaded when a name of them is first used.
 """
 
 from __future__ import annotations
 
+import importlib as _importlib
 from pathlib import Path as _Path
-from types import ModuleType as _Module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
 from . import _old_names
-from . import results as _results
-from .cutting import Blocks, cut
-from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
-from .model import Model
-from .networks import Network, lines
-from .results import FIELDS, Contacts, Field, Frame, Results, open
-from .simulation import Simulation, run
-from .version import __version__
+from .outputs import OUTPUTS as _OUTPUTS
+
+if _TYPE_CHECKING:
+    from .cutting import Blocks, cut
+    from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+    from .model import Model
+    from .networks import Network, lines
+    from .results import FIELDS, Contacts, Field, Frame, Results, Stage, open
+    from .simulation import Simulation, run
+    from .version import __version__
+
+#: Module of each public name.
+_HOMES = {
+    "Blocks": "cutting", "cut": "cutting",
+    "ConvergenceError": "errors", "InputError": "errors", "InputWarning": "errors", "OutputError": "errors",
+    "Problem": "errors", "RockddaError": "errors",
+    "Model": "model",
+    "Network": "networks", "lines": "networks",
+    "FIELDS": "results", "Contacts": "results", "Field": "results", "Frame": "results", "Results": "results",
+    "Stage": "results", "open": "results",
+    "Simulation": "simulation", "run": "simulation",
+    "__version__": "version",
+}  # fmt: skip
+#: Modules that can be used as attributes without an import of their own.
+_MODULES = frozenset(_HOMES.values()) | {
+    "callers", "deck", "frames", "groups", "joints", "labelled", "materials", "namelist", "native", "options",
+    "stages", "start", "storage", "text",
+}  # fmt: skip
 
 __all__ = [
     "FIELDS",
@@ -38,6 +61,7 @@ __all__ = [
     "Results",
     "RockddaError",
     "Simulation",
+    "Stage",
     "__version__",
     "cut",
     "lines",
@@ -46,30 +70,40 @@ __all__ = [
 ]
 
 
-def _plot(results: Results, **options: _Any) -> _Any:
+def _plot(results: _Any, **options: _Any) -> _Any:
     from .plot import plot
 
     return plot(results, **options)
 
 
-def _animate(results: Results, output: _Any, **options: _Any) -> _Path:
+def _animate(results: _Any, output: _Any, **options: _Any) -> _Path:
     from .film import animate
 
     return animate(results, output, **options)
 
 
-def _to_vtk(results: Results, path: _Any, **options: _Any) -> _Path:
+def _to_vtk(results: _Any, path: _Any, **options: _Any) -> _Path:
     from .export import to_vtk
 
     return to_vtk(results, path, **options)
 
 
-def __getattr__(name: str) -> _Module:
-    """A module under its former name."""
+def __getattr__(name: str) -> _Any:
+    """A public name, a module, or a module under its former name, when it is first used."""
+    if name in _HOMES:
+        value = getattr(_importlib.import_module(f".{_HOMES[name]}", __name__), name)
+        globals()[name] = value
+        return value
+    if name in _MODULES:
+        return _importlib.import_module(f".{name}", __name__)
     if name in _old_names.OLD_NAMES:
         return _old_names.replacement(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-_results.OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk)
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})
+
+
+_OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk)
 _old_names.install()

@@ -33,6 +33,7 @@ from .labelled import (
 )
 from .namelist import format_groups, format_real, parse_groups
 from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
+from .notebook import card, drawing_of_lines
 from .options import check_options, group_problems, names_that_add_up, repeated_groups, replace_files
 from .results import Results
 from .simulation import Simulation, run
@@ -145,6 +146,24 @@ class Model(OptionGroups):
             *(block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})),
             *(lines, owners, self._bolts, places, self._measured, self._holes),
         )
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what the model has, and its lines."""
+        groups = plain_options(self.options)
+        regions = {str(region.get("name", "")).strip().lower() for region in groups.get("region", [])}
+        stages = [str(stage.get("name", f"stage {i}")) for i, stage in enumerate(groups.get("stage", []), start=1)]
+        materials = [
+            ", ".join(m.name or str(i) for i, m in enumerate(some, start=1))
+            for some in (self.block_materials, self.joint_materials)
+        ]
+        facts = [
+            ("lines", len(self._lines)), ("block materials", materials[0]), ("joint materials", materials[1]),
+            ("regions", ", ".join(sorted(regions))),
+            ("boundaries", ", ".join(str(group.get("kind", "")) for group in groups.get("boundary", []))),
+            ("stages", " → ".join(stages)), ("bolts", len(self._bolts) or ""), ("fixed", len(self._fixed) or ""),
+            ("measured points", len(self._measured) or ""), ("steps", self.steps),
+        ]  # fmt: skip
+        return card(self.name, facts, drawing_of_lines(self.lines, [place.ends for place in self._fixed]))
 
     @classmethod
     def from_files(cls, geometry: PathLike, analysis: PathLike | None = None, config: PathLike | None = None) -> Model:
