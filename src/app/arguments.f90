@@ -10,6 +10,7 @@ module rockdda_app_arguments
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_request, only : run_request_type
+   use rockdda_run_search_options, only : search_options_type, search_names
    use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of
    use rockdda_app_process, only : argument_type
    implicit none
@@ -20,6 +21,7 @@ module rockdda_app_arguments
       character(len=:), allocatable :: command       !! '' when none was given
       type(argument_type), allocatable :: files(:)
       integer :: seed = unset_integer
+      type(search_options_type) :: search
       character(len=:), allocatable :: completion    !! shell, '' without the option
       logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false., &
                  as_namelist = .false.
@@ -54,6 +56,8 @@ contains
       parser%line%config = ''
       parser%line%solver = ''
       parser%line%completion = ''
+      parser%line%search%joints = ''
+      parser%line%search%stage = ''
       allocate (parser%line%files(0))
       only_files = .false.
       i = 1
@@ -166,6 +170,14 @@ contains
             if (value /= 'bash' .and. value /= 'zsh') call add_problem(self%problems, &
                                                                     "option --completion: '"//value// &
                                                                     "' is neither bash nor zsh")
+         case ('--search'); call get_search(value, line%search, self%problems)
+         case ('--joints'); call get_name(name, value, line%search%joints, self%problems)
+         case ('--stage'); call get_name(name, value, line%search%stage, self%problems)
+         case ('--from'); call get_number(name, value, line%search%from, self%problems)
+         case ('--to'); call get_number(name, value, line%search%to, self%problems)
+         case ('--tolerance'); call get_positive(name, value, line%search%tolerance, self%problems)
+         case ('--jobs'); call get_whole(name, value, 1, most_threads, line%search%jobs, self%problems)
+         case ('--max-steps'); call get_whole(name, value, 2, huge(1), line%search%max_steps, self%problems)
          case ('--dialect')
             select case (value)
             case (dda_windows, old_dda_windows); line%dialect = dialect%peer
@@ -212,6 +224,46 @@ contains
          number = nint(x)
       end if
    end subroutine get_whole
+
+   !> Get a number from the value of an option; unchanged when there is a problem.
+   pure subroutine get_number(name, value, number, problems)
+      character(len=*), intent(in) :: name, value
+      real(wp), intent(inout) :: number
+      character(len=:), allocatable, intent(inout) :: problems
+      real(wp) :: x
+      integer :: status
+      call parse_number(value, x, status)
+      if (status /= number_status%ok) then
+         call add_problem(problems, 'option '//name//": expected a number, found '"//value//"'")
+      else
+         number = x
+      end if
+   end subroutine get_number
+
+   !> Get a name from the value of an option.
+   pure subroutine get_name(name, value, text, problems)
+      character(len=*), intent(in) :: name, value
+      character(len=:), allocatable, intent(inout) :: text
+      character(len=:), allocatable, intent(inout) :: problems
+      text = trim(adjustl(value))
+      if (len(text) == 0) call add_problem(problems, 'option '//name//': expected a name, found nothing')
+   end subroutine get_name
+
+   !> Get the kind of a search from the value of an option.
+   pure subroutine get_search(value, search, problems)
+      character(len=*), intent(in) :: value
+      type(search_options_type), intent(inout) :: search
+      character(len=:), allocatable, intent(inout) :: problems
+      integer :: i
+      do i = 1, size(search_names)
+         if (search_names(i) == value) then
+            search%kind = i
+            return
+         end if
+      end do
+      call add_problem(problems, "option --search: '"//value//"' is none of strength, tilt, push, gravity"// &
+                       did_you_mean(value, search_names))
+   end subroutine get_search
 
    !> Get a number above zero from the value of an option; unchanged when there is a problem.
    pure subroutine get_positive(name, value, number, problems)

@@ -6,8 +6,8 @@ module rockdda_app_command_options
    public :: command_names, option_kind, options, find_option, is_option_of, options_of
 
    !> The commands, in the order of the help.
-   character(len=*), parameter :: command_names(6) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'check', &
-                                                                 'info']
+   character(len=*), parameter :: command_names(7) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'fos', &
+                                                                 'check', 'info']
 
    type :: option_kinds
       integer :: flag = 0      !! no value
@@ -23,19 +23,28 @@ module rockdda_app_command_options
       character(len=24) :: commands   !! that take the option, between blanks; '': all
    end type option_type
 
-   character(len=*), parameter :: writers = ' lines cut run ', run_only = ' run ', runs = ' run resume '
-   type(option_type), parameter :: options(20) = [ &
+   character(len=*), parameter :: writers = ' lines cut run fos ', runs = ' run resume ', &
+                                  first = ' run fos ', all_runs = ' run resume fos ', fos = ' fos '
+   type(option_type), parameter :: options(28) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
-                                   option_type('--config', option_kind%text, ' cut run check '), &
-                                   option_type('--threads', option_kind%whole, runs), &
-                                   option_type('--solver', option_kind%text, run_only), &
+                                   option_type('--config', option_kind%text, ' cut run fos check '), &
+                                   option_type('--threads', option_kind%whole, all_runs), &
+                                   option_type('--solver', option_kind%text, first), &
                                    option_type('--steps', option_kind%whole, runs), &
                                    option_type('--t-end', option_kind%real, runs), &
-                                   option_type('--save-every', option_kind%whole, run_only), &
-                                   option_type('--max-wall', option_kind%real, runs), &
+                                   option_type('--save-every', option_kind%whole, first), &
+                                   option_type('--max-wall', option_kind%real, all_runs), &
                                    option_type('--checkpoint-every', option_kind%real, runs), &
                                    option_type('--strict', option_kind%flag, runs), &
+                                   option_type('--search', option_kind%text, fos), &
+                                   option_type('--joints', option_kind%text, fos), &
+                                   option_type('--from', option_kind%real, fos), &
+                                   option_type('--to', option_kind%real, fos), &
+                                   option_type('--tolerance', option_kind%real, fos), &
+                                   option_type('--stage', option_kind%text, fos), &
+                                   option_type('--jobs', option_kind%whole, fos), &
+                                   option_type('--max-steps', option_kind%whole, fos), &
                                    option_type('--dialect', option_kind%text, ''), &
                                    option_type('--force', option_kind%flag, ''), &
                                    option_type('--quiet', option_kind%flag, ''), &

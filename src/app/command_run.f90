@@ -19,7 +19,7 @@ module rockdda_app_command_run
    use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end
    implicit none
    private
-   public :: run_run
+   public :: run_run, find_run_files
 
 contains
 
@@ -83,9 +83,11 @@ contains
          call find_files(line%files(1)%text, line%files(2)%text, line%config, input, messages, error)
          return
       end if
-      call make_error(error, error_code%input, "'rockdda run' needs a geometry or block file and an analysis "// &
-                      'file, one labelled file, or one folder with them; found '//to_string(size(line%files))// &
-                      trim(merge(' file ', ' files', size(line%files) == 1))//", see 'rockdda run --help'")
+      call make_error(error, error_code%input, "'rockdda "//line%command//"' needs a geometry or block file and "// &
+                      'an analysis file, one labelled file, or one folder with them; found '// &
+                      to_string(size(line%files))// &
+                      trim(merge(' file ', ' files', size(line%files) == 1))// &
+                      ", see 'rockdda "//line%command//" --help'")
    end subroutine find_run_files
 
 end module rockdda_app_command_run

@@ -26,6 +26,7 @@ contains
              '  done'//nl// &
              '  case $before in'//nl// &
              '    --solver) words="'//solvers()//'";;'//nl// &
+             '    --search) words="strength tilt push gravity";;'//nl// &
              '    --dialect) words="dda_windows g0";;'//nl// &
              '    --completion) words="bash zsh";;'//nl// &
              '    -o|--output|--config) command=file;;'//nl// &

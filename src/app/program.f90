@@ -6,6 +6,7 @@ module rockdda_app_program
    use rockdda_app_arguments, only : command_line_type, parse_command_line
    use rockdda_app_command_check, only : run_check
    use rockdda_app_command_cut, only : run_cut
+   use rockdda_app_command_fos, only : run_fos
    use rockdda_app_command_info, only : run_info
    use rockdda_app_command_lines, only : run_lines
    use rockdda_app_command_resume, only : run_resume
@@ -48,6 +49,7 @@ contains
          case ('cut'); call run_cut(line, exit_code)
          case ('run'); call run_run(line, exit_code)
          case ('resume'); call run_resume(line, exit_code)
+         case ('fos'); call run_fos(line, exit_code)
          case ('check'); call run_check(line, exit_code)
          case ('info'); call run_info(line, exit_code)
          case default

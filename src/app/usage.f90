@@ -19,6 +19,7 @@ contains
       case ('cut'); text = cut_text()
       case ('run'); text = run_text()
       case ('resume'); text = resume_text()
+      case ('fos'); text = fos_text()
       case ('check'); text = check_text()
       case ('info'); text = info_text()
       case default; text = program_text()
@@ -37,6 +38,7 @@ contains
              '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
              '  run     move the blocks in time and write the results'//nl// &
              '  resume  continue a run that was stopped, or add steps to one that is done'//nl// &
+             '  fos     search the factor at which a model loses its equilibrium'//nl// &
              '  check   read input files and list every problem; computes nothing'//nl// &
              '  info    describe a model, block, result or checkpoint file'//nl// &
              nl// &
@@ -161,6 +163,52 @@ contains
              '  rockdda resume out/slope.ckpt.h5 --steps 1000 --threads 8'//nl// &
              '  rockdda resume slope.ckpt.h5 --max-wall 3600 --quiet --json'
    end function resume_text
+
+   !> Help of `rockdda fos`.
+   pure function fos_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda fos MODEL.nml [OPTION…]'//nl// &
+             '       rockdda fos FOLDER [OPTION…]'//nl// &
+             '       rockdda fos MODEL.dc MODEL.df [OPTION…]'//nl// &
+             nl// &
+             'Searches the factor at which the model loses its equilibrium. The model first comes to rest, at'//nl// &
+             'the end of a stage; from that state each trial begins with another value of one quantity and ends'//nl// &
+             'at rest (stable) or in a motion that does not stop (failing). The last line tells the factor.'//nl// &
+             nl// &
+             'options:'//nl// &
+             '  --search KIND     '// &
+             'strength: tan of friction angles, cohesion and tension divided by F (default);'//nl// &
+             '                    tilt: gravity turned by degrees, counter-clockwise; push: a horizontal load'//nl// &
+             '                    of F times the weight on every block; gravity: multiplied by F'//nl// &
+             '  --joints NAMES    joint materials whose strength is reduced, commas between them; default: all'//nl// &
+             '  --from A          a value at which the model is stable; default: 1, tilt and push 0'//nl// &
+             '  --to B            a value at which it fails; default: found by doubling. Below A: tilt'//nl// &
+             '                    clockwise, push in -x'//nl// &
+             '  --tolerance D     '// &
+             'largest distance of the two values at the end; default: 0.01, tilt 0.1 degrees,'//nl// &
+             '                    push 0.005'//nl// &
+             '  --stage NAME      the stage after which the search begins; default: the last one'//nl// &
+             '  --jobs N          so many trials at a time; the result does not depend on it'//nl// &
+             '  --max-steps N     steps of a trial; default: 5000'//nl// &
+             '  -o, --output FILE the run of the failing trial nearest to the factor as results, with the group'//nl// &
+             '                    /search; default: none is written'//nl// &
+             '  -c, --config FILE namelist file with run options, beside a geometry and an analysis file'//nl// &
+             '  --save-every K    a frame of it every K steps'//nl// &
+             '  --solver NAME     '//solver_names//nl// &
+             '  --threads N       number of threads of a single trial'//nl// &
+             '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
+             common_text()// &
+             nl// &
+             'A search that was stopped or killed continues when the same command is given again: its finished'//nl// &
+             'trials and the state at rest are kept beside the results, or in the current folder, until it'//nl// &
+             'ends.'//nl// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda fos slope.nml'//nl// &
+             '  rockdda fos slope.nml --joints bedding --stage drained -o slope-fails.h5'//nl// &
+             '  rockdda fos inputs/stack --search tilt --tolerance 0.05'//nl// &
+             '  rockdda fos wall.nml --search push --to -1 --jobs 4 --json'
+   end function fos_text
 
    !> Help of `rockdda check`.
    pure function check_text() result(text)

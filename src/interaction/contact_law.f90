@@ -19,6 +19,8 @@
 !>
 !> brittle: c and t are lost at the first slip or opening. Otherwise they stay, unless law residual weakens them.
 !>
+!> reduction: all of mu, c and t are divided by it (strength reduction, rockdda_run_factor_search).
+!>
 !> A new law is one more name in `contact_law`, one case in `set_law` and one in `friction_coefficient`.
 module rockdda_interaction_contact_law
    use rockdda_base_kinds, only : wp, pi
@@ -60,6 +62,7 @@ module rockdda_interaction_contact_law
       real(wp) :: dilation_slip = huge(1.0_wp)  !! slip at which dilation ends [length]
       real(wp) :: damping_ratio = 0     !! Voigt dashpot, fraction of critical, >= 0
       real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
+      real(wp) :: reduction = 1         !! by which the strength has been divided
       logical :: brittle = .true.       !! slip breaks the bond
    end type contact_law_type
 
@@ -91,10 +94,26 @@ contains
          if (len(fault) == 0) fault = unused_parameter(materials(i), laws(i)%law)
          if (len(fault) == 0) call set_dilation(materials(i), laws(i), fault)
          if (materials(i)%damping_ratio < 0) fault = 'the damping ratio must not be negative'
+         if (.not. materials(i)%reduction > 0) fault = 'the reduction of the strength must be positive'
+         if (len(fault) == 0) call reduce_strength(materials(i)%reduction, laws(i))
          if (len(fault) > 0) call messages%add(severity%error, 'law of joint material '//to_string(i)//': '//fault, &
                                                materials(i)%origin)
       end do
    end subroutine new_contact_laws
+
+   !> Divide friction coefficients, cohesion and tension by a factor. The angles of barton_bandis stay: its coefficient
+   !> is divided where it is computed.
+   pure subroutine reduce_strength(factor, law)
+      real(wp), intent(in) :: factor      !! > 0
+      type(contact_law_type), intent(inout) :: law
+      law%reduction = factor
+      law%friction = law%friction/factor
+      law%final_friction = law%final_friction/factor
+      law%cohesion = law%cohesion/factor
+      law%tension = law%tension/factor
+      law%residual_cohesion = law%residual_cohesion/factor
+      law%residual_tension = law%residual_tension/factor
+   end subroutine reduce_strength
 
    !> Kind and parameters of a law.
    pure subroutine set_law(material, law, fault)
@@ -289,7 +308,7 @@ contains
          if (present(normal_stress)) stress = normal_stress
          ! the lower bound of the stress is far on the side of the largest angle
          angle = law%base_angle - law%jrc*min(log10(max(stress/law%jcs, tiny(1.0_wp))), 0.0_wp)
-         friction_coefficient = tan(min(angle, steepest)*pi/180)
+         friction_coefficient = tan(min(angle, steepest)*pi/180)/law%reduction
       end select
    end function friction_coefficient
 

@@ -84,7 +84,8 @@ contains
             gravity = material%weight/material%density
          end associate
          if (context%parameters%gravity >= 0) gravity = context%parameters%gravity
-         self%weight(:, i) = body_force(context%state%mass(i), [0.0_wp, -gravity*context%gravity])
+         self%weight(:, i) = body_force(context%state%mass(i), &
+                                        gravity*context%gravity*context%parameters%weight_direction)
          self%external(:, i) = body_force(context%state%mass(i), base)
          if (context%state%active(i)) cycle
          self%weight(:, i) = 0

@@ -60,6 +60,7 @@ module rockdda_model_analysis_input
       logical :: brittle = .true.        !! cohesion and tension are lost at first slip or opening
       logical :: tie = .false.           !! intact rock: both sides deform as one
       logical :: brittle_given = .false., tie_given = .false.
+      real(wp) :: reduction = 1          !! tan(phi), cohesion and tension of the law are divided by it, > 0
       type(origin_type) :: origin        !! where options of it were read
    end type joint_material_type
 

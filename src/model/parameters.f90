@@ -46,6 +46,7 @@ module rockdda_model_parameters
       real(wp) :: mass_damping = 0            !! [1/time]
       ! loads
       real(wp) :: gravity = -1                !! acceleration in -y, < 0: from weight/density of each material
+      real(wp) :: weight_direction(2) = [0.0_wp, -1.0_wp]   !! of all weights; its length multiplies them
       type(base_motion_type) :: base
       type(line_load_type), allocatable :: line_loads(:)
       type(time_table_type), allocatable :: fixed_tables(:), loading_tables(:)

@@ -43,6 +43,7 @@ contains
                        2*arm*(abs(state%velocity(3, i)) + norm2(state%velocity(4:6, i))))
       end do
       !$omp end parallel do
+      acceleration = acceleration*norm2(parameters%weight_direction)
       expected = fastest*dt + 0.5_wp*acceleration*abs(control%gravity(parameters))*dt**2
       if (control%last_dt > 0) expected = max(expected, control%last_displacement*dt/control%last_dt)
       ! what moves further than the search distance allows will be cut; looking that far could make every pair of

@@ -78,12 +78,28 @@ contains
       call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
       call describe_changes(table, parameters%changes)
       call archive%item('ends_with_stages', parameters%ends_with_stages)
+      call archive%fixed('weight_direction', parameters%weight_direction)
+      call exchange_reductions(archive, parameters)
       call describe_regions(table, parameters%regions, parameters%subdivisions)
       call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
       call describe_water(table, parameters%water)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters
+
+   !> By what the strength of joint materials is divided.
+   subroutine exchange_reductions(archive, parameters)
+      type(archive_type), intent(inout) :: archive
+      type(parameters_type), intent(inout) :: parameters
+      real(wp), allocatable :: reductions(:)
+      if (archive%saving) reductions = parameters%joint_materials%reduction
+      call archive%item('joint_reductions', reductions)
+      if (archive%saving .or. allocated(archive%error)) return
+      if (size(reductions) /= size(parameters%joint_materials)) &
+         call archive%refuse('joint_reductions', 'has an unexpected shape')
+      if (allocated(archive%error)) return
+      parameters%joint_materials%reduction = reductions
+   end subroutine exchange_reductions
 
    !> Block materials: a column each. (Joint materials are a list of the table of options.)
    subroutine exchange_materials(archive, parameters)

@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: MIT
+!> The search for the critical factor of a model (docs/factor-of-safety.md).
+!>
+!>     call search%prepare(request, input, options, error)   names, files; nothing is computed
+!>     call search%run(observer, error)                      settled state, trials
+!>     search%state, search%trials                           what was found
+!>
+!> Trials run side by side when `jobs` > 1, each by one thread; which of them count, and in which order, depends on
+!> their verdicts alone.
+module rockdda_run_factor_search
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_base_version, only : version
+   use rockdda_model_options, only : is_set
+   use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_io_digest, only : digest_of_text, digest_length, hexadecimal
+   use rockdda_run_model_input, only : model_input_type
+   use rockdda_run_model_run, only : run_type
+   use rockdda_run_search_journal, only : search_journal_type
+   use rockdda_run_search_options, only : search_options_type, search_kind, search_names, usual_max_steps
+   use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
+   use rockdda_run_search_check, only : choose_joints, check_values
+   use rockdda_run_settled_run, only : find_settled_state
+   use rockdda_run_settled_state, only : add_trial_stage
+   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial
+   implicit none
+   private
+   public :: factor_search_type
+
+   type :: factor_search_type
+      type(search_options_type) :: options
+      type(search_state_type) :: state
+      type(trial_type), allocatable :: trials(:)     !! those on the way, in order
+      type(simulation_type) :: settled               !! the state from which all trials begin
+      logical, allocatable :: chosen(:)              !! joint materials with reduced strength
+      logical :: interrupted = .false.
+      type(search_path_type), private :: path
+      type(search_journal_type), private :: journal
+      type(trial_type), allocatable, private :: known(:)   !! all trials with a verdict
+   contains
+      procedure :: prepare
+      procedure :: run => run_search
+      procedure :: clean_up
+      procedure :: stem => journal_stem
+      procedure, private :: compute_some
+      procedure, private :: look_ahead
+   end type factor_search_type
+
+contains
+
+   !> Take over model and options. `input` gets the stages of the search. Errors: unknown names, impossible values.
+   subroutine prepare(self, input, options, stem, error)
+      class(factor_search_type), intent(inout) :: self
+      type(model_input_type), intent(inout) :: input
+      type(search_options_type), intent(in) :: options
+      character(len=*), intent(in) :: stem              !! of the results: the journal stands beside them
+      type(error_type), allocatable, intent(out) :: error
+      character(len=2*digest_length) :: digest
+      self%options = options
+      if (.not. is_set(self%options%max_steps)) self%options%max_steps = usual_max_steps
+      self%path = new_search_path(options)
+      call choose_joints(self%options, input%parameters%joint_materials, self%chosen, error)
+      if (.not. allocated(error)) call check_values(self%options, self%path%tolerance, error)
+      if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
+      if (allocated(error)) return
+      digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
+         input%config_text//achar(0)//version//achar(0)//search_names(options%kind)//achar(0)//options%joints// &
+         achar(0)//options%stage//achar(0)//to_string(self%options%max_steps)//achar(0)// &
+         input%parameters%solver_method))
+      self%journal%stem = stem//'.fos-'//digest(1:8)
+   end subroutine prepare
+
+   !> Path of the journal, without its ending.
+   pure function journal_stem(self) result(stem)
+      class(factor_search_type), intent(in) :: self
+      character(len=:), allocatable :: stem
+      stem = self%journal%stem
+   end function journal_stem
+
+   !> Find the settled state, then try values until the search ends. `interrupted`: a stop was requested; the same
+   !> search continues from its journal. Errors: no settled state, a trial without a solution, no factor between the
+   !> ends (code computation).
+   subroutine run_search(self, input, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      type(model_input_type), intent(in) :: input
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      allocate (self%known(0))
+      call find_settled_state(input, self%journal, observer, self%settled, self%known, self%interrupted, error)
+      if (allocated(error) .or. self%interrupted) return
+      do
+         call self%path%follow(self%known%value, self%known%stable, self%state)
+         if (self%state%outcome /= search_end%open) exit
+         call self%compute_some(observer, error)
+         if (allocated(error) .or. self%interrupted) return
+      end do
+      self%trials = self%known(self%state%used)
+      do i = 1, size(self%trials)
+         if (.not. self%trials(i)%decided) call observer%warn('the trial of '//to_string(self%trials(i)%value, 6)// &
+            ' neither came to rest nor moved on in '//to_string(self%trials(i)%steps)//' steps: it counts as '// &
+            'failing; --max-steps gives it more')
+      end do
+      if (self%state%outcome == search_end%found) return
+      call make_error(error, error_code%computation, no_factor(self))
+   end subroutine run_search
+
+   !> Why there is no factor, and what to do.
+   function no_factor(self) result(text)
+      type(factor_search_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      real(wp) :: value
+      value = self%trials(size(self%trials))%value
+      if (self%state%outcome == search_end%never_stable) then
+         text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
+      else
+         text = 'stable at '//to_string(value, 6)//', the upper end of the search of the '
+      end if
+      select case (self%options%kind)
+      case (search_kind%tilt); text = text//'tilt'
+      case (search_kind%push); text = text//'push'
+      case default; text = text//trim(search_names(self%options%kind))
+      end select
+      if (self%state%outcome == search_end%never_stable) then
+         text = text//': begin lower with --from, or make the model stable there'
+      else
+         text = text//': look further with --to, or check that something can fail (joints, cohesion, supports)'
+      end if
+   end function no_factor
+
+   !> Compute the next trial, and as many of those that may follow it as there are jobs.
+   subroutine compute_some(self, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: problem
+      real(wp), allocatable :: values(:)
+      type(trial_type), allocatable :: trials(:)
+      type(error_type), allocatable :: failure
+      logical, allocatable :: done(:)
+      integer :: i
+      call self%look_ahead(values)
+      allocate (trials(size(values)), done(size(values)))
+      done = .false.
+      !$omp parallel do num_threads(size(values)) schedule(static, 1) private(i) shared(self, observer, trials, done, &
+      !$omp values, error)
+      do i = 1, size(values)
+         call compute_one(self, observer, values(i), trials(i), done(i), i == 1, error)
+      end do
+      !$omp end parallel do
+      do i = 1, size(values)
+         if (.not. done(i)) cycle
+         self%known = [self%known, trials(i)]
+         call self%journal%add(trials(i), problem)
+         if (allocated(problem)) call move_alloc(problem, failure)
+      end do
+      if (.not. done(1) .and. .not. allocated(error)) self%interrupted = .true.
+      if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
+   end subroutine compute_some
+
+   !> One trial. The failure of one that may never count is none.
+   subroutine compute_one(self, observer, value, trial, done, counts, error)
+      class(factor_search_type), intent(in) :: self
+      class(search_observer_type), intent(in) :: observer
+      real(wp), intent(in) :: value
+      type(trial_type), intent(out) :: trial
+      logical, intent(out) :: done
+      logical, intent(in) :: counts
+      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), allocatable :: run
+      type(error_type), allocatable :: failure
+      logical :: interrupted
+      allocate (run)
+      call compute_trial(self%settled, self%options, self%chosen, value, observer, run, trial, interrupted, failure)
+      done = .not. (interrupted .or. allocated(failure))
+      if (allocated(failure) .and. counts) call move_alloc(failure, error)
+   end subroutine compute_one
+
+   !> The values to be tried next.
+   subroutine look_ahead(self, values)
+      class(factor_search_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: values(:)
+      call self%path%candidates(self%known%value, self%known%stable, max(1, self%options%jobs), values)
+   end subroutine look_ahead
+
+   !> The search is over: remove its journal.
+   subroutine clean_up(self)
+      class(factor_search_type), intent(in) :: self
+      if (self%journal%is_kept) call self%journal%remove()
+   end subroutine clean_up
+
+end module rockdda_run_factor_search

@@ -1,0 +1,86 @@
+! SPDX-License-Identifier: MIT
+!> Check the options of a search against the model.
+module rockdda_run_search_check
+   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_joint_options, only : joint_number
+   use rockdda_model_options, only : is_set
+   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_run_search_options, only : search_options_type, search_kind, search_names
+   implicit none
+   private
+   public :: choose_joints, check_values
+
+contains
+
+   !> Which joint materials the search reduces.
+   subroutine choose_joints(options, materials, chosen, error)
+      type(search_options_type), intent(in) :: options
+      type(joint_material_type), intent(in) :: materials(:)
+      logical, allocatable, intent(out) :: chosen(:)      !! per material
+      type(error_type), allocatable, intent(out) :: error
+      character(len=80), allocatable :: names(:)
+      character(len=:), allocatable :: rest, word
+      integer :: comma, i, m
+      allocate (chosen(size(materials)), source=len_trim(options%joints) == 0)
+      if (len_trim(options%joints) == 0) return
+      if (options%kind /= search_kind%strength) then
+         call make_error(error, error_code%input, 'option --joints: only a search of the strength changes joints')
+         return
+      end if
+      allocate (names(size(materials)))
+      do i = 1, size(materials)
+         names(i) = ''
+         if (allocated(materials(i)%name)) names(i) = materials(i)%name
+      end do
+      rest = options%joints//','
+      do while (len(rest) > 0)
+         comma = index(rest, ',')
+         word = trim(adjustl(rest(1:comma - 1)))
+         rest = rest(comma + 1:)
+         m = joint_number(word, materials)
+         if (m >= 1 .and. m <= size(materials)) then
+            chosen(m) = .true.
+            cycle
+         end if
+         call make_error(error, error_code%input, "option --joints: there is no joint material '"//word//"'"// &
+                            did_you_mean(word, names))
+         return
+      end do
+   end subroutine choose_joints
+
+   !> Values that the search cannot have.
+   subroutine check_values(options, tolerance, error)
+      type(search_options_type), intent(in) :: options
+      real(wp), intent(in) :: tolerance
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name
+      logical :: has_both
+      associate (o => options)
+         name = trim(search_names(o%kind))
+         has_both = is_set(o%from) .and. is_set(o%to)
+         if (has_both) then
+            if (.not. abs(o%to - o%from) > tolerance) then
+               call make_error(error, error_code%input, 'options --from, --to: must be further apart than the '// &
+                               'tolerance, '//to_string(tolerance))
+               return
+            end if
+         end if
+         select case (o%kind)
+         case (search_kind%strength, search_kind%gravity)
+            if (is_set(o%from) .and. .not. o%from > 0) call make_error(error, error_code%input, &
+               'option --from: a search of the '//name//' needs a value above 0')
+            if (is_set(o%to) .and. .not. o%to > 0) call make_error(error, error_code%input, &
+               'option --to: a search of the '//name//' needs a value above 0')
+            if (has_both .and. .not. o%to > o%from) call make_error(error, error_code%input, &
+               'options --from, --to: the model has to be stable at --from and fail at --to, which must be larger')
+         case (search_kind%tilt)
+            if ((is_set(o%from) .and. abs(o%from) > 90) .or. (is_set(o%to) .and. abs(o%to) > 90)) call make_error( &
+               error, error_code%input, 'options --from, --to: a tilt is an angle from -90 to 90 degrees')
+         end select
+      end associate
+   end subroutine check_values
+
+end module rockdda_run_search_check

@@ -1,0 +1,143 @@
+! SPDX-License-Identifier: MIT
+!> The trials of a search on disk, so that a search that was stopped or killed continues where it was.
+!>
+!> Two files with the name of the results and the first digits of the digest of model and search, in the folder of the
+!> results: STEM.fos-12345678.ckpt.h5 is a checkpoint of the settled state, STEM.fos-12345678.txt has a line for each
+!> finished trial. A line counts when its number of words and its end are right: the last one may be cut off.
+module rockdda_run_search_journal
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type
+   use rockdda_base_strings, only : to_string, to_exact_string
+   use rockdda_io_file_sink, only : file_sink_type
+   use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
+   use rockdda_io_checkpoint, only : checkpoint_path
+   use rockdda_run_trial, only : trial_type
+   implicit none
+   private
+   public :: search_journal_type
+
+   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
+                                         'displacement seconds, then the blocks of the mechanism with their motion'
+
+   type :: search_journal_type
+      character(len=:), allocatable :: stem       !! of both files
+      logical :: is_kept = .true.                 !! false: the folder cannot be written
+   contains
+      procedure :: results
+      procedure :: has_state
+      procedure :: begin
+      procedure :: add
+      procedure :: read => read_journal
+      procedure :: remove
+      procedure, private :: path
+   end type search_journal_type
+
+contains
+
+   !> The results of which the checkpoint of the settled state would be the checkpoint; they are never written.
+   pure function results(self) result(path)
+      class(search_journal_type), intent(in) :: self
+      character(len=:), allocatable :: path
+      path = self%stem//'.h5'
+   end function results
+
+   !> Path of the list of trials.
+   pure function path(self)
+      class(search_journal_type), intent(in) :: self
+      character(len=:), allocatable :: path
+      path = self%stem//'.txt'
+   end function path
+
+   !> Is there a settled state and a list of trials?
+   logical function has_state(self)
+      class(search_journal_type), intent(in) :: self
+      has_state = get_path_kind(checkpoint_path(self%results())) == path_kind%file
+      if (has_state) has_state = get_path_kind(self%path()) == path_kind%file
+   end function has_state
+
+   !> Begin an empty list.
+   subroutine begin(self, error)
+      class(search_journal_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      type(file_sink_type) :: sink
+      call sink%open(self%path(), error)
+      if (.not. allocated(error)) call sink%put(head//new_line('a'), error)
+      if (.not. allocated(error)) call sink%close(error, sync=.true.)
+   end subroutine begin
+
+   !> Add a finished trial.
+   subroutine add(self, trial, error)
+      class(search_journal_type), intent(in) :: self
+      type(trial_type), intent(in) :: trial
+      type(error_type), allocatable, intent(out) :: error
+      type(file_sink_type) :: sink
+      character(len=:), allocatable :: line
+      integer :: i, n
+      n = 0
+      if (allocated(trial%mechanism%blocks)) n = size(trial%mechanism%blocks)
+      line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1', '0', trial%decided)// &
+             ' '//to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
+             to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
+             to_exact_string(trial%seconds)//' '//to_string(n)
+      do i = 1, n
+         line = line//' '//to_string(trial%mechanism%blocks(i))//' '//to_string(trial%mechanism%kinds(i))
+      end do
+      if (.not. self%is_kept) return
+      call sink%open(self%path(), error, append=.true.)
+      if (.not. allocated(error)) call sink%put(line//' end'//new_line('a'), error)
+      if (.not. allocated(error)) call sink%close(error, sync=.true.)
+   end subroutine add
+
+   !> Read the finished trials.
+   subroutine read_journal(self, trials)
+      class(search_journal_type), intent(in) :: self
+      type(trial_type), allocatable, intent(out) :: trials(:)
+      character(len=100000) :: line
+      integer :: unit, status
+      type(trial_type) :: trial
+      logical :: ok
+      allocate (trials(0))
+      open (newunit=unit, file=self%path(), status='old', action='read', iostat=status)
+      if (status /= 0) return
+      read (unit, '(a)', iostat=status) line
+      do while (status == 0)
+         read (unit, '(a)', iostat=status) line
+         if (status /= 0) exit
+         call take_line(trim(line), trial, ok)
+         if (ok) trials = [trials, trial]
+      end do
+      close (unit)
+   end subroutine read_journal
+
+   !> One line as a trial.
+   subroutine take_line(line, trial, ok)
+      character(len=*), intent(in) :: line
+      type(trial_type), intent(out) :: trial
+      logical, intent(out) :: ok
+      integer :: flags(2), n, status
+      integer, allocatable :: motions(:, :)
+      character(len=3) :: last
+      ok = .false.
+      if (len(line) < 4) return
+      if (line(len(line) - 3:) /= ' end') return
+      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
+         trial%displacement, trial%seconds, n
+      if (status /= 0 .or. n < 0 .or. n > len(line)) return
+      allocate (motions(2, n))
+      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
+         trial%displacement, trial%seconds, n, motions, last
+      ok = status == 0
+      trial%stable = flags(1) == 1
+      trial%decided = flags(2) == 1
+      trial%mechanism%blocks = motions(1, :)
+      trial%mechanism%kinds = motions(2, :)
+   end subroutine take_line
+
+   !> Remove both files.
+   subroutine remove(self)
+      class(search_journal_type), intent(in) :: self
+      call remove_file(checkpoint_path(self%results()))
+      call remove_file(self%path())
+   end subroutine remove
+
+end module rockdda_run_search_journal

@@ -1,0 +1,212 @@
+! SPDX-License-Identifier: MIT
+!> The way of a search: which value comes next, after what is known of the values before.
+!>
+!> The search begins at a value at which the model should be stable, goes up (or, where it may, down) until it has a
+!> value on either side, and halves the interval until it is no longer than the tolerance. The way is replayed from its
+!> beginning each time, so that it depends on nothing but the verdicts: trials that were computed ahead, or before the
+!> search was interrupted, are used when the way comes to their values.
+module rockdda_run_search_path
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_options, only : is_set
+   use rockdda_run_search_options, only : search_kind, search_options_type, default_tolerance
+   implicit none
+   private
+   public :: search_path_type, search_state_type, search_end, new_search_path
+
+   !> How a search stands.
+   type :: search_end_enum
+      integer :: open = 0          !! a value has to be tried
+      integer :: found = 1         !! low and high are as near as wanted
+      integer :: never_stable = 2  !! not stable at the lower end
+      integer :: never_fails = 3   !! stable at the upper end
+   end type search_end_enum
+   type(search_end_enum), parameter :: search_end = search_end_enum()
+
+   !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
+   type :: search_path_type
+      real(wp) :: sign = 1
+      real(wp) :: start = 1
+      real(wp) :: end = 0              !! where the model should fail, when has_end
+      logical :: has_end = .false.
+      logical :: may_halve = .false.   !! values below the start may be tried
+      real(wp) :: lowest = 0, highest = huge(1.0_wp)
+      real(wp) :: first_step = 0       !! 0: the value is doubled; else added, and doubled each time
+      real(wp) :: tolerance = 0.01_wp
+   contains
+      procedure :: follow
+      procedure :: candidates
+   end type search_path_type
+
+   type :: search_state_type
+      integer :: outcome = 0                !! one of search_end%...
+      real(wp) :: next = 0                  !! the value to be tried
+      real(wp) :: stable = 0, failing = 0   !! the nearest values of both sides, as far as known
+      integer, allocatable :: used(:)       !! verdicts on the way, in order
+   end type search_state_type
+
+contains
+
+   !> Rules of a search.
+   pure type(search_path_type) function new_search_path(options) result(path)
+      type(search_options_type), intent(in) :: options
+      path%tolerance = options%tolerance
+      if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options%kind)
+      select case (options%kind)
+      case (search_kind%tilt)
+         path%start = 0
+         path%first_step = 5
+         path%highest = 85
+      case (search_kind%push)
+         path%start = 0
+         path%first_step = 0.05_wp
+         path%highest = 10
+      case default
+         path%start = 1
+         path%may_halve = .true.
+         path%lowest = 1.0_wp/64
+         path%highest = 64
+      end select
+      path%has_end = is_set(options%to)
+      if (is_set(options%from)) then
+         path%start = options%from
+         path%may_halve = .false.
+         path%highest = max(path%highest, 64*abs(path%start))
+      else if (path%has_end .and. path%may_halve) then
+         if (.not. options%to > path%start) path%start = options%to/2
+      end if
+      if (.not. path%has_end) return
+      path%end = options%to
+      if (.not. path%end < path%start) return
+      ! to the left
+      path%sign = -1
+      path%start = -path%start
+      path%end = -path%end
+   end function new_search_path
+
+   !> Follow the way as far as the verdicts lead.
+   pure subroutine follow(self, values, stable, state)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: values(:)      !! tried so far, in any order
+      logical, intent(in) :: stable(:)       !! their verdicts
+      type(search_state_type), intent(out) :: state
+      real(wp) :: low, high, middle
+      logical :: found, stays
+      allocate (state%used(0))
+      call bracket(self, values, stable, state, low, high, found)
+      if (.not. found) return
+      do while (high - low > self%tolerance)
+         middle = low + (high - low)/2
+         if (.not. (middle > low .and. middle < high)) exit
+         call ask(self, middle, values, stable, state, found, stays)
+         if (.not. found) return
+         if (stays) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+      state%outcome = search_end%found
+   end subroutine follow
+
+   !> Find a stable and a failing value.
+   pure subroutine bracket(self, values, stable, state, low, high, found)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      logical, intent(in) :: stable(:)
+      type(search_state_type), intent(inout) :: state
+      real(wp), intent(out) :: low, high
+      logical, intent(out) :: found
+      real(wp) :: step
+      logical :: stays
+      low = self%start
+      high = self%start
+      call ask(self, self%start, values, stable, state, found, stays)
+      if (.not. found) return
+      if (.not. stays) then
+         do
+            found = self%may_halve .and. high > self%lowest
+            if (.not. found) state%outcome = search_end%never_stable
+            if (.not. found) return
+            low = max(high/2, self%lowest)
+            call ask(self, low, values, stable, state, found, stays)
+            if (.not. found .or. stays) return
+            high = low
+         end do
+      end if
+      step = self%first_step
+      do
+         high = 2*low
+         if (step > 0) high = low + step
+         high = min(high, self%highest)
+         if (self%has_end) high = self%end
+         step = 2*step
+         call ask(self, high, values, stable, state, found, stays)
+         if (.not. found .or. .not. stays) return
+         found = .not. (self%has_end .or. high >= self%highest)
+         if (.not. found) state%outcome = search_end%never_fails
+         if (.not. found) return
+         low = high
+      end do
+   end subroutine bracket
+
+   !> The verdict on a value. When there is none yet, the value is the next one to be tried.
+   pure subroutine ask(self, value, values, stable, state, found, stays)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: values(:)
+      logical, intent(in) :: stable(:)
+      type(search_state_type), intent(inout) :: state
+      logical, intent(out) :: found, stays
+      integer :: i
+      found = .false.
+      stays = .false.
+      state%next = self%sign*value + 0.0_wp   ! no negative zero
+      do i = 1, size(values)
+         if (abs(values(i) - state%next) > 0) cycle
+         found = .true.
+         stays = stable(i)
+         state%used = [state%used, i]
+         if (stays) then
+            state%stable = state%next
+         else
+            state%failing = state%next
+         end if
+         return
+      end do
+   end subroutine ask
+
+   !> Values to be tried at the same time: the next one, then those that follow from its verdict and from theirs,
+   !> which are not known yet.
+   pure subroutine candidates(self, values, stable, n, found)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      logical, intent(in) :: stable(:)
+      integer, intent(in) :: n                         !! at most so many
+      real(wp), allocatable, intent(out) :: found(:)
+      type(search_state_type) :: state
+      integer :: way, depth, k, j
+      real(wp), allocatable :: more(:)
+      logical, allocatable :: guess(:)
+      allocate (found(0))
+      ! ways of 0, 1, 2 ... assumed verdicts, the more likely ones first
+      do depth = 0, 6
+         do way = 0, 2**depth - 1
+            if (size(found) >= n) return
+            more = values
+            guess = stable
+            do j = 1, depth + 1
+               call self%follow(more, guess, state)
+               if (state%outcome /= search_end%open) exit
+               if (j > depth) exit
+               more = [more, state%next]
+               k = way/2**(depth - j)
+               guess = [guess, mod(k, 2) == 0]
+            end do
+            if (state%outcome /= search_end%open) cycle
+            if (any(abs(found - state%next) <= 0)) cycle
+            found = [found, state%next]
+         end do
+      end do
+   end subroutine candidates
+
+end module rockdda_run_search_path

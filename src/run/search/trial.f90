@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: MIT
+!> One trial of a search: the settled state under one value of the searched quantity.
+module rockdda_run_trial
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_error, only : error_type, error_code, add_context
+   use rockdda_base_interruption, only : interruption_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_mechanism, only : mechanism_type, find_mechanism
+   use rockdda_run_model_run, only : run_type
+   use rockdda_run_search_options, only : search_options_type, scale_model
+   use rockdda_run_settled_state, only : copy_simulation
+   use rockdda_run_trial_verdict, only : trial_verdict_type, verdict, typical_size
+   implicit none
+   private
+   public :: trial_type, search_observer_type, compute_trial, begin_trial
+
+   type :: trial_type
+      real(wp) :: value = 0
+      logical :: stable = .false.
+      logical :: decided = .true.          !! false: neither at rest nor moving on when the steps were used up
+      integer :: steps = 0
+      integer :: beginning = 1             !! > 1: begun again with shorter steps
+      real(wp) :: unbalanced = 0           !! of the last step
+      real(wp) :: displacement = 0         !! largest of a block since the settled state [length]
+      real(wp) :: seconds = 0              !! on the wall clock
+      type(mechanism_type) :: mechanism    !! of a failing trial
+   end type trial_type
+
+   !> What the caller of a search sees of it, and its way to stop it. The defaults do nothing.
+   type, extends(interruption_type) :: search_observer_type
+   contains
+      procedure :: is_requested => never
+      procedure :: progress
+      procedure :: warn
+   end type search_observer_type
+
+   !> Vertices move no further in a step than this share of the size of a typical block.
+   real(wp), parameter :: step_share = 0.01_wp
+   !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
+   real(wp), parameter :: shorter = 0.1_wp
+   integer, parameter :: most_beginnings = 3
+
+contains
+
+   !> No request to stop.
+   logical function never(self)
+      class(search_observer_type), intent(in) :: self
+      never = .false.
+      associate (unused => self)
+      end associate
+   end function never
+
+   !> Called after each step.
+   subroutine progress(self, text)
+      class(search_observer_type), intent(in) :: self
+      character(len=*), intent(in) :: text
+      associate (unused => self, not_used => text)
+      end associate
+   end subroutine progress
+
+   !> Called with a warning about a trial.
+   subroutine warn(self, text)
+      class(search_observer_type), intent(in) :: self
+      character(len=*), intent(in) :: text
+      associate (unused => self, not_used => text)
+      end associate
+   end subroutine warn
+
+   !> The settled state with the parameters of a trial.
+   subroutine begin_trial(settled, options, chosen, value, beginning, sim, error)
+      type(simulation_type), intent(in) :: settled
+      type(search_options_type), intent(in) :: options
+      logical, intent(in) :: chosen(:)          !! joint materials with reduced strength
+      real(wp), intent(in) :: value
+      integer, intent(in) :: beginning          !! from 1; each further one has shorter steps
+      type(simulation_type), intent(out) :: sim
+      type(error_type), allocatable, intent(out) :: error
+      type(parameters_type) :: parameters
+      real(wp) :: shortening
+      parameters = settled%parameters
+      call scale_model(options%kind, value, chosen, parameters)
+      parameters%displacement_ratio = min(parameters%displacement_ratio, &
+                                          step_share*typical_size(settled)/parameters%w0)
+      shortening = shorter**(beginning - 1)
+      parameters%dt_max = parameters%dt_max*shortening
+      parameters%dt_min = parameters%dt_min*shortening**2
+      call copy_simulation(settled, parameters, sim, error)
+      if (allocated(error)) return
+      sim%control%dt = min(sim%control%dt, parameters%dt_max)
+   end subroutine begin_trial
+
+   !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
+   !> `interrupted`: a stop was requested, and there is no verdict. Error: the steps cannot be solved.
+   subroutine compute_trial(settled, options, chosen, value, observer, run, trial, interrupted, error)
+      type(simulation_type), intent(in) :: settled
+      type(search_options_type), intent(in) :: options
+      logical, intent(in) :: chosen(:)
+      real(wp), intent(in) :: value
+      class(search_observer_type), intent(in) :: observer
+      type(run_type), intent(inout) :: run
+      type(trial_type), intent(out) :: trial
+      logical, intent(out) :: interrupted
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: start
+      integer :: beginning
+      start = wall_seconds()
+      trial%value = value
+      do beginning = 1, most_beginnings
+         if (.not. run%is_open) call begin_trial(settled, options, chosen, value, beginning, run%sim, error)
+         trial%beginning = beginning
+         if (allocated(error)) return
+         call run%sim%set_interruption(observer)
+         call advance_trial(options, observer, run, trial, interrupted, error)
+         if (.not. allocated(error)) exit
+         if (error%code /= error_code%computation .or. error%is_fatal .or. run%is_open) exit
+      end do
+      trial%seconds = wall_seconds() - start
+      if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
+   end subroutine compute_trial
+
+   !> The steps of a trial.
+   subroutine advance_trial(options, observer, run, trial, interrupted, error)
+      type(search_options_type), intent(in) :: options
+      class(search_observer_type), intent(in) :: observer
+      type(run_type), intent(inout) :: run
+      type(trial_type), intent(inout) :: trial
+      logical, intent(out) :: interrupted
+      type(error_type), allocatable, intent(out) :: error
+      type(trial_verdict_type) :: judgement
+      integer :: outcome
+      interrupted = .false.
+      outcome = verdict%open
+      call judgement%begin(run%sim)
+      trial%steps = 0
+      do while (outcome == verdict%open .and. trial%steps < options%max_steps)
+         call run%sim%advance(error)
+         if (allocated(error)) return
+         interrupted = run%sim%interrupted
+         if (interrupted) return
+         trial%steps = trial%steps + 1
+         outcome = judgement%judge(run%sim)
+         call run%write_step(error)
+         if (allocated(error)) return
+         trial%unbalanced = run%sim%record%unbalanced
+         trial%displacement = maxval(judgement%moved)
+         call observer%progress(to_string(trial%value, 6)//', step '//to_string(trial%steps)//', unbalanced '// &
+                                to_string(trial%unbalanced, 2)//', moved '//to_string(trial%displacement, 2))
+         interrupted = observer%is_requested()
+         if (interrupted) return
+      end do
+      trial%decided = outcome /= verdict%open
+      trial%stable = outcome == verdict%stable
+      if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
+   end subroutine advance_trial
+
+end module rockdda_run_trial

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: MIT
+"""`rockdda fos`: the factor at which models lose their equilibrium, and the promises of the command around it."""
+
+import math
+import signal
+import subprocess
+import unittest
+from pathlib import Path
+
+from resume_case import ResumeTest
+from support import PROGRAM, h5py
+
+if h5py is not None:
+    import numpy as np
+
+MODELS = Path(__file__).parents[2] / "inputs"
+STACK = str(MODELS / "stack")
+
+
+def geometry(polygons, fixed):
+    """A geometry file of closed polygons, the first of them the boundary."""
+    lines = [(*p, *q, 1) for polygon in polygons for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True)]
+    head = [0.001, f"{len(lines)} {len(polygons[0])}", 0, 0, len(fixed), 0, 0, 0]
+    rows = [" ".join(repr(x) for x in line) for line in lines]
+    return "\n".join([*map(str, head), *rows, *(f"{x} {y} {x} {y}" for x, y in fixed)]) + "\n"
+
+
+#: A block 2 m wide and 1 m high on a level base that is fixed.
+LEVEL = geometry([[(0, 0), (6, 0), (6, 1), (0, 1)], [(2, 1), (2, 2), (4, 2), (4, 1)]], [(0.5, 0.5), (5.5, 0.5)])
+
+
+def slope(angle):
+    """The same block on a plane that rises by an angle [deg] to the right."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    turned = [
+        [(x * c - y * s, x * s + y * c) for x, y in polygon]
+        for polygon in ([(0, 0), (6, 0), (6, 1), (0, 1)], [(2, 1), (2, 2), (4, 2), (4, 1)])
+    ]
+    return geometry(turned, [(0.5 * c - 0.5 * s, 0.5 * s + 0.5 * c), (5.5 * c - 0.5 * s, 5.5 * s + 0.5 * c)])
+
+
+def options(friction=30, cohesion=0, more=""):
+    return (
+        "&model geometry = 'block.dc' /\n"
+        "&block_material number = 1, density = 2400, young = 20e9, poisson = 0.25 /\n"
+        f"&joint_material number = 1, name = 'base', friction = {friction}, cohesion = {cohesion} /\n"
+        "&load gravity = 9.81 /\n" + more
+    )
+
+
+class FosTest(ResumeTest):
+    def search(self, *arguments, code=0):
+        outcome = self.run_program("fos", *arguments, "--quiet", "--json")
+        self.assertEqual(outcome.code, code, outcome.err)
+        return outcome.json
+
+    def block(self, text, **values):
+        self.write("block.dc", text)
+        self.write("block.nml", options(**values))
+        return "block.nml"
+
+    @staticmethod
+    def without_time(result):
+        for trial in result["trials"]:
+            del trial["seconds"]
+        return result
+
+
+class Values(FosTest):
+    """Closed forms: the bracket holds the truth, widened by the elasticity of the joints (1 % of the value)."""
+
+    def assert_between(self, result, truth, share=0.01):
+        self.assertLessEqual(result["low"], truth * (1 + share))
+        self.assertGreaterEqual(result["high"], truth * (1 - share))
+        self.assertAlmostEqual(result["factor"], (result["low"] + result["high"]) / 2, places=12)
+
+    def test_strength_of_a_block_on_a_plane(self):
+        result = self.search(self.block(slope(20), friction=35))
+        self.assert_between(result, math.tan(math.radians(35)) / math.tan(math.radians(20)))
+        self.assertLessEqual(result["high"] - result["low"], 0.01)
+        self.assertEqual(result["search"], "strength")
+        self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
+
+    def test_strength_with_cohesion(self):
+        # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81
+        weight = 2 * 2400 * 9.81
+        angle = math.radians(30)
+        truth = (weight * math.cos(angle) * math.tan(math.radians(20)) + 20e3) / (weight * math.sin(angle))
+        self.assert_between(self.search(self.block(slope(30), friction=20, cohesion=10e3)), truth)
+
+    def test_tilt_of_a_block_and_of_a_stack(self):
+        # the block slides at its friction angle, counter-clockwise to the right and clockwise to the left
+        self.assert_between(self.search(self.block(LEVEL), "--search", "tilt"), 30)
+        left = self.search("block.nml", "--search", "tilt", "--to", "-60")
+        self.assert_between({k: -left[k] for k in ("factor",)} | {"low": -left["high"], "high": -left["low"]}, 30)
+        # five blocks of 1 m: tan = 1/5
+        result = self.search(STACK, "--search", "tilt")
+        self.assert_between(result, math.degrees(math.atan(1 / 5)), share=0.2 / 11.31)
+        self.assertEqual(result["mechanism"], {"blocks": [1, 2, 3, 4, 5], "kind": "toppling"})
+
+    def test_push_to_both_sides(self):
+        truth = math.tan(math.radians(30))
+        self.assert_between(self.search(self.block(LEVEL), "--search", "push"), truth)
+        left = self.search("block.nml", "--search", "push", "--to", "-2")
+        self.assertLess(left["high"], 0)
+        self.assertAlmostEqual(left["factor"], -truth, delta=0.01)
+
+    def test_gravity_against_cohesion(self):
+        # friction 10 degrees on a plane of 30: cohesion carries what friction does not
+        angle, weight = math.radians(30), 2 * 2400 * 9.81
+        truth = 40e3 / (weight * (math.sin(angle) - math.cos(angle) * math.tan(math.radians(10))))
+        self.assert_between(
+            self.search(self.block(slope(30), friction=10, cohesion=20e3), "--search", "gravity"), truth
+        )
+
+
+class Promises(FosTest):
+    def test_the_last_line_tells_the_factor(self):
+        outcome = self.run_program("fos", self.block(slope(20), friction=35), "--quiet")
+        self.assertRegex(
+            outcome.out.splitlines()[-1],
+            r"^factor of safety: 1\.9\d\d \(stable at 1\.9\d\d, fails at 1\.9\d\d; \d+ trials\)$",
+        )
+        outcome = self.run_program("fos", "block.nml", "--quiet", "--search", "tilt")
+        self.assertRegex(
+            outcome.out.splitlines()[-1],
+            r"^critical tilt: \d+\.\d\d \(stable at \d+\.\d\d, fails at \d+\.\d\d; \d+ trials\)$",
+        )
+
+    def test_jobs_do_not_change_the_result(self):
+        one = self.without_time(self.search(STACK, "--search", "tilt"))
+        for jobs in ("2", "5"):
+            self.assertEqual(self.without_time(self.search(STACK, "--search", "tilt", "--jobs", jobs)), one)
+
+    def test_nothing_is_left_but_what_was_asked_for(self):
+        self.block(slope(20), friction=35)
+        before = set(Path(self.folder).iterdir())
+        self.search("block.nml")
+        self.assertEqual(set(Path(self.folder).iterdir()), before)
+
+    @unittest.skipIf(h5py is None, "needs h5py")
+    def test_the_failing_trial_as_results(self):
+        result = self.search(self.block(slope(20), friction=35), "-o", "fails.h5")
+        with h5py.File(self.path("fails.h5")) as file:
+            search = file["search"]
+            self.assertEqual(search.attrs["search"], "strength")
+            self.assertEqual(search.attrs["kind"], "sliding")
+            for name in ("factor", "low", "high"):
+                self.assertEqual(search[name][0], result[name])
+            for name in ("value", "stable", "steps", "unbalanced", "displacement"):
+                self.assertEqual(search[name][:].tolist(), [trial[name] for trial in result["trials"]])
+            self.assertEqual(search["blocks"][:].tolist(), [1])
+            self.assertEqual(search["block_kind"][:].tolist(), [0])
+            centroid = file["frames/centroid"][:, 1]
+            fails = next(t for t in result["trials"] if t["value"] == result["high"])
+            self.assertEqual(len(file["history/step"]), fails["steps"])
+            moved = np.hypot(*(centroid[-1] - centroid[0]))
+            self.assertAlmostEqual(moved, fails["displacement"], delta=1e-3 * moved)
+            self.assertEqual(file.attrs["exit_reason"], "finished")
+        info = self.run_program("info", "fails.h5")
+        self.assertEqual(info.code, 0, info.err)
+
+    def test_a_killed_search_continues(self):
+        self.block(slope(20), friction=35)
+        whole = self.without_time(self.search("block.nml"))
+        command = [PROGRAM, "fos", "block.nml", "--quiet", "--json"]
+        for _ in range(20):
+            process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            while process.poll() is None:
+                lists = list(Path(self.folder).glob("*.fos-*.txt"))
+                if lists and len(lists[0].read_text().splitlines()) > 2:
+                    process.send_signal(signal.SIGKILL)
+                    break
+            process.communicate()
+            if process.returncode < 0:
+                break
+        else:
+            self.skipTest("the search is always faster than the kill")
+        lists = list(Path(self.folder).glob("*.fos-*.txt"))
+        done = len(lists[0].read_text().splitlines()) - 1
+        self.assertGreater(done, 1)
+        # a line that was cut off by the kill does not count
+        with lists[0].open("a") as file:
+            file.write("1.5 1 1 20 1")
+        again = self.search("block.nml")
+        self.assertEqual(self.without_time(again), whole)
+        self.assertEqual(list(Path(self.folder).glob("*.fos-*")), [])
+
+    def test_a_signal_stops_in_order(self):
+        outcome = self.run_program("fos", STACK, "--search", "tilt", "--max-wall", "1e-6", "--quiet")
+        self.assertEqual(outcome.code, 4, outcome.err)
+        self.assertIn("the same command continues", outcome.err)
+
+
+class Refusals(FosTest):
+    def error(self, *arguments, code=2):
+        outcome = self.run_program("fos", *arguments, "--quiet")
+        self.assertEqual(outcome.code, code, outcome.err)
+        self.assertEqual(outcome.out, "")
+        return outcome.err
+
+    def test_no_factor_between_the_ends(self):
+        self.block(slope(20), friction=35)
+        self.assertIn("not stable at 2.5", self.error("block.nml", "--from", "2.5", code=3))
+        self.assertIn("begin lower with --from", self.error("block.nml", "--from", "2.5", code=3))
+        self.assertIn("stable at 1.5", self.error("block.nml", "--to", "1.5", code=3))
+        result = self.search("block.nml", "--to", "1.5", code=3)
+        self.assertEqual((result["status"], result["exit_code"]), ("error", 3))
+
+    def test_no_rest_before_the_search(self):
+        more = "&stage name = 'weight', kind = 'static', until = 'equilibrium', max_steps = 30 /\n"
+        text = self.error(self.block(slope(30), friction=20, more=more), code=3)
+        self.assertIn("did not come to equilibrium", text)
+        self.assertIn("a search begins at rest", text)
+
+    def test_names_that_do_not_exist(self):
+        more = "&stage name = 'weight', kind = 'static', until = 'equilibrium' /\n"
+        self.block(slope(20), friction=35, more=more)
+        self.assertIn(
+            "there is no joint material 'bass'; did you mean 'base'?", self.error("block.nml", "--joints", "bass")
+        )
+        self.assertIn(
+            "the model has no stage 'weigh'; did you mean 'weight'?", self.error("block.nml", "--stage", "weigh")
+        )
+        self.assertIn("did you mean 'tilt'?", self.error("block.nml", "--search", "till"))
+
+    def test_values_that_make_no_search(self):
+        self.block(slope(20), friction=35)
+        self.assertIn("above 0", self.error("block.nml", "--from", "-1"))
+        self.assertIn("must be larger", self.error("block.nml", "--from", "2", "--to", "1"))
+        self.assertIn("further apart", self.error("block.nml", "--from", "1", "--to", "1.001"))
+        self.assertIn("only a search of the strength", self.error("block.nml", "--search", "push", "--joints", "base"))
+
+
+if __name__ == "__main__":
+    unittest.main()
