@@ -6,7 +6,7 @@ module rockdda_app_search_report
    use rockdda_io_checkpoint, only : checkpoint_path
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
-   use rockdda_run_model_input, only : model_input_type, run_name
+   use rockdda_run_input, only : model_input_type, run_name
    use rockdda_run_search_options, only : search_kind, search_names
    use rockdda_run_search_results, only : failing_trial
    use rockdda_run_trial, only : search_observer_type, trial_type

@@ -15,7 +15,7 @@ module rockdda_run_factor_search
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_digest, only : digest_of_text, digest_length, hexadecimal
-   use rockdda_run_model_input, only : model_input_type
+   use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names, usual_max_steps

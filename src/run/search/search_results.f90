@@ -11,7 +11,8 @@ module rockdda_run_search_results
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_mechanism, only : kind_of
-   use rockdda_run_model_input, only : model_input_type, run_request_type
+   use rockdda_run_input, only : model_input_type
+   use rockdda_run_request, only : run_request_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_options, only : search_names
    use rockdda_run_trial, only : trial_type, search_observer_type, begin_trial, compute_trial

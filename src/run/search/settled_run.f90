@@ -9,7 +9,7 @@ module rockdda_run_settled_run
    use rockdda_io_digest, only : digest_length
    use rockdda_io_timestamp, only : utc_now
    use rockdda_run_checkpointing, only : load_checkpoint, save_checkpoint
-   use rockdda_run_model_input, only : model_input_type
+   use rockdda_run_input, only : model_input_type
    use rockdda_run_search_journal, only : search_journal_type
    use rockdda_run_settled_state, only : is_settled
    use rockdda_run_trial, only : trial_type, search_observer_type
