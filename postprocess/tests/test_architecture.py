@@ -5,6 +5,7 @@ import importlib.util
 import re
 import sys
 import xml.etree.ElementTree as ET
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,16 @@ def test_folders_use_only_those_before_them(architecture):
     source = architecture.Source(ROOT / "src", ROOT)
     assert len(source.modules) > 100
     assert architecture.order_violations(source) == []
+
+
+def test_modules_have_one_topic(architecture):
+    """No file beyond 500 lines and no module that uses more than 15 others; only the list of families uses them all."""
+    source = architecture.Source(ROOT / "src", ROOT)
+    files = {module.file: len((ROOT / module.file).read_text().splitlines()) for module in source.modules.values()}
+    assert [f"{file}: {n} lines" for file, n in files.items() if n > 500] == []
+    used = Counter(module.file for module, _ in source.uses())
+    many = {file.relative_to("src").as_posix(): n for file, n in used.items() if n > 15}
+    assert many.keys() <= {"interaction/families.f90"}, many
 
 
 def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, small_source):

@@ -14,7 +14,10 @@ module rockdda_model_blocks
    use rockdda_base_diagnostics, only : origin_type
    implicit none
    private
-   public :: block_system_type, point_set_type, bolt_set_type
+   public :: block_system_type, point_set_type, bolt_set_type, largest_coordinate
+
+   !> Largest coordinate accepted (fourth powers must stay finite).
+   real(wp), parameter :: largest_coordinate = 1.0e30_wp
 
    !> Points that move with blocks.
    type :: point_set_type

@@ -13,6 +13,7 @@ module rockdda_run_cells
    use rockdda_cutting_cell_lattice, only : cell_kind
    use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_run_material_names, only : no_block_material, check_joint_material
    implicit none
    private
    public :: number_regions, check_regions, count_regions, check_names, check_cells, make_cells
@@ -27,13 +28,8 @@ contains
       type(block_material_type), intent(in) :: materials(:)   !! groups of the options that may name block materials
       type(region_type), intent(inout) :: regions(:)
       type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(materials))
       character(len=:), allocatable :: word, numbers
       integer :: i, k, m
-      known = ''
-      do i = 1, size(materials)
-         if (allocated(materials(i)%name)) known(i) = adjustl(materials(i)%name)
-      end do
       do i = 1, size(regions)
          if (.not. allocated(regions(i)%material)) cycle
          numbers = ''
@@ -41,8 +37,7 @@ contains
             word = word_of(regions(i)%material, k)
             m = block_number(word, materials)
             if (m < 1 .and. size(materials) > 0) then
-               call messages%add(severity%error, "&region: there is no block material '"//word//"'"// &
-                                 did_you_mean(word, known), regions(i)%origin)
+               call messages%add(severity%error, '&region: '//no_block_material(word, materials), regions(i)%origin)
                m = 1
             end if
             if (m > 0) word = to_string(m)
@@ -142,9 +137,8 @@ contains
          associate (s => subdivisions(i))
             if (allocated(s%region)) call check_names('&subdivide', regions, s%region, s%origin, &
                                                             messages)
-            if (allocated(s%joint_material)) call check_joint(joint_number(s%joint_material, named_joints), &
-                                                             s%joint_material, n_joints, named_joints, s%origin, &
-                                                             messages)
+            if (allocated(s%joint_material)) call check_joint_material('&subdivide', s%joint_material, n_joints, &
+                                                                      named_joints, s%origin, messages)
          end associate
       end do
    end subroutine check_cells
@@ -220,27 +214,6 @@ contains
                            origin)
       end do
    end subroutine check_names
-
-   !> Check that the joint material between cells exists.
-   subroutine check_joint(joint, word, n_joints, named_joints, origin, messages)
-      integer, intent(in) :: joint                              !! 0: no material has this name
-      character(len=*), intent(in) :: word                      !! of the options
-      integer, intent(in) :: n_joints
-      type(joint_material_type), intent(in) :: named_joints(:)
-      type(origin_type), intent(in) :: origin
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(named_joints))
-      integer :: i
-      known = ''
-      do i = 1, size(named_joints)
-         if (allocated(named_joints(i)%name)) known(i) = adjustl(named_joints(i)%name)
-      end do
-      if (joint < 1) call messages%add(severity%error, "&subdivide: there is no joint material '"// &
-         trim(adjustl(word))//"'"//did_you_mean(trim(adjustl(word)), known), origin)
-      if (joint > n_joints) call messages%add(severity%error, '&subdivide: joint material '//to_string(joint)// &
-         ' is unknown, there '//trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), &
-         origin)
-   end subroutine check_joint
 
    !> Place of the first true.
    pure integer function findloc_true(flags)

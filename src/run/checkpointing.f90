@@ -12,8 +12,8 @@ module rockdda_run_checkpointing
    use rockdda_io_checkpoint_model, only : exchange_blocks, exchange_parameters
    use rockdda_io_checkpoint_state, only : exchange_state, exchange_contacts, exchange_control, &
       exchange_construction, exchange_ledger, exchange_record
-   use rockdda_io_checkpoint_check, only : parameters_problem, blocks_problem, facts_problem, state_problem
-   use rockdda_io_construction_check, only : construction_problem
+   use rockdda_io_checkpoint_model_check, only : parameters_problem, blocks_problem
+   use rockdda_io_checkpoint_state_check, only : facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
    use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
@@ -152,10 +152,7 @@ contains
       if (archive%saving) call sim%solver%pack(memory)
       call archive%item('memory', memory)
       if (archive%saving .or. allocated(archive%error)) return
-      call refuse(archive, construction_problem(sim%blocks, sim%parameters, sim%construction, sim%families%held))
-      if (allocated(archive%error)) return
-      call refuse(archive, state_problem(sim%blocks, sim%parameters, facts, sim%state, sim%contacts, sim%control, &
-                                         sim%ledger, sim%record, sim%line_ends, sim%equations%x, memory))
+      call refuse(archive, state_problem(sim, facts, memory))
       if (allocated(memory) .and. .not. allocated(archive%error)) call sim%solver%unpack(memory)
    end subroutine exchange_simulation
 

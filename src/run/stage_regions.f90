@@ -11,8 +11,8 @@ module rockdda_run_stage_regions
    use rockdda_model_options, only : stage_type, change_type, region_type
    use rockdda_model_regions, only : blocks_of_region, material_number
    use rockdda_model_stage_options, only : stage_name, is_given
-   use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_cells, only : check_names
+   use rockdda_run_material_names, only : no_block_material, no_joint_material
    implicit none
    private
    public :: number_changes, check_stage_regions
@@ -24,20 +24,15 @@ contains
       type(block_material_type), intent(in) :: materials(:)   !! groups of the options that may name block materials
       type(change_type), intent(inout) :: changes(:)
       type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(materials))
       character(len=:), allocatable :: word
       integer :: i, m
-      known = ''
-      do i = 1, size(materials)
-         if (is_given(materials(i)%name)) known(i) = adjustl(materials(i)%name)
-      end do
       do i = 1, size(changes)
          if (.not. is_given(changes(i)%block_material)) cycle
          ! a variable: gfortran 12 frees the text of an associate-name twice here
          word = trim(adjustl(changes(i)%block_material))
          m = block_number(word, materials)
-         if (m < 1) call messages%add(severity%error, "&change: there is no block material '"//word//"'"// &
-                                      did_you_mean(word, known), changes(i)%origin)
+         if (m < 1) call messages%add(severity%error, '&change: '//no_block_material(word, materials), &
+                                      changes(i)%origin)
          changes(i)%block_material = to_string(max(1, m))
       end do
    end subroutine number_changes
@@ -142,17 +137,11 @@ contains
       integer, intent(in) :: n_materials, n_joints
       type(joint_material_type), intent(in) :: named_joints(:)
       type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(named_joints))
-      integer :: i, m
+      integer :: m
       if (is_given(change%region)) call check_names('&change', regions, change%region, change%origin, messages)
       if (is_given(change%joint_material)) then
-         known = ''
-         do i = 1, size(named_joints)
-            if (is_given(named_joints(i)%name)) known(i) = adjustl(named_joints(i)%name)
-         end do
          m = joint_number(change%joint_material, named_joints)
-         if (m < 1 .or. m > n_joints) call fail("there is no joint material '"//trim(adjustl(change%joint_material))// &
-            "'"//did_you_mean(trim(adjustl(change%joint_material)), known))
+         if (m < 1 .or. m > n_joints) call fail(no_joint_material(trim(adjustl(change%joint_material)), named_joints))
       end if
       if (.not. is_given(change%block_material)) return
       m = material_number(trim(adjustl(change%block_material)))

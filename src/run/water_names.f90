@@ -2,15 +2,14 @@
 !> Names of joint materials and regions in &water.
 module rockdda_run_water_names
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_joint_options, only : joint_number
    use rockdda_model_options, only : run_options_type, water_type
    use rockdda_model_regions, only : count_words, same_name, word_of
    use rockdda_model_stage_options, only : is_given
    use rockdda_model_water_check, only : title_of
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_cells, only : check_names
+   use rockdda_run_material_names, only : check_joint_material
    implicit none
    private
    public :: check_water_names, check_stage_water
@@ -67,27 +66,13 @@ contains
       integer, intent(in) :: n_joints                          !! joint materials
       type(joint_material_type), intent(in) :: named_joints(:) !! groups of the options that may name joint materials
       type(diagnostics_type), intent(inout) :: messages
-      character(len=80) :: known(size(named_joints))
-      character(len=:), allocatable :: word
-      integer :: g, i, k, joint
-      known = ''
-      do i = 1, size(named_joints)
-         if (allocated(named_joints(i)%name)) known(i) = adjustl(named_joints(i)%name)
-      end do
+      integer :: g, k
       do g = 1, size(water)
          if (.not. allocated(water(g)%joints)) cycle
          if (len_trim(water(g)%joints) == 0 .or. same_name(water(g)%joints, 'none')) cycle
          do k = 1, count_words(water(g)%joints)
-            word = word_of(water(g)%joints, k)
-            joint = joint_number(word, named_joints)
-            if (joint < 1) then
-               call messages%add(severity%error, title_of(water(g), g)//": there is no joint material '"//word//"'"// &
-                                 did_you_mean(word, known), water(g)%origin)
-            else if (joint > n_joints) then
-               call messages%add(severity%error, title_of(water(g), g)//': joint material '//to_string(joint)// &
-                                 ' is unknown, there '//trim(merge('is ', 'are', n_joints == 1))//' '// &
-                                 counted(n_joints, 'joint material'), water(g)%origin)
-            end if
+            call check_joint_material(title_of(water(g), g), word_of(water(g)%joints, k), n_joints, named_joints, &
+                                      water(g)%origin, messages)
          end do
       end do
    end subroutine check_water_joints

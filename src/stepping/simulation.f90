@@ -109,7 +109,8 @@ contains
       type(trial_report_type) :: report
       self%interrupted = .false.
       call self%times%start()
-      call change_stage(self%trial_step_type, self%construction, self%forces, self%ledger, error)
+      call change_stage(self%trial_step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
+                        error)
       if (allocated(error)) return
       call self%find_motion(report, error)
       self%interrupted = report%interrupted

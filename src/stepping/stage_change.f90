@@ -23,17 +23,17 @@ contains
 
    !> Leave stages that have ended, and begin the next. An error when the present one, with all its steps, has not come
    !> to equilibrium.
-   subroutine change_stage(step, construction, forces, balance, error)
+   subroutine change_stage(step, construction, forces, unbalanced, balance, error)
       type(trial_step_type), intent(inout) :: step
       type(construction_type), intent(inout) :: construction
       type(block_forces_type), intent(inout) :: forces     !! of the last accepted step of this process
+      real(wp), intent(in) :: unbalanced                   !! at its end
       class(energy_balance_type), intent(inout) :: balance
       type(error_type), allocatable, intent(out) :: error
       call step%control%end_stages(step%parameters, step%state%step, step%state%time)
       if (step%control%has_failed(step%parameters, step%state%step)) then
          if (.not. allocated(forces%magnitude)) call forces%clear(step%blocks%n_blocks)
-         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, step%control%unbalanced, &
-                                    error)
+         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, unbalanced, error)
          return
       end if
       call begin_stages(step, construction, balance)

@@ -7,9 +7,9 @@ module rockdda_io_block_check
    use rockdda_geometry_bridges, only : match_bridges
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_geometry_simplicity, only : find_crossing
-   use rockdda_model_blocks, only : block_system_type, point_set_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type, largest_coordinate
    use rockdda_io_overlap_check, only : check_overlaps
-   use rockdda_io_record_reader, only : largest_coordinate, smallest_length
+   use rockdda_io_record_reader, only : smallest_length
    use rockdda_io_tokens, only : token_list_type
    implicit none
    private

@@ -4,9 +4,10 @@ module rockdda_io_geometry_file
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_model_blocks, only : largest_coordinate
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_io_counting, only : geometry_needs, fits_analysis
-   use rockdda_io_record_reader, only : record_reader_type, largest_coordinate, smallest_length, largest_value, &
+   use rockdda_io_record_reader, only : record_reader_type, smallest_length, largest_value, &
                                         append_in_order, note_comment, report_break, report_decimal_comma, &
                                         report_large_count
    use rockdda_io_source, only : source_type, read_source

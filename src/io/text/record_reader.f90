@@ -13,11 +13,9 @@ module rockdda_io_record_reader
    use rockdda_io_numbers, only : is_whole
    implicit none
    private
-   public :: record_reader_type, largest_coordinate, smallest_length, largest_value
+   public :: record_reader_type, smallest_length, largest_value
    public :: append_in_order, note_comment, report_break, report_decimal_comma, report_large_count
 
-   !> Largest coordinate accepted (fourth powers must stay finite).
-   real(wp), parameter :: largest_coordinate = 1.0e30_wp
    !> Smallest length accepted: products of areas must not underflow.
    real(wp), parameter :: smallest_length = 1.0e-30_wp
    !> Largest material value and load accepted.

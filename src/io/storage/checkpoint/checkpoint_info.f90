@@ -4,7 +4,7 @@ module rockdda_io_checkpoint_info
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
-   use rockdda_io_checkpoint_check, only : facts_problem
+   use rockdda_io_checkpoint_state_check, only : facts_problem
    use rockdda_io_digest, only : digest_of_text, hexadecimal, digest_length
    use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_posix, only : get_file_size

@@ -1,18 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> Validate what a checkpoint says of stages that build: see rockdda_io_checkpoint_check.
+!> Validate what a checkpoint says of stages that build: see rockdda_io_checkpoint_model_check.
 module rockdda_io_construction_check
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_held_forces, only : held_forces_type
-   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_blocks, only : block_system_type, largest_coordinate
    use rockdda_model_parameters, only : parameters_type
    use rockdda_stepping_construction, only : construction_type
    use rockdda_io_value_check, only : value_check_type
    implicit none
    private
    public :: construction_problem
-
-   !> Coordinates as large as input may have them.
-   real(wp), parameter :: largest_coordinate = 1.0e30_wp
 
 contains
 
