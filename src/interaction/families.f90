@@ -6,6 +6,8 @@
 module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_base_value_check, only : value_check_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bolts, only : bolts_type
@@ -63,6 +65,8 @@ module rockdda_interaction_families
       procedure :: add_moved_energies
       procedure :: add_forces
       procedure :: commit
+      procedure :: exchange_state
+      procedure :: check_state
    end type families_type
 
 contains
@@ -322,5 +326,30 @@ contains
          call item%add_forces(context, forces)
       end do
    end subroutine add_forces
+
+   !> Save or load the states of the families of the program; those that were added are not in checkpoints.
+   subroutine exchange_state(self, archive)
+      class(families_type), intent(inout), target :: self
+      class(state_archive_type), intent(inout) :: archive
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, n_own
+         item => self%family(i)
+         call item%exchange_state(archive)
+      end do
+   end subroutine exchange_state
+
+   !> Check states that were loaded.
+   subroutine check_state(self, context, check)
+      class(families_type), intent(in), target :: self
+      type(step_context_type), intent(in) :: context
+      type(value_check_type), intent(inout) :: check
+      class(interaction_type), pointer :: item
+      integer :: i
+      do i = 1, n_own
+         item => self%family(i)
+         call item%check_state(context, check)
+      end do
+   end subroutine check_state
 
 end module rockdda_interaction_families

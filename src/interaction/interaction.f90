@@ -19,11 +19,14 @@
 !>     commit                     the one place that changes its state
 !>     (move the blocks)
 !>     add_moved_energies, add_forces         read only
+!>     exchange_state, check_state            with a checkpoint
 !>
 !> A family owns `n_links` links of the equations, those from first_link + 1 on, and nothing outside of it knows more.
 !> Forces of links are positive along the vectors of the link (rockdda_interaction_equations).
 module rockdda_interaction_interaction
    use rockdda_base_kinds, only : wp
+   use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_base_value_check, only : value_check_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -52,6 +55,8 @@ module rockdda_interaction_interaction
       procedure :: commit
       procedure :: add_moved_energies
       procedure :: add_forces
+      procedure :: exchange_state
+      procedure :: check_state
    end type interaction_type
 
 contains
@@ -200,5 +205,22 @@ contains
       associate (unused => self%n_links, not_used => context%dt, nor_this => forces%driven)
       end associate
    end subroutine add_forces
+
+   !> Save or load what the family keeps from step to step, beside the contact table and the state of the blocks
+   subroutine exchange_state(self, archive)
+      class(interaction_type), intent(inout) :: self
+      class(state_archive_type), intent(inout) :: archive
+      associate (unused => self%n_links, not_used => archive%saving)
+      end associate
+   end subroutine exchange_state
+
+   !> Check what `exchange_state` has loaded: shapes, and ranges of numbers
+   subroutine check_state(self, context, check)
+      class(interaction_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context     !! its blocks and numbers are checked
+      type(value_check_type), intent(inout) :: check
+      associate (unused => self%n_links, not_used => context%dt, nor_this => check%passed())
+      end associate
+   end subroutine check_state
 
 end module rockdda_interaction_interaction

@@ -142,8 +142,8 @@ contains
       call exchange_state(archive, sim%state)
       call exchange_contacts(archive, sim%contacts)
       call exchange_control(archive, sim%control)
-      call exchange_construction(archive, sim%construction, sim%families%held, &
-                                 sim%families%contacts%stiffness_is_new)
+      call exchange_construction(archive, sim%construction, sim%families%contacts%stiffness_is_new)
+      call sim%families%exchange_state(archive)
       call exchange_ledger(archive, sim%ledger)
       call exchange_record(archive, sim%record)
       call archive%section('solver')

@@ -10,14 +10,14 @@
 module rockdda_io_archive
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_state_archive, only : state_archive_type
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    implicit none
    private
    public :: archive_type
 
-   type :: archive_type
+   type, extends(state_archive_type) :: archive_type
       type(hdf5_file_type) :: file
-      logical :: saving = .false.                      !! otherwise loading
       type(error_type), allocatable :: error           !! the first failure
       character(len=:), allocatable, private :: prefix !! 'state/'
    contains
@@ -25,12 +25,11 @@ module rockdda_io_archive
       procedure :: has_item
       procedure :: length
       procedure :: refuse
-      generic :: item => integer_item, real_item, logical_item, text_item, integers_item, reals_item, &
-         integer_rows_item, real_rows_item, logicals_item
+      generic :: item => text_item, integer_rows_item
       generic :: fixed => fixed_reals, fixed_integers
       generic :: part => integer_part, real_part, logical_part
-      procedure, private :: integer_item, real_item, logical_item, text_item, integers_item, reals_item
-      procedure, private :: integer_rows_item, real_rows_item, logicals_item, fixed_reals, fixed_integers
+      procedure :: integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
+      procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
       procedure, private :: integer_part, real_part, logical_part
       procedure, private :: is_there, wrong_size
    end type archive_type

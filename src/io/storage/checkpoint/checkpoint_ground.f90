@@ -5,7 +5,7 @@ module rockdda_io_checkpoint_ground
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : region_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: check_ground, check_table

@@ -16,7 +16,7 @@ module rockdda_io_checkpoint_model
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
    use rockdda_io_parameter_exchange, only : parameter_exchange_type
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: exchange_blocks, exchange_parameters

@@ -12,7 +12,7 @@ module rockdda_io_checkpoint_model_check
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_checkpoint_ground, only : check_ground, check_table
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: parameters_problem, blocks_problem

@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> What changes while blocks move, to and from a checkpoint: all that the next step depends on.
 !>
-!> A component that is added to these types has to be added here.
+!> A component that is added to these types has to be added here; families of interactions have `exchange_state`.
 module rockdda_io_checkpoint_state
    use rockdda_base_kinds, only : i8
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_state, only : block_state_type, step_record_type
-   use rockdda_interaction_held_forces, only : held_forces_type
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -107,11 +106,10 @@ contains
       call archive%item('short_steps', control%short_steps)
    end subroutine exchange_control
 
-   !> Save or load what stages build: blocks of their regions, and the forces held for excavated ones.
-   subroutine exchange_construction(archive, construction, held, stiffness_is_new)
+   !> Save or load what stages build: blocks of their regions.
+   subroutine exchange_construction(archive, construction, stiffness_is_new)
       type(archive_type), intent(inout) :: archive
       type(construction_type), intent(inout) :: construction
-      type(held_forces_type), intent(inout) :: held
       logical, intent(inout) :: stiffness_is_new   !! a step that was stopped had new materials
       call archive%section('construction')
       call archive%item('excavated', construction%excavated)
@@ -119,13 +117,6 @@ contains
       call archive%item('changed', construction%changed)
       call archive%item('newborn', construction%newborn)
       call archive%item('stiffness_is_new', stiffness_is_new)
-      call archive%item('held_n', held%n)
-      call archive%item('held_block', held%block)
-      call archive%item('held_point', held%point)
-      call archive%item('held_force', held%force)
-      call archive%item('held_released', held%released)
-      call archive%item('held_goal', held%goal)
-      call archive%item('held_steps_left', held%steps_left)
    end subroutine exchange_construction
 
    !> Save or load energies.

@@ -13,7 +13,7 @@ module rockdda_io_checkpoint_state_check
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type
    use rockdda_io_construction_check, only : construction_problem
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: facts_problem, state_problem
@@ -62,8 +62,9 @@ contains
       real(wp), allocatable, intent(in) :: memory(:)        !! of the solver
       character(len=:), allocatable :: problem
       type(value_check_type) :: check
-      problem = construction_problem(sim%blocks, sim%parameters, sim%construction, sim%families%held)
+      problem = construction_problem(sim%blocks, sim%parameters, sim%construction)
       if (len(problem) > 0) return
+      call sim%families%check_state(sim%step_context_type, check)
       call check_motion(check, sim%blocks, sim%state)
       call check%holds(sim%state%step == facts%rows%steps, 'step')
       call check_contacts(check, sim%blocks, sim%parameters, sim%contacts)

@@ -1,24 +1,21 @@
 ! SPDX-License-Identifier: MIT
 !> Validate what a checkpoint says of stages that build: see rockdda_io_checkpoint_model_check.
 module rockdda_io_construction_check
-   use rockdda_base_kinds, only : wp
-   use rockdda_interaction_held_forces, only : held_forces_type
-   use rockdda_model_blocks, only : block_system_type, largest_coordinate
+   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_stepping_construction, only : construction_type
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: construction_problem
 
 contains
 
-   !> Blocks of stages and changes, and the forces that are held.
-   function construction_problem(blocks, p, construction, held) result(problem)
+   !> Blocks of stages and changes.
+   function construction_problem(blocks, p, construction) result(problem)
       type(block_system_type), intent(in) :: blocks      !! checked
       type(parameters_type), intent(in) :: p             !! checked
       type(construction_type), intent(in) :: construction
-      type(held_forces_type), intent(in) :: held
       character(len=:), allocatable :: problem
       type(value_check_type) :: check
       integer :: nb
@@ -29,23 +26,6 @@ contains
       call check_masks(check, construction%changed, nb, size(p%changes), 'changed')
       call check%is_there(allocated(construction%newborn), 'newborn')
       if (check%passed()) call check%has_shape(size(construction%newborn) == nb, 'newborn')
-      call check%holds(held%n >= 0, 'held_n')
-      if (held%n > 0 .and. check%passed()) then
-         call check%is_there(allocated(held%block), 'held_block')
-         call check%is_there(allocated(held%steps_left), 'held_steps_left')
-         call check%table(held%point, 2, held%n, 'held_point', largest_coordinate)
-         call check%table(held%force, 2, held%n, 'held_force')
-         call check%list(held%released, held%n, 'held_released')
-         call check%list(held%goal, held%n, 'held_goal')
-         if (check%passed()) then
-            call check%has_shape(size(held%block) == held%n, 'held_block')
-            call check%has_shape(size(held%steps_left) == held%n, 'held_steps_left')
-            call check%in_range(held%block, 1, nb, 'held_block')
-            call check%in_range(held%steps_left, 0, huge(1), 'held_steps_left')
-            call check%holds(all(held%released >= 0 .and. held%released <= 1), 'held_released')
-            call check%holds(all(held%goal >= 0 .and. held%goal <= 1), 'held_goal')
-         end if
-      end if
       problem = check%problem()
    end function construction_problem
 

@@ -8,7 +8,7 @@ module rockdda_io_results_shape
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_model_state, only : n_energies
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_value_check, only : value_check_type
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: check_results_shape

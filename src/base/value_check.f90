@@ -6,7 +6,7 @@
 !>     if (.not. check%passed()) return
 !>
 !> The Python package has the same messages (postprocess/rockdda/storage/check.py).
-module rockdda_io_value_check
+module rockdda_base_value_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    implicit none
@@ -182,4 +182,4 @@ contains
       if (present(largest)) call self%holds(all(abs(values) <= largest), name)
    end subroutine table
 
-end module rockdda_io_value_check
+end module rockdda_base_value_check
