@@ -8,7 +8,7 @@ module rockdda_app_search_report
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_input, only : model_input_type, run_name
    use rockdda_run_search_options, only : search_kind, search_names
-   use rockdda_run_search_results, only : failing_trial
+   use rockdda_run_search_group, only : failing_trial
    use rockdda_run_trial, only : search_observer_type, trial_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type

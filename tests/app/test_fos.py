@@ -157,6 +157,7 @@ class Promises(FosTest):
             moved = np.hypot(*(centroid[-1] - centroid[0]))
             self.assertAlmostEqual(moved, fails["displacement"], delta=1e-3 * moved)
             self.assertEqual(file.attrs["exit_reason"], "finished")
+        self.assertFalse(self.path("fails.ckpt.h5").exists())
         info = self.run_program("info", "fails.h5")
         self.assertEqual(info.code, 0, info.err)
 

@@ -11,7 +11,7 @@ module rockdda_run_factor_search
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_version, only : version
+   use rockdda_base_version, only : build_description
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_digest, only : digest_of_text, digest_length, hexadecimal
@@ -65,8 +65,8 @@ contains
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
       if (allocated(error)) return
       digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
-         input%config_text//achar(0)//version//achar(0)//search_names(options%kind)//achar(0)//options%joints// &
-         achar(0)//options%stage//achar(0)//to_string(self%options%max_steps)//achar(0)// &
+         input%config_text//achar(0)//build_description()//achar(0)//search_names(options%kind)//achar(0)// &
+         options%joints//achar(0)//options%stage//achar(0)//to_string(self%options%max_steps)//achar(0)// &
          input%parameters%solver_method))
       self%journal%stem = stem//'.fos-'//digest(1:8)
    end subroutine prepare
