@@ -11,6 +11,7 @@ module rockdda_run_settled_state
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : has_end, is_given, seeks_equilibrium, stage_name
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_run_search_options, only : usual_max_steps
@@ -116,6 +117,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(simulation_type), intent(out) :: to
       type(error_type), allocatable, intent(out) :: error
+      type(contact_law_type), allocatable :: laws(:)
       real(wp), allocatable :: memory(:)
       call to%init(from%blocks, parameters, error)
       if (allocated(error)) return
@@ -123,8 +125,10 @@ contains
       to%contacts = from%contacts
       to%control = from%control
       to%construction = from%construction
-      to%families%held = from%families%held
-      to%families%contacts%stiffness_is_new = from%families%contacts%stiffness_is_new
+      ! all that families keep is a state, but the laws of joints are those of the trial
+      call move_alloc(to%families%contacts%laws, laws)
+      to%families = from%families
+      call move_alloc(laws, to%families%contacts%laws)
       to%ledger = from%ledger
       to%record = from%record
       to%line_ends = from%line_ends
