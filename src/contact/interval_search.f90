@@ -6,11 +6,11 @@ module rockdda_contact_interval_search
    use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval
+   use rockdda_contact_intervals, only : interval_type, measure_interval, most_points
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_narrow_phase, only : collect_pair
    implicit none
@@ -37,8 +37,8 @@ contains
       n_parts = pairs%n_parts()
       found%n_intervals = 0
       found%n_kept = 0
-      !$omp parallel do default(none) shared(pairs, blocks, topology, outlines, vertices, limits, found, n_parts) &
-      !$omp private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
+      !$omp parallel do default(none) shared(pairs, blocks, topology, outlines, vertices, limits, previous, history) &
+      !$omp shared(found, n_parts) private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
             if (.not. pairs%is_close(k)) cycle
@@ -47,7 +47,7 @@ contains
             call search_intervals([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
                                   [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
                                   pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, &
-                                  blocks%edge_joint, limits, found(part))
+                                  blocks%edge_joint, limits, previous, history, found(part))
          end do
       end do
       !$omp end parallel do
@@ -117,7 +117,8 @@ contains
    end subroutine drop_hidden_intervals
 
    !> Append the stations of all intervals of blocks a < b.
-   pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, joint, limits, list)
+   pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, joint, limits, &
+                                    previous, history, list)
       integer, intent(in) :: range_a(2), range_b(2)      !! first and last vertex of each block
       real(wp), intent(in) :: box_a(4), box_b(4)         !! xmin ymin xmax ymax
       real(wp), intent(in), contiguous :: vertices(:, :) !! (2, nv) now
@@ -125,6 +126,8 @@ contains
       type(outlines_type), intent(in) :: outlines        !! of the vertices now
       integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
       type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous   !! last step's table
+      type(contact_history_type), intent(in) :: history  !! its index
       type(candidate_list_type), intent(inout) :: list
       type(interval_type) :: interval
       integer :: i, j, k, f, e
@@ -136,6 +139,7 @@ contains
             e = list%edges_b(j)
             if (.not. may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) cycle
             call measure_interval(f, e, vertices, topology, outlines, interval)
+            if (interval%is_deep) interval%exists = was_closed(f, e, previous, history)
             if (.not. interval%exists) cycle
             if (min(interval%gap_low, interval%gap_high) > limits%reach) cycle
             if (max(interval%gap_low, interval%gap_high) < -limits%penetration) cycle
@@ -165,6 +169,21 @@ contains
       may_face = along >= -slack .and. along - length(f) <= length(e) + slack .and. gap <= limits%reach + slack .and. &
                  gap >= -limits%penetration - slack
    end function may_face
+
+   !> Was a station of these edges closed at the end of the last step?
+   pure logical function was_closed(f, e, previous, history)
+      integer, intent(in) :: f, e
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      integer :: k, row
+      was_closed = .false.
+      do k = 1, most_points
+         row = history%find(previous, f, e, k)
+         if (row == 0) cycle
+         was_closed = previous%state(row) /= contact_state%open
+         if (was_closed) return
+      end do
+   end function was_closed
 
    !> Joint material of two edges that face each other: the same whichever comes first.
    pure integer function joint_of(f, e, joint)

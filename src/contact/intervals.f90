@@ -13,14 +13,18 @@
 !> their corners; the weighted sum of the squares is L^3/12, so that a closed joint has its bending stiffness.
 !>
 !> Edges face each other when they run in opposite directions within the angle tolerance, overlap by more than they
-!> are deep in each other, and neither lies deeper than a circle fits into the other's block.
+!> are deep in each other, and neither lies deeper than a circle fits into the other's block. An interval that was
+!> closed at the end of the last step may be deeper: soft joints press splinters by more than they are thick.
 module rockdda_contact_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward
    implicit none
    private
-   public :: interval_type, station_type, measure_interval, station_of, station_share, is_facing
+   public :: interval_type, station_type, measure_interval, station_of, station_share, is_facing, most_points
+
+   !> Stations of an interval, at most.
+   integer, parameter :: most_points = 5
 
    !> Overlaps shorter than this share of the shorter edge are none.
    real(wp), parameter :: least_overlap = 1.0e-9_wp
@@ -35,6 +39,7 @@ module rockdda_contact_intervals
 
    type :: interval_type
       logical :: exists = .false.
+      logical :: is_deep = .false.             !! not for its depth in a thin block alone
       real(wp) :: tangent(2) = 0               !! mean direction of the edges, along e
       real(wp) :: low = 0, high = 0            !! along the mean direction from the first vertex of e [length]
       real(wp) :: start = 0                    !! of the first vertex of f, along the same [length]
@@ -99,8 +104,9 @@ contains
       interval%gap_low = gap_of(interval%vertex_low, interval%edge_low, vertices, outlines)
       interval%gap_high = gap_of(interval%vertex_high, interval%edge_high, vertices, outlines)
       depth = -max(interval%gap_low, interval%gap_high)
-      interval%exists = depth < interval%high - interval%low .and. depth < min(topology%inradius(topology%block(f)), &
-                                                                               topology%inradius(topology%block(e)))
+      if (.not. depth < interval%high - interval%low) return
+      interval%exists = depth < min(topology%inradius(topology%block(f)), topology%inradius(topology%block(e)))
+      interval%is_deep = .not. interval%exists
    end subroutine measure_interval
 
    !> Distance of a vertex from the line of an edge, > 0 on its outer side.
