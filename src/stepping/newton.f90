@@ -34,7 +34,7 @@ module rockdda_stepping_newton
    !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
    !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
    !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
-   !> settle.
+   !> settle. Rounds after these end with lengths that are right to `coarse_tolerance`, unless no smaller step is left.
    real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp
    !> The misfit of friction and normal forces is brought down in at most so many solves a round.
    integer, parameter :: friction_solves = 12
@@ -116,6 +116,10 @@ contains
              .not. self%at_floor) return
          agree = n_unsettled == 0 .and. .not. fraction < 1 .and. .not. turned
          if (agree) agree = forces_agree(self, families%contacts, context%blocks%n_blocks, round)
+         if (agree .and. context%follows_rotation() .and. round > fine_rounds .and. .not. self%at_floor) then
+            call measure_placement(context, families, equations, off)
+            agree = .not. off > coarse_tolerance
+         end if
          if (.not. agree) then
             if (turned .or. .not. off > fine_placement) cycle
             call turn_arms(context, families, equations)
