@@ -16,6 +16,8 @@ module rockdda_interaction_open_close
 
    !> `state_used` of contacts that have not been in a solve of the attempt.
    integer, parameter :: no_state = -1
+   !> A contact that closes after so many changes of state in an attempt has opened twice: its shear spring is free.
+   integer, parameter :: worn_changes = 3
 
    !> Trial states and predicted motion of one step's contacts.
    type :: open_close_type
@@ -183,6 +185,9 @@ contains
          slip = self%slip(c)
          is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
                                   self%gap(max(1, table%partner(c))))
+         ! a bond that holds shear without compression may have no equilibrium, neither open nor with the shear it had
+         if (is_closed .and. old == contact_state%open .and. self%changes(c) >= worn_changes .and. &
+             .not. settings%peer) joint%shear = 0
          if (is_closed) call map_joint(laws(table%joint(c)), settings, joint, gap, slip, response)
          if (old /= contact_state%open) self%normal_force(c) = -joint%k_n*gap
          new = contact_state%open
