@@ -20,19 +20,20 @@ module rockdda_interaction_contact_end
 contains
 
    !> Springs, friction, dashpots and changes of state of an accepted step.
-   subroutine measure_energies(trial, laws, table, balance)
+   subroutine measure_energies(trial, laws, table, is_peer, balance)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
+      logical, intent(in) :: is_peer                    !! the contacts of a preset
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
       integer :: p, n, column, c
       n = n_pieces(table%n)
       call balance%make_room(table%n)
-      !$omp parallel do default(none) shared(trial, laws, table, balance, n) private(p) schedule(static) &
+      !$omp parallel do default(none) shared(trial, laws, table, is_peer, balance, n) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n
-         call measure_some((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table, balance%sums(:, p))
+         call measure_some((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table, is_peer, balance%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(balance%sums(1, 1:n))
@@ -60,18 +61,19 @@ contains
    end subroutine measure_energies
 
    !> The part of `measure_energies` for some of the contacts.
-   pure subroutine measure_some(first, last, trial, laws, table, sums)
+   pure subroutine measure_some(first, last, trial, laws, table, is_peer, sums)
       integer, intent(in) :: first, last
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
+      logical, intent(in) :: is_peer
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: after
       real(wp) :: x1, s1, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4), gained
       integer :: c
-      logical :: was_closed, dilates
+      logical :: was_closed, was_held, dilates
       carried = 0
       friction = 0
       dissipated = 0
@@ -85,8 +87,11 @@ contains
          start = table%energy(c)
          associate (joint => trial%joint(c), x0 => trial%joint(c)%gap, s0 => trial%joint(c)%shear, &
                     kn => trial%joint(c)%k_n, ks => trial%joint(c)%k_s)
+            ! a corner that has passed the other one stands off from it: its spring has nothing to give
+            was_held = was_closed .and. (x0 <= 0 .or. joint%bonded .or. is_peer .or. &
+                                         laws(table%joint(c))%residual_tension > 0)
             before = 0
-            if (was_closed) before = spring_energy(kn, ks, x0, s0)
+            if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
             carried = carried + start
             geometry = geometry + (before - start)
             if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
@@ -97,7 +102,7 @@ contains
             x1 = trial%gap(c)
             call trial%find_end(c, after)
             s1 = after%shear
-            if (was_closed .or. x0 < 0) then
+            if (was_held .or. x0 < 0) then
                dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
                if (.not. was_closed) then
                   discarded = discarded - 0.5_wp*kn*x0**2

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Contacts at the start of a step: stiffness, gap and traction of their springs, and their dashpots.
+!> Contacts at the start of a step: stiffness, gap and traction of their springs.
 module rockdda_interaction_contact_start
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
@@ -7,12 +7,13 @@ module rockdda_interaction_contact_start
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_dashpots, only : set_dashpots
    use rockdda_interaction_initial_traction, only : start_with_stress
-   use rockdda_interaction_joint_law, only : joint_type, spring_energy
+   use rockdda_interaction_joint_law, only : spring_energy
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
-   public :: start_contacts, set_dashpots, dashpot_coefficient
+   public :: start_contacts, set_dashpots
 
 contains
 
@@ -103,33 +104,5 @@ contains
             table%gap(c) = table%gap(c) - dilated_gap(laws(table%joint(c)), table%total_slip(c))
       end do
    end subroutine take_off_dilation
-
-   !> Dashpots of all contacts in a step of this length: a fraction of critical damping of the two blocks.
-   pure subroutine set_dashpots(context, laws, table, joint)
-      type(step_context_type), intent(in) :: context
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
-      type(contact_table_type), intent(in) :: table
-      type(joint_type), intent(inout) :: joint(:)        !! (>= n)
-      real(wp) :: ratio
-      integer :: c
-      if (.not. any(laws%damping_ratio > 0)) return
-      do c = 1, table%n
-         ratio = laws(table%joint(c))%damping_ratio
-         if (.not. ratio > 0) cycle
-         associate (mass_a => context%state%mass(table%block_a(c)), mass_b => context%state%mass(table%block_b(c)))
-            joint(c)%normal_drag = dashpot_coefficient(ratio, table%k_n(c), mass_a, mass_b)/context%dt
-            joint(c)%drag = dashpot_coefficient(ratio, table%k_s(c), mass_a, mass_b)/context%dt
-         end associate
-      end do
-   end subroutine set_dashpots
-
-   !> Coefficient of a dashpot from a fraction of critical damping: c = 2 ratio sqrt(k m), with the reduced
-   !> mass m = m_a m_b/(m_a + m_b) of the two blocks (central frontal impact of rigid blocks).
-   pure real(wp) function dashpot_coefficient(ratio, k, mass_a, mass_b)
-      real(wp), intent(in) :: ratio           !! of critical damping [-], >= 0
-      real(wp), intent(in) :: k               !! spring stiffness [force/length]
-      real(wp), intent(in) :: mass_a, mass_b  !! of the blocks, > 0 [mass]
-      dashpot_coefficient = 2*ratio*sqrt(k*mass_a/(mass_a + mass_b)*mass_b)
-   end function dashpot_coefficient
 
 end module rockdda_interaction_contact_start

@@ -240,7 +240,7 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      call measure_energies(self%trial, self%laws, self%table, balance)
+      call measure_energies(self%trial, self%laws, self%table, self%settings%peer, balance)
       associate (unused => context%dt, not_used => d)
       end associate
    end subroutine add_energies

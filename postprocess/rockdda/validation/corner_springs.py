@@ -3,8 +3,8 @@
 
 With formulation 'length' a face has stations with L/6, 2L/3 and L/6 of a stiffness per length, g0 over the mean edge
 length of the model. The face is then softer, in compression and much more in bending (kL³/12 instead of two springs at
-its ends), its corners bear on a sixth of it, and dashpots of a given ratio add up to another one. A comparison with a
-truth of springs at corners says how far the formulations are apart, and nothing about errors: it makes no promise.
+its ends), and its corners bear on a sixth of it. A comparison with a truth of springs at corners says how far the
+formulations are apart, and nothing about errors: it makes no promise.
 """
 
 from __future__ import annotations

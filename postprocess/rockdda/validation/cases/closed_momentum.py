@@ -59,7 +59,7 @@ def head_on(stiffness: float, dt: float, damping: float) -> Model:
 def rigid(stiffness: float, dt: float, damping: float) -> float:
     """Coefficient of restitution of two rigid blocks with two contacts, by the recurrence of the integrator."""
     spring = 2 * stiffness
-    dashpot = 2 * 2 * damping * math.sqrt(stiffness * REDUCED)
+    dashpot = 2 * damping * math.sqrt(spring * REDUCED)
     start = SPEEDS[1] - SPEEDS[0]
     gap, speed = GAP, start
     for _ in range(round(0.25 / dt)):
@@ -86,9 +86,8 @@ def momentum_error(results: Results) -> float:
 
 
 def with_dashpot(damping: float) -> float:
-    """Closed form. Two contacts, each with c = 2 z √(k m), give together the ratio √2 z."""
-    both = math.sqrt(2) * damping
-    return math.exp(-math.pi * both / math.sqrt(1 - both**2))
+    """Closed form: the damping ratio is that of the two blocks on their contacts."""
+    return math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
 
 
 # -- a cluster in free fall --

@@ -1,0 +1,107 @@
+! SPDX-License-Identifier: MIT
+!> Dashpots of closed contacts, a share of critical damping of the blocks on their joints.
+!>
+!> All contacts of a block are springs side by side, whatever length of joint each stands for. With K the sum of their
+!> stiffness on a block of mass m, two blocks a and b vibrate against each other with
+!>
+!>     omega**2 = K_a/m_a + K_b/m_b         c = 2 zeta k/omega for each contact, of stiffness k
+!>
+!> so that the dashpots, like the springs, add up along a joint: a block on a joint has the damping ratio zeta, however
+!> many contacts and blocks there are below it; so has the fastest vibration of a column. A held block is infinitely
+!> heavy. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
+!> block act in different directions the ratio along one of them is smaller than zeta.
+module rockdda_interaction_dashpots
+   use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_joint_law, only : joint_type
+   implicit none
+   private
+   public :: set_dashpots, dashpot_coefficient
+
+contains
+
+   !> Dashpots of all contacts in an attempt, of which `context` has the step.
+   pure subroutine set_dashpots(context, laws, table, joint)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
+      real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
+      logical, allocatable :: held(:)                    !! (blocks)
+      logical :: counts(table%n)
+      real(wp) :: springs(2), squared(2)
+      integer :: c, k, block
+      if (.not. any(laws%damping_ratio > 0)) return
+      allocate (stiffness(2, context%blocks%n_blocks), source=0.0_wp)
+      call find_held(context, held)
+      do c = 1, table%n
+         counts(c) = table%state(c) /= contact_state%open
+         if (.not. counts(c)) counts(c) = table%gap(c) + context%dt*opening_speed(context, table, c) < 0
+         if (.not. counts(c)) cycle
+         springs = [table%k_n(c), table%k_s(c)]
+         stiffness(:, table%block_a(c)) = stiffness(:, table%block_a(c)) + springs
+         stiffness(:, table%block_b(c)) = stiffness(:, table%block_b(c)) + springs
+      end do
+      do c = 1, table%n
+         associate (ratio => laws(table%joint(c))%damping_ratio)
+            if (.not. ratio > 0) cycle
+            springs = [table%k_n(c), table%k_s(c)]
+            squared = 0
+            do k = 1, 2
+               block = merge(table%block_a(c), table%block_b(c), k == 1)
+               if (held(block)) cycle
+               squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
+            end do
+            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/context%dt
+            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/context%dt
+         end associate
+      end do
+   end subroutine set_dashpots
+
+   !> Speed at which the gap of a row opens with the velocities of the step's start.
+   pure real(wp) function opening_speed(context, table, c) result(speed)
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      real(wp) :: arm(2), v(2)
+      integer :: k, block
+      speed = 0
+      do k = 1, 2
+         block = merge(table%block_a(c), table%block_b(c), k == 1)
+         arm = table%point(:, c) - context%state%centroid(:, block)
+         v = context%state%velocity(1:2, block) + context%state%velocity(3, block)*[-arm(2), arm(1)]
+         speed = speed + merge(1, -1, k == 1)*dot_product(v, table%normal(:, c))
+      end do
+   end function opening_speed
+
+   !> Coefficient c = 2 zeta k/omega; 0 where nothing can move.
+   pure real(wp) function dashpot_coefficient(ratio, k, squared) result(coefficient)
+      real(wp), intent(in) :: ratio     !! zeta [-], >= 0
+      real(wp), intent(in) :: k         !! spring stiffness [force/length]
+      real(wp), intent(in) :: squared   !! omega**2 [1/time^2], >= 0
+      coefficient = 0
+      if (squared > 0) coefficient = 2*ratio*k/sqrt(squared)
+   end function dashpot_coefficient
+
+   !> Blocks that cannot move: two fixed points, or an edge that a boundary holds.
+   pure subroutine find_held(context, held)
+      type(step_context_type), intent(in) :: context
+      logical, allocatable, intent(out) :: held(:)
+      integer :: points(context%blocks%n_blocks)
+      integer :: p
+      points = 0
+      associate (fixed => context%blocks%fixed)
+         do p = 1, fixed%n
+            if (allocated(context%released)) then
+               if (context%released(p)) cycle
+            end if
+            if (fixed%block(p) > 0) points(fixed%block(p)) = points(fixed%block(p)) + 1
+         end do
+      end associate
+      held = points > 1
+      if (allocated(context%held)) held = held .or. context%held
+   end subroutine find_held
+
+end module rockdda_interaction_dashpots
