@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Contacts at the start of a step: stiffness, gap and traction of their springs.
+!> Contacts at the start of a step: stiffness, gap and traction of their springs, and their dashpots.
 module rockdda_interaction_contact_start
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
