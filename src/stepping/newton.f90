@@ -35,8 +35,8 @@ module rockdda_stepping_newton
    !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
    !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
    !> settle. Rounds after these must not end with lengths that are wrong by more than the third one, unless no smaller
-   !> step is left. (In stiff ties of small blocks rounding keeps them from the first two.)
-   real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp, gross_placement = 0.1_wp
+   !> step is left: stiff ties of small cells miss the others by rounding, a block that spins into another by thousands.
+   real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp, gross_placement = 10.0_wp
    !> The misfit of friction and normal forces is brought down in at most so many solves a round.
    integer, parameter :: friction_solves = 12
    !> Models of so few blocks, for which a solve costs nothing, leave no correction of friction to the next round.
