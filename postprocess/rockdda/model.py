@@ -152,12 +152,10 @@ class Model(OptionGroups):
         groups = plain_options(self.options)
         regions = {str(region.get("name", "")).strip().lower() for region in groups.get("region", [])}
         stages = [str(stage.get("name", f"stage {i}")) for i, stage in enumerate(groups.get("stage", []), start=1)]
-        materials = [
-            ", ".join(m.name or str(i) for i, m in enumerate(some, start=1))
-            for some in (self.block_materials, self.joint_materials)
-        ]
+        names = [m.name or str(i) for i, m in enumerate(self.block_materials, start=1)]
+        joints = [m.name or str(i) for i, m in enumerate(self.joint_materials, start=1)]
         facts = [
-            ("lines", len(self._lines)), ("block materials", materials[0]), ("joint materials", materials[1]),
+            ("lines", len(self._lines)), ("block materials", ", ".join(names)), ("joint materials", ", ".join(joints)),
             ("regions", ", ".join(sorted(regions))),
             ("boundaries", ", ".join(str(group.get("kind", "")) for group in groups.get("boundary", []))),
             ("stages", " → ".join(stages)), ("bolts", len(self._bolts) or ""), ("fixed", len(self._fixed) or ""),

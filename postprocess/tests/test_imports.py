@@ -26,7 +26,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 ORDER = (
     "errors", "version", "outputs", "callers", "text", "notebook", "interrupts", "namelist", "materials", "native",
     "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
-    "labelled", "cutting", "simulation", "model", "networks", "plot", "film", "convert", "export", "analysis",
+    "labelled", "cutting", "simulation", "model", "networks", "plot", "film", "convert", "export", "analysis", "report",
     "study", "validation", "cli", "_old_names", "__init__", "__main__",
 )  # fmt: skip
 

@@ -283,6 +283,40 @@ def view_command(
     )
 
 
+@app.command(name="report")
+def report_command(
+    file: ResultsFile,
+    output: Output = None,
+    units: UnitNames = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title of the report.", show_default=False)] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Write a report to hand in: one .html page, or .pdf on A4.
+
+    It holds the model and its materials, boundaries and stages, what happened (displacements, stresses, joints, bolts,
+    water, measured points), checks (energy balance, overlap of blocks, unbalanced forces), and the input for
+    reproduction. A .pdf needs WeasyPrint (pip install 'rockdda[pdf]').
+
+    Examples:
+
+        rockdda-post report tunnel.h5
+
+        rockdda-post report tunnel.h5 -o tunnel.pdf --units SI --title "Tunnel, section 12"
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from ..report import report
+
+    results, units = in_shown_units(open_results(file), units, None)
+    path = target(output, file, "_report.html")
+    with progress_bar("pictures", quiet or as_json) as bar:
+        report(results, path, units=units, title=title, progress=bar)
+    size = path.stat().st_size
+    print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB", output=path, bytes=size)
+
+
 def version() -> str:
     """Of this package."""
     from ..version import __version__

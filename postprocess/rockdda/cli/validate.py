@@ -90,9 +90,9 @@ def validate_command(
 
         rockdda-post validate --list
     """
+    from ..report.paper import needs_for_pdf
     from ..validation import all_cases
     from ..validation.report import write_report
-    from ..validation.report_page import needs_for_pdf
     from ..validation.runner import FORMULATIONS, Outcome, run_cases, select
 
     if quick and full:

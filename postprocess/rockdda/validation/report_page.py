@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import html
-import logging
 import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..errors import RockddaError
+from ..report.paper import pdf_of
 
-__all__ = ["needs_for_pdf", "page_of", "write_pdf"]
+__all__ = ["page_of", "write_pdf"]
 
 STYLE = """
 :root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
@@ -54,20 +53,6 @@ def page_of(text: str, parts: Iterable[str]) -> str:
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}</body>\n</html>\n'
 
 
-def needs_for_pdf() -> None:
-    """Complain if there is no WeasyPrint, which lays out the page for the PDF."""
-    try:
-        import weasyprint  # noqa: F401
-    except (ImportError, OSError) as problem:  # OSError: it is there, but not the libraries that it needs
-        raise RockddaError(f"a PDF needs WeasyPrint: pip install 'rockdda[pdf]' ({problem})") from None
-
-
 def write_pdf(page: Path) -> Path:
     """Lay the page out on paper, beside it."""
-    needs_for_pdf()
-    import weasyprint
-
-    logging.getLogger("weasyprint").setLevel(logging.ERROR)
-    target = page.with_suffix(".pdf")
-    weasyprint.HTML(filename=str(page)).write_pdf(str(target))
-    return target
+    return pdf_of(page.with_suffix(".pdf"), page=page)

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""The numbers of a report: what the model is made of, what happened in its stages, and whether it can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..groups import as_list
+from ..materials import material_rows
+from ..namelist import parse_groups
+
+if TYPE_CHECKING:
+    from ..results import Results
+    from ..units import Units
+
+__all__ = [
+    "boundary_table", "checks", "groups_of", "in_short", "material_tables", "number", "search_table", "stage_table",
+]  # fmt: skip
+
+SEARCHES = {
+    "strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push over weight",
+    "gravity": "critical factor of gravity",
+}  # fmt: skip
+Table = tuple[list[str], list[list[str]]]  # names of the columns, rows
+BLOCK_COLUMNS = {"density": "density", "unit_weight": "unit weight", "young": "E", "poisson": "ν"}
+JOINT_COLUMNS = {
+    "friction": "friction [°]", "cohesion": "cohesion", "tension": "tensile strength",
+    "normal_stiffness": "normal stiffness", "shear_stiffness": "shear stiffness",
+}  # fmt: skip
+#: Bounds of the checks: shares of the largest energy, of the mean edge, and of the mean force.
+ENERGY, GEOMETRY, OVERLAP, UNBALANCED = 1e-6, 1e-2, 1e-2, 1e-5
+
+
+def number(value: Any) -> str:
+    """Four digits, or the text of what is no number."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float | np.number):
+        return f"{value:.4g}"
+    return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)
+
+
+def groups_of(results: Results) -> dict[str, list[dict[str, Any]]]:
+    """The groups of the options file in the results, a list for each; none where it cannot be read."""
+    try:
+        groups = parse_groups(str(results["input/config"]))
+    except (KeyError, ValueError):  # no text that the program has accepted
+        return {}
+    return {name: as_list(entries) for name, entries in groups.items()}
+
+
+def material_tables(results: Results) -> tuple[Table, Table]:
+    """Block and joint materials with the values that the input gives them."""
+    blocks, joints = material_rows(str(results["input/analysis"]))
+    found: dict[str, dict[Any, dict[str, Any]]] = {
+        "block_material": {i: dict(zip(BLOCK_COLUMNS, row, strict=False)) for i, row in enumerate(blocks, start=1)},
+        "joint_material": {i: dict(zip(JOINT_COLUMNS, row, strict=False)) for i, row in enumerate(joints, start=1)},
+    }
+    groups = groups_of(results)
+    for kind, materials in found.items():
+        for group in groups.get(kind, []):
+            materials.setdefault(group.get("number"), {}).update(group)
+    return _table(found["block_material"], BLOCK_COLUMNS), _table(found["joint_material"], JOINT_COLUMNS)
+
+
+def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str]) -> Table:
+    used = [name for name in columns if any(name in values for values in materials.values())]
+    rows = []
+    for key, values in materials.items():
+        others = {name: value for name, value in values.items() if name not in (*columns, "number", "name")}
+        rest = ", ".join(f"{name} {number(value)}" for name, value in others.items())
+        name = f"{key} {values.get('name', '')}".strip()
+        rows.append([name, *(number(values.get(column, "–")) for column in used), rest])
+    return ["material", *(columns[name] for name in used), "other"], rows
+
+
+def boundary_table(results: Results, units: Units) -> Table:
+    """Boundaries with their values, and the forces on the blocks at the end of the run."""
+    groups, kinds, force = groups_of(results).get("boundary", []), results.boundary_kinds, results.boundary_force
+    rows = []
+    for i, kind in enumerate(kinds):
+        group = groups[i] if len(groups) == len(kinds) else {}
+        values = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name not in ("along", "kind"))
+        points = np.array(group.get("along", []), dtype=float).reshape(-1, 2)
+        where = " → ".join(f"({x:.4g}, {y:.4g})" for x, y in (points if len(points) <= 3 else points[[0, -1]]))
+        last = [number(component) for component in force[-1, i]] if len(force) else ["–", "–"]
+        rows.append([str(i + 1), kind, where + (" …" if len(points) > 3 else ""), values, *last])
+    unit = units.of("force")
+    return ["", "kind", "along", "values", f"force x [{unit}]", f"force y [{unit}]"], rows
+
+
+def stage_table(results: Results, units: Units) -> Table:
+    """Stages: what they do, their steps, and the state at their ends."""
+    groups = groups_of(results).get("stage", [])
+    rows = []
+    for stage in results.stages:
+        group = groups[stage.index] if stage.index < len(groups) else {}
+        does = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name != "name")
+        row = [str(stage.index + 1), stage.name, does, str(stage.n_steps)]
+        if stage.frames:
+            now = results.at_stage(stage.index)
+            moved = np.hypot(*now.displacement[now.active].T)
+            row += [str(int(now.active.sum())), number(moved.max()) if len(moved) else "–"]
+        else:
+            row += ["–", "–"]
+        rows.append([*row, "–" if np.isnan(stage.unbalanced) else f"{stage.unbalanced:.1e}"])
+    moved_label = f"largest displacement [{units.of('length')}]"
+    return ["", "stage", "what it does", "steps", "blocks there", moved_label, "unbalanced force"], rows
+
+
+def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
+    """The findings of the first page, at the end of the run."""
+    now = results.frames[-1]
+    there = np.flatnonzero(now.active)
+    moved = np.hypot(*now.displacement.T)
+    facts = []
+    if len(there):
+        i = int(there[np.argmax(moved[there])])
+        x, y = results.block_centroid[i]
+        place = f"block {i + 1}, at the start at ({x:.4g}, {y:.4g})"
+        facts.append(("largest displacement", f"{moved[i]:.4g} {units.of('length')} ({place})"))
+        principal = now.principal_stress()[0][there]
+        unit = units.of("stress")
+        facts.append(("largest compression in a block", f"{max(-principal[:, 1].min(), 0.0):.4g} {unit}"))
+        facts.append(("largest tension in a block", f"{max(principal[:, 0].max(), 0.0):.4g} {unit}"))
+        speed = np.hypot(*now.velocity[there, :2].T).max()
+        facts.append(("largest speed", f"{speed:.4g} {units.of('speed')}"))
+    gone = results.n_blocks - len(there)
+    facts.append(("blocks", f"{len(there)} of {results.n_blocks} are there" if gone else f"{results.n_blocks}"))
+    if results.has_joints:
+        points = results.joints(-1)
+        length = points["length"].sum()
+        if length > 0:
+            names = ("open", "sliding", "locked or tied")
+            shares = [points.loc[points["state"] == k, "length"].sum() / length for k in range(3)]
+            facts.append(
+                ("joints by length", ", ".join(f"{100 * s:.1f} % {n}" for s, n in zip(shares, names, strict=True)))
+            )
+    if len(now.bolt_force):
+        facts.append(("largest force of a bolt", f"{now.bolt_force.max():.4g} {units.of('force')}"))
+    for name, value in search_table(results):
+        facts.append((name, value))
+    return facts
+
+
+def search_table(results: Results) -> list[tuple[str, str]]:
+    """The critical factor, where a search (`rockdda fos`) has left it in the results, and its mechanism."""
+    if "search/factor" not in results:
+        return []
+    value, low, high = (float(np.ravel(results[f"search/{name}"])[0]) for name in ("factor", "low", "high"))
+    name = SEARCHES.get(str(results.attribute("search", "search")).strip(), "critical factor")
+    kind, n = str(results.attribute("search", "kind")).strip(), np.size(results["search/blocks"])
+    trials = f"{np.size(results['search/value'])} trials"
+    return [
+        (name, f"{value:.4g} (between {low:.4g} and {high:.4g}, {trials})"),
+        ("mechanism", f"{kind}, {n} blocks; this is the run of the failing trial"),
+    ]
+
+
+def checks(results: Results) -> list[tuple[str, str, str, str]]:
+    """What was checked, the value found, the bound, and 'kept', 'not kept' or '–' where there is none."""
+    rows: list[tuple[str, str, str, str]] = []
+
+    def add(what: str, value: float, bound: float, of: str) -> None:
+        rows.append((what, f"{value:.1e}", f"{bound:.0e} {of}", "kept" if value <= bound else "not kept"))
+
+    complete = "complete" if results.complete else results.exit_reason
+    rows.append(("the run came to its end", complete, "complete", "kept" if results.complete else "not kept"))
+    if results.n_steps and results.has_energies:
+        table = np.abs(np.asarray(results["history/energy"]))
+        names = results.energy_names
+        largest = float(table[:, [i for i, n in enumerate(names) if n not in ("residual", "geometry")]].max()) or 1.0
+        add("energy balance: residual", float(table[:, names.index("residual")].max()) / largest, ENERGY,
+            "of the largest energy")  # fmt: skip
+        add("energy of finite rotation and strain", float(table[-1, names.index("geometry")]) / largest, GEOMETRY,
+            "of the largest energy")  # fmt: skip
+    contacts = results.frames[-1].contacts
+    if contacts.opening is not None and len(contacts):
+        offset = results.vertex_offset
+        edges = np.linalg.norm(results.vertices - results.vertices[_after(offset)], axis=1)
+        add("deepest overlap of blocks at a joint", max(-float(contacts.opening.min()), 0.0) / float(edges.mean()),
+            OVERLAP, "of the mean edge")  # fmt: skip
+    groups = groups_of(results).get("stage", [])
+    for stage in results.stages:
+        group = groups[stage.index] if stage.index < len(groups) else {}
+        if group.get("until") == "equilibrium" and stage.n_steps:
+            add(f"equilibrium at the end of stage '{stage.name}'", stage.unbalanced,
+                float(group.get("tolerance", UNBALANCED)), "of the mean force")  # fmt: skip
+    repeated = int((np.asarray(results["history/attempts"]) > 1).sum())
+    rows.append(("steps that had to be shortened", f"{repeated} of {results.n_steps}", "–", "–"))
+    rows.append(("half the time step", "not computed for this report", "run again with half of dt_max", "–"))
+    return rows
+
+
+def _after(offset: Any) -> Any:
+    """(nv,) the vertex that follows each one on its block."""
+    after = np.arange(1, offset[-1] + 1)
+    after[offset[1:] - 1] = offset[:-1]
+    return after

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT
+"""The page of a report: words, tables and pictures in one file."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import io
+import os
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import plot
+from ..errors import InputError
+from ..export.common import write_file
+from ..joints import joint_summary
+from ..text import readable
+from ..units import Units
+from . import facts
+from .paper import needs_for_pdf, pdf_of
+
+if TYPE_CHECKING:
+    from ..results import Results
+
+__all__ = ["report"]
+
+Progress = Callable[[int, int], None]
+MOST_STAGES = 6  # with a picture of their own
+MOST_ROWS = 20  # of a table
+MOST_LINES = 400  # of an input text that is printed
+STYLE = """
+:root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
+body { max-width: 60rem; margin: 2rem auto; padding: 0 1.2rem; }
+h1 { font-size: 1.8rem; margin: 0 0 .2rem; } .sub { color: #5a646e; margin: 0 0 1.2rem; }
+h2 { font-size: 1.3rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #c8ced4; padding-bottom: .2rem; }
+h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
+table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; font-variant-numeric: tabular-nums; margin: .5rem 0 1rem; }
+th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .8rem .25rem 0; vertical-align: bottom; }
+td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: anywhere; }
+td:first-child, th { overflow-wrap: normal; } .facts td:first-child { font-weight: 600; white-space: nowrap; }
+td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
+figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
+figcaption { color: #5a646e; font-size: .86rem; margin-top: .3rem; }
+pre { background: #f4f6f8; padding: .6rem .8rem; font: .76rem/1.35 ui-monospace, Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
+@page { size: A4; margin: 16mm 16mm 18mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt sans-serif; color: #5a646e; } }
+@media print {
+  :root { font-size: 10.5px; } body { max-width: none; margin: 0; padding: 0; }
+  h2, h3 { break-after: avoid; } figure, tr { break-inside: avoid; } figure img { max-height: 105mm; max-width: 165mm; }
+  a { color: inherit; }
+}
+"""  # noqa: E501
+
+
+def report(
+    results: Results,
+    output: str | os.PathLike[str],
+    *,
+    units: str | Units | None = None,
+    title: str | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write a report of a run as one .html page, or as .pdf on A4; returns its path.
+
+    It holds the model and its materials, boundaries, stages, what happened (displacements, stresses, joints, bolts,
+    water, measured points), checks, and the input with which the run can be repeated. `units` are those of the file,
+    for the labels. `progress` is called with the number of pictures done and their number. An
+    existing file is replaced.
+    """
+    path = Path(output)
+    if path.suffix.lower() not in (".html", ".pdf"):
+        raise InputError(f"a report ends in .html or .pdf, not in {path.suffix or 'nothing'!r}", path)
+    if not results.n_frames:
+        raise InputError("there are no frames in it yet", results.path)
+    if path.suffix.lower() == ".pdf":
+        needs_for_pdf()
+    text = _page(results, Units.parse(units), title or results.title or results.name, progress)
+    if path.suffix.lower() == ".pdf":
+        part = path.with_name(f".{path.stem}.part.pdf")
+        try:
+            pdf_of(part, text=text).replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+    else:
+        write_file(path, lambda stream: stream.write(text))
+    return path
+
+
+def _page(results: Results, units: Units, title: str, progress: Progress | None) -> str:
+    ended = "complete" if results.complete else f"ended early: {results.exit_reason}"
+    program = f"RockDDA {results.program_version}"
+    sub = f"Discontinuous deformation analysis with {program}, run of {results.created} (UTC), {ended}"
+    pictures = _pictures(results, units)
+    drawn = {}
+    for done, (name, (draw, caption)) in enumerate(pictures.items(), start=1):
+        drawn[name] = _figure(draw(), caption)
+        if progress is not None:
+            progress(done, len(pictures))
+    parts = [
+        f"<h1>{_text(title)}</h1>",
+        f'<p class="sub">{_text(sub)}</p>',
+        _table(["", "at the end of the run"], facts.in_short(results, units), "facts"),
+        drawn["end"],
+        *_model_part(results, units, drawn),
+        *_stages_part(results, units, drawn),
+        *_end_part(results, units, drawn),
+        *_checks_part(results, drawn),
+        *_input_part(results),
+    ]
+    head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+    head += f"<title>{_text(title)}</title>\n<style>{STYLE}</style>"
+    body = "\n".join(part for part in parts if part)
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
+
+
+def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], Any], str]]:
+    """What is drawn: functions that draw, and captions."""
+    last = results.n_frames - 1
+
+    def of(kind: str, frame: int = last, **options: Any) -> Callable[[], Any]:
+        return lambda: plot.plot(results, kind=kind, frame=frame, units=units, **options)
+
+    found = {
+        "end": (of("blocks", field="displacement"), "Displacement at the end of the run; dashes: the start."),
+        "materials": (of("blocks", 0, field="material"), "The model at the start: block materials and supports."),
+        "stress": (of("stress"), "Principal stresses at the end of the run."),
+    }  # fmt: skip
+    # nothing is to be seen where nothing has moved, as in ground under its stress
+    stages = [
+        stage for stage in results.stages if stage.frames and np.any(results.frames[stage.frames[-1]].displacement)
+    ]
+    if results.has_stages:
+        shown = stages if len(stages) <= MOST_STAGES else [*stages[: MOST_STAGES - 1], stages[-1]]
+        for stage in shown:
+            caption = f"Displacement at the end of stage '{stage.name}'."
+            found[f"stage {stage.index}"] = (of("blocks", stage.frames[-1], field="displacement"), caption)
+    if results.has_joints and len(results.frames[-1].contacts):
+        found["joints"] = (of("joints", field="normal_stress"), "Normal stress along the joints, tension positive.")
+        found["shear"] = (of("joints", field="shear_stress"), "Shear stress along the joints.")
+        if results.joint_strengths():
+            found["mobilised"] = (
+                of("joints", field="mobilised"),
+                "Shear stress over the peak shear strength of the joints.",
+            )
+    if "model/water_edges" in results and len(results["model/water_edges"]):
+        found["water"] = (of("water"), "Water tables, and the pressure on wetted edges.")
+    if results["history/measured_displacement"].shape[1] and results.n_steps > 1:
+        found["history"] = (of("history"), "Displacements of the measured points.")
+    if "history/relaxation" in results and np.any(results["history/relaxation"]) and len(results.measured_points):
+        found["reaction"] = (of("ground-reaction"), "Released share of the forces of the first excavation.")
+    if results.n_steps > 1 and results.has_energies:
+        found["energy"] = (of("energy"), "Energies; below, geometry and residual as shares of the largest one.")
+    return found
+
+
+def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
+    low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
+    length = units.of("length")
+    size = f"{high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} {length}"
+    areas = results.block_area
+    rows = [
+        ("size", size),
+        ("blocks", f"{results.n_blocks}, areas from {areas.min():.3g} to {areas.max():.3g} {length}²"),
+        ("supports", f"{len(results.fixed_points)} fixed points, {len(results.boundary_kinds)} boundaries"),
+        ("bolts", f"{len(results.bolt_ends)}"),
+    ]  # fmt: skip
+    groups = facts.groups_of(results)
+    for name, words in (
+        ("load", "loads"),
+        ("in_situ", "stress in the ground"),
+        ("water", "water"),
+        ("contact", "contacts"),
+        ("time", "time steps"),
+    ):
+        for group in groups.get(name, []):
+            rows.append((words, "; ".join(f"{key} {facts.number(value)}" for key, value in group.items())))
+    blocks, joints = facts.material_tables(results)
+    given = "Values as in the input; consistent units" + (
+        f" of {units.length}, {units.time}, {units.force}" if units.length else ""
+    )
+    parts = ["<h2>Model</h2>", drawn["materials"], _table(["", ""], rows, "facts")]
+    parts += ["<h3>Materials</h3>", f"<p>{_text(given)}.</p>", _table(*blocks), _table(*joints)]
+    if results.boundary_kinds:
+        parts += [
+            "<h3>Boundaries</h3>",
+            "<p>Forces are those on the blocks at the end of the run.</p>",
+            _table(*facts.boundary_table(results, units)),
+        ]
+    return parts  # fmt: skip
+
+
+def _stages_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
+    if not results.has_stages:
+        return []
+    parts = ["<h2>Stages</h2>", _table(*facts.stage_table(results, units))]
+    parts += [figure for name, figure in drawn.items() if name.startswith("stage ")]
+    return [*parts, drawn.get("reaction", "")]
+
+
+def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
+    parts = ["<h2>State at the end</h2>", drawn.get("history", ""), drawn["stress"]]
+    if "joints" in drawn:
+        table = joint_summary(results.joints(-1))
+        parts += ["<h3>Joints</h3>", drawn["joints"], drawn["shear"], drawn.get("mobilised", "")]
+        ranked = table.sort_values("largest_mobilised", ascending=False, na_position="last").head(10)
+        columns = ["blocks", "length", "normal stress", "shear stress", "slip", "opening", "mobilised"]
+        rows = [
+            [f"{row.first + 1}, {row.second + 1}", facts.number(row.length),
+             *map(facts.number, (row.normal_stress, row.shear_stress)),
+             *map(facts.number, (row.slip, row.largest_opening, row.largest_mobilised))]
+            for row in ranked.itertuples()
+        ]  # fmt: skip
+        parts += ["<p>The ten joints that use most of their strength (means over the length, largest opening):</p>"]
+        parts += [_table(columns, rows)]
+    parts += [drawn.get("water", "")]
+    now = results.frames[-1]
+    if len(now.bolt_force):
+        order = np.argsort(-np.abs(now.bolt_force))[:MOST_ROWS]
+        strength = results.bolt_properties[:, 2]
+        rows = [
+            [str(i + 1), facts.number(now.bolt_force[i]), facts.number(strength[i]) if strength[i] else "unlimited"]
+            for i in order
+        ]
+        force = units.of("force")
+        parts += ["<h3>Bolts</h3>", _table(["bolt", f"axial force [{force}]", f"strength [{force}]"], rows)]
+    return parts
+
+
+def _checks_part(results: Results, drawn: dict[str, str]) -> list[str]:
+    rows = facts.checks(results)
+    body = _table(["check", "found", "bound", ""], rows)
+    body = body.replace("<td>not kept</td>", '<td class="bad">not kept</td>').replace(
+        "<td>kept</td>", '<td class="good">kept</td>'
+    )
+    return ["<h2>Checks</h2>", body, drawn.get("energy", "")]
+
+
+def _input_part(results: Results) -> list[str]:
+    """What the run was made of, so that it can be repeated."""
+    parts = [
+        "<h2>Input</h2>",
+        "<p>With these texts, which the results hold, this version gives the same numbers, bit for bit.</p>",
+    ]
+    texts = {name: str(results[f"input/{name}"]) for name in ("config", "analysis", "geometry")}
+    names = {"config": "options or labelled file", "analysis": "analysis file", "geometry": "geometry or block file"}
+    rows = [
+        ("program", f"RockDDA {results.program_version}"),
+        ("results", results.path.name),
+        ("run", f"{results.created} (UTC)"),
+    ]
+    for name, text in texts.items():
+        if text:
+            digest = hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
+            rows.append((names[name], f"{len(text.splitlines())} lines, SHA-256 {digest}"))
+    parts.append(_table(["", ""], rows, "facts"))
+    for name in ("config", "analysis"):
+        lines = texts[name].splitlines()
+        if lines:
+            more = [f"… {len(lines) - MOST_LINES} more lines"] if len(lines) > MOST_LINES else []
+            parts += [
+                f"<h3>{names[name].capitalize()}</h3>",
+                f"<pre>{_text(chr(10).join([*lines[:MOST_LINES], *more]))}</pre>",
+            ]
+    code = f"rockdda.open({results.path.name!r})['input/geometry']"
+    return [*parts, f"<p>The lines of the geometry: <code>{_text(code)}</code> in Python.</p>"]
+
+
+def _text(text: str) -> str:
+    return html.escape(readable(text))
+
+
+def _table(columns: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
+    """A table; without rows nothing."""
+    body = "".join("<tr>" + "".join(f"<td>{_text(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    if not body:
+        return ""
+    head = "<tr>" + "".join(f"<th>{_text(name)}</th>" for name in columns) + "</tr>" if any(columns) else ""
+    return f'<table class="{kind}">{head}{body}</table>' if kind else f"<table>{head}{body}</table>"
+
+
+def _figure(axes: Any, caption: str) -> str:
+    """A picture within the page."""
+    import matplotlib.pyplot as plt
+
+    from ..plot.style import style
+
+    figure = np.ravel(np.asarray(axes, dtype=object))[0].get_figure()
+    data = io.BytesIO()
+    with style():
+        figure.savefig(data, format="png", dpi=170, bbox_inches="tight", pad_inches=0.03)
+    plt.close(figure)
+    image = base64.b64encode(data.getvalue()).decode()
+    words = _text(caption)
+    return f'<figure><img alt="{words}" src="data:image/png;base64,{image}"><figcaption>{words}</figcaption></figure>'

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""Reports to hand in."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import h5py
+import numpy as np
+import pytest
+import rockdda
+from rockdda.cli import main
+from rockdda.report import facts, report
+from rockdda.units import Units
+from synthetic import add_bolts, write_wall
+from test_stages import dug  # noqa: F401  (a fixture)
+
+
+class Tags(HTMLParser):
+    """Tags of a page that are open at its end, and the sources of its pictures."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.sources: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        if tag == "img":
+            self.sources.append(dict(attributes)["src"])
+        elif tag != "meta":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: F811
+    text = report(dug, tmp_path / "report.html", units="SI", title="Wall & fill").read_text()
+    tags = Tags(text)
+    assert tags.open == []
+    # start, end, stresses; stages and ground reaction; joints; water, points; energy
+    assert len(tags.sources) == 3 + 4 + 3 + 2 + 1
+    assert all(source.startswith("data:image/png;base64,") for source in tags.sources)
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert re.findall("<h2>(.*?)</h2>", text) == ["Model", "Stages", "State at the end", "Checks", "Input"]
+    assert "<h1>Wall &amp; fill</h1>" in text
+    for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 1e+04", "SHA-256"):
+        assert shown in text
+    assert "not kept" not in text
+    assert "&amp;stage" in text  # the input
+
+
+def test_the_numbers_are_those_of_the_results(dug):  # noqa: F811
+    units = Units.parse("SI")
+    now = dug.frames[-1]
+    shown = dict(facts.in_short(dug, units))
+    moved = np.hypot(*now.displacement[now.active].T).max()
+    assert shown["largest displacement"].startswith(f"{moved:.4g} m (block ")
+    assert shown["blocks"] == "5 of 6 are there"
+    _, rows = facts.stage_table(dug, units)
+    assert [row[1] for row in rows] == dug.stage_names
+    assert [int(row[4]) for row in rows] == [5, 4, 5]
+    _, rows = facts.boundary_table(dug, units)
+    assert float(rows[0][5]) == pytest.approx(dug.boundary_force[-1, 0, 1], rel=1e-3)
+    (names, blocks), (_, joints) = facts.material_tables(dug)
+    assert dict(zip(names, blocks[0], strict=True)) | {"E": "1e+09", "ν": "0.2"} == dict(
+        zip(names, blocks[0], strict=True)
+    )
+    assert joints[0][:2] == ["1 joint", "35"]
+
+
+def test_checks_that_are_not_kept_say_so(dug, tmp_path):  # noqa: F811
+    kept = {row[0]: row[3] for row in facts.checks(dug)}
+    assert kept["energy balance: residual"] == kept["equilibrium at the end of stage 'fill'"] == "kept"
+    path = tmp_path / "bad.h5"
+    path.write_bytes(dug.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        file["history/unbalanced"][-1] = 0.5
+        file["history/energy"][:, -1] = 1e9
+        file["frames/contact_opening"][-1] = -0.5
+        file.attrs["complete"] = 0
+        file.attrs["exit_reason"] = "step 3 cannot be solved"
+    found = {row[0]: row[3] for row in facts.checks(rockdda.open(path))}
+    assert sum(value == "not kept" for value in found.values()) == 4
+
+
+def test_a_critical_factor_stands_on_the_first_page(tmp_path):
+    path = write_wall(tmp_path / "fos.h5", 3, 2)
+    assert facts.search_table(rockdda.open(path)) == []
+    with h5py.File(path, "a") as file:
+        for name, value in (("factor", [1.208]), ("low", [1.203]), ("high", [1.213]), ("blocks", [0, 3])):
+            file[f"search/{name}"] = np.array(value)
+        file["search/value"] = np.array([1.0, 2.0, 1.5])
+        file["search"].attrs.update(search="strength", kind="sliding")
+    shown = dict(facts.in_short(rockdda.open(path), Units()))
+    assert shown["factor of safety"] == "1.208 (between 1.203 and 1.213, 3 trials)"
+    assert shown["mechanism"].startswith("sliding, 2 blocks")
+
+
+def test_old_files_and_bolts(tmp_path, capsys):
+    """Files of version 1 have neither stages nor stresses along joints."""
+    path = write_wall(tmp_path / "old.h5", 3, 2, frames=3)
+    add_bolts(path)
+    assert main(["report", str(path), "-o", str(tmp_path / "old.html"), "--json"]) == 0
+    text = (tmp_path / "old.html").read_text()
+    assert json.loads(capsys.readouterr().out)["bytes"] == len(text.encode())
+    assert "<h2>Stages</h2>" not in text
+    assert "<h3>Bolts</h3>" in text
+    assert "unlimited" in text
+    assert Tags(text).open == []
+
+
+def test_endings(tmp_path):
+    results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
+    with pytest.raises(rockdda.InputError, match=r"a report ends in .html or .pdf, not in '.docx'"):
+        report(results, tmp_path / "a.docx")
+
+
+def test_pages_on_a4(tmp_path):
+    pytest.importorskip("weasyprint")
+    results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
+    data = report(results, tmp_path / "a.pdf").read_bytes()
+    assert data.startswith(b"%PDF")
+    assert not list(tmp_path.glob(".*"))
