@@ -98,6 +98,7 @@ class Units:
             "time": time,
             "force": force,
             "speed": f"{length}/{time}",
+            "acceleration": f"{length}/{time}²",
             "spin": f"rad/{time}",
             "stress": PASCALS.get((force, length), f"{force}/{length}²"),
             "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",

@@ -14,7 +14,7 @@ import typer
 
 from ..errors import ConvergenceError, InputError, OutputError, RockddaError
 from ..joints import JOINT_FIELDS
-from . import exchange, studies, validate
+from . import exchange, records, studies, validate
 from .common import (
     BAD_INPUT,
     DONE,
@@ -340,6 +340,7 @@ def _common(
 
 
 exchange.register(app)
+records.register(app)
 studies.register(app)
 validate.register(app)
 

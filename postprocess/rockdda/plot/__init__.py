@@ -3,7 +3,8 @@
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
 `energy`, `iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`.
-`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run.
+`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
+ground motion.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
+from .records import record
 from .water_maps import water
 from .window import interactive
 
@@ -38,6 +40,7 @@ __all__ = [
     "plot",
     "profile",
     "profile_data",
+    "record",
     "save",
     "small_multiples",
     "stress_crosses",

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: MIT
+"""Records of ground motion against closed forms and independent integrations; the records are synthetic."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rockdda import InputError, plot, records
+from rockdda.cli import main
+
+TIME = np.arange(2001) * 0.01
+
+
+def shaking() -> records.Record:
+    envelope = np.exp(-(((TIME - 8) / 3) ** 2))
+    waves = 3 * np.sin(2 * np.pi * 1.3 * TIME) + np.sin(2 * np.pi * 4.1 * TIME + 0.5)
+    return records.Record(TIME, envelope * waves + 0.02, "shaking")
+
+
+def pulse() -> records.Record:
+    """Acceleration 1 for 1 s, then 0."""
+    return records.Record([0, 1, 1, 3], [1, 1, 0, 0])
+
+
+def test_velocity_and_displacement_of_a_pulse() -> None:
+    assert pulse().velocity.tolist() == [0, 1, 1, 1]
+    assert pulse().displacement.tolist() == [0, 0.5, 0.5, 2.5]
+
+
+def test_displacement_of_straight_pieces_is_exact() -> None:
+    fine = records.Record(np.linspace(0, 2, 20001), np.interp(np.linspace(0, 2, 20001), [0, 1, 2], [0, 1, -1]))
+    coarse = records.Record([0, 1, 2], [0, 1, -1])
+    assert coarse.displacement[-1] == pytest.approx(1 / 6 + 1 / 2 + 1 / 6, rel=1e-14)
+    assert fine.displacement[-1] == pytest.approx(coarse.displacement[-1], rel=1e-12)
+
+
+def test_written_record_reads_back_exactly(tmp_path: Path) -> None:
+    again = records.read(records.write(shaking(), tmp_path / "a.csv"))
+    assert (again.acceleration == shaking().acceleration).all()
+    assert (again.time == shaking().time).all()
+
+
+@pytest.mark.parametrize("column", ["ns", "NS", 3, "3"])
+def test_column_by_name_or_number(tmp_path: Path, column: str | int) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text('# a station\ntime, EW (cm/s2), "NS"\n0, 1, 10\n0.5, 2, 20\n')
+    assert records.read(path, column=column, scale=0.01).acceleration.tolist() == pytest.approx([0.1, 0.2])
+    assert records.read(path).acceleration.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("head", ["NPTS=   7, DT=   .0050 SEC,", "7  0.005  NPTS, DT", "NPTS=7,DT=.005 SEC"])
+def test_peer_file(tmp_path: Path, head: str) -> None:
+    path = tmp_path / "a.AT2"
+    path.write_text(f"PEER\nSomewhere, 1/2/2003\nACCELERATION IN G\n{head}\n .1E-01 -.2E-01 0 0 1\n 2 3\n")
+    found = records.read(path)
+    assert found.time.tolist() == pytest.approx([0.005 * k for k in range(7)])
+    assert found.acceleration.tolist() == pytest.approx([9.81 * a for a in (0.01, -0.02, 0, 0, 1, 2, 3)])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line", "column", "what"),
+    [
+        ("a.csv", "t,a\n0,1\n1,x\n", 3, 3, "expected a number, found 'x'"),
+        ("a.csv", "0 1\n1\n", 2, 1, "at least 2 numbers"),
+        ("a.csv", "0 1\n1 1\n0.5 1\n", 3, 1, "must not be smaller"),
+        ("a.at2", "a\nb\nc\nd\n", 1, 1, "NPTS"),
+        ("a.at2", "a\nb\nc\nNPTS= 3, DT= .01\n1 2\n", 5, None, "2 values, NPTS is 3"),
+        ("a.at2", "a\nb\nc\nNPTS= x, DT= .01\n1 2\n", 4, None, "number of values"),
+    ],
+)
+def test_bad_files_name_the_place(tmp_path: Path, name: str, text: str, line: int, column: int, what: str) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(InputError, match=what) as caught:
+        records.read(path)
+    assert (caught.value.line, caught.value.column) == (line, column)
+
+
+def test_cut_keeps_the_straight_lines() -> None:
+    part = records.cut(records.Record([0, 1, 2], [0, 2, 0]), 0.5, 1.25)
+    assert part.time.tolist() == [0, 0.5, 0.75]
+    assert part.acceleration.tolist() == [1, 2, 1.5]
+    with pytest.raises(ValueError, match="nothing is left"):
+        records.cut(part, 3, 4)
+
+
+def test_scale_to_a_peak() -> None:
+    assert records.scale(shaking(), peak=2.5).peak == pytest.approx(2.5, rel=1e-15)
+    with pytest.raises(ValueError, match="one of"):
+        records.scale(shaking())
+
+
+def test_shorter_steps_keep_velocity() -> None:
+    fine = records.resample(shaking(), 0.0025)
+    assert fine.velocity[::4] == pytest.approx(shaking().velocity, abs=1e-12)
+
+
+def test_longer_steps_do_not_alias() -> None:
+    """A wave above half the new rate must go, one well below it must stay (2 %: the filter's flank)."""
+    pytest.importorskip("scipy")
+    inside = slice(20, -20)
+    high = records.resample(records.Record(TIME, np.sin(2 * np.pi * 18 * TIME)), 0.05)
+    low = records.resample(records.Record(TIME, np.sin(2 * np.pi * 2 * TIME)), 0.05)
+    assert np.abs(high.acceleration[inside]).max() < 0.01
+    assert low.acceleration[inside] == pytest.approx(np.sin(2 * np.pi * 2 * low.time[inside]), abs=0.02)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 4])
+def test_corrected_record_ends_at_rest(degree: int) -> None:
+    corrected = records.correct_baseline(shaking(), degree)
+    assert shaking().velocity[-1] > 0.3
+    assert corrected.velocity[-1] == pytest.approx(0, abs=1e-12)
+    if degree:
+        assert corrected.displacement[-1] == pytest.approx(0, abs=1e-12)
+    assert corrected.peak == pytest.approx(shaking().peak, rel=0.02)
+
+
+def test_arias_intensity_of_a_pulse_and_a_triangle() -> None:
+    assert records.arias_intensity(pulse(), 10) == pytest.approx(math.pi / 20)
+    assert records.arias_intensity(records.Record([0, 3], [0, 2]), 10) == pytest.approx(math.pi / 20 * 4)
+    assert records.significant_duration(pulse()) == pytest.approx((0.05, 0.95))
+
+
+def test_spectrum_of_a_step() -> None:
+    """Without damping a sudden constant acceleration moves the oscillator to 2 a/ω²; 0.3 %: the points of a period."""
+    step = records.Record([0, 10], [1, 1])
+    spectrum = records.response_spectrum(step, [0.1, 0.5, 2.0], damping=0)
+    assert spectrum.acceleration == pytest.approx([2, 2, 2], rel=3e-3)
+    assert spectrum.velocity == pytest.approx(spectrum.acceleration * spectrum.period / (2 * np.pi))
+
+
+def test_spectrum_against_an_integration() -> None:
+    period, damping = 0.7, 0.05
+    w = 2 * np.pi / period
+    integrate = pytest.importorskip("scipy.integrate")
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        a = np.interp(t, TIME, shaking().acceleration) if t <= TIME[-1] else 0.0
+        return [y[1], -a - 2 * damping * w * y[1] - w * w * y[0]]
+
+    solved = integrate.solve_ivp(rate, (0, TIME[-1] + period), [0, 0], rtol=1e-9, atol=1e-12, max_step=0.005)
+    found = records.response_spectrum(shaking(), [period], damping).displacement
+    assert found == pytest.approx([np.abs(solved.y[0]).max()], rel=1e-4)
+
+
+def test_short_and_long_periods() -> None:
+    """A stiff oscillator moves with the ground's acceleration, a soft one stays where it is."""
+    corrected = records.correct_baseline(shaking())
+    spectrum = records.response_spectrum(corrected, [0.01, 200.0])
+    assert spectrum.acceleration[0] == pytest.approx(corrected.peak, rel=0.01)
+    assert spectrum.displacement[1] == pytest.approx(np.abs(corrected.displacement).max(), rel=0.05)
+
+
+def test_newmark_block_of_a_pulse() -> None:
+    """Newmark (1965): v = (a - y) t, then it stops in v/y: displacement v²/2 (1/(a-y) + 1/y), v = a - y = 0.5."""
+    assert records.newmark_displacement(pulse(), 0.5) == pytest.approx(0.5**2 / 2 * (1 / 0.5 + 1 / 0.5), rel=1e-14)
+
+
+def test_newmark_block_against_small_steps() -> None:
+    dt = 2e-5
+    speed = slip = 0.0
+    for a in np.interp(np.arange(0, 20, dt), TIME, shaking().acceleration):
+        if speed > 0 or a > 1.0:
+            speed = max(0.0, speed + (a - 1.0) * dt)
+            slip += speed * dt
+    assert records.newmark_displacement(shaking(), 1.0) == pytest.approx(slip, rel=1e-4)
+
+
+def test_newmark_block_on_a_slope() -> None:
+    """On a plane at its angle of friction a steady a drives the block by a (cos + sin tan φ) along the plane."""
+    steady = records.Record([0, 2], [0.5, 0.5])
+    angle = math.radians(20)
+    rate = 0.5 * (math.cos(angle) + math.sin(angle) * math.tan(angle))
+    assert records.newmark_displacement(steady, friction=20, slope=20) == pytest.approx(2 * rate, rel=1e-12)
+    back = records.scale(steady, -3)
+    assert records.newmark_displacement(back, friction=5, slope=0) == 0
+    assert records.newmark_displacement(back, friction=5, slope=0, upslope=True) < -1
+
+
+def test_command_draws_and_writes(tmp_path: Path) -> None:
+    source = records.write(shaking(), tmp_path / "a.csv")
+    out, changed = tmp_path / "a.png", tmp_path / "b.csv"
+    arguments = ["record", str(source), "-o", str(out), "--baseline", "1", "--write", str(changed), "--json"]
+    assert main(arguments) == 0
+    assert out.stat().st_size > 10_000
+    assert records.read(changed).velocity[-1] == pytest.approx(0, abs=1e-12)
+
+
+def test_command_gives_facts_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = records.write(pulse(), tmp_path / "a.csv")
+    assert main(["record", str(source), "-o", str(tmp_path / "a.png"), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["peak"] == 1
+    assert facts["end_velocity"] == 1
+
+
+def test_command_tells_bad_files(tmp_path: Path) -> None:
+    assert main(["record", str(tmp_path / "none.csv")]) == 2
+
+
+def test_picture_of_zeros() -> None:
+    axes = plot.record(records.Record([0, 1], [0, 0]))
+    assert len(axes) == 5
