@@ -26,7 +26,8 @@ import numpy.typing as npt
 
 ROOT = Path(__file__).resolve().parents[1]
 FAR = 20.0  # outer radius over that of the hole: 0.4 % of the displacement of T9 is missing there
-SIZES = (24, 40, 56)  # cells around the hole
+SIZES = (24, 40, 56, 80)  # cells around the hole
+CELLS = 4  # of a ray, whose stresses are extended to the wall
 SHARES = (0.4, 0.7, 1.0)
 
 Floats = npt.NDArray[np.float64]
@@ -65,11 +66,12 @@ class Result:
         s = self.stress[k]
         return float(s[0] * math.sin(t) ** 2 + s[1] * math.cos(t) ** 2 - 2 * s[2] * math.sin(t) * math.cos(t))
 
-    def at_wall(self, k: int, radius: float) -> float:
-        """Hoop stress at the wall on the ray through cell k of the first ring: that of two cells, extended."""
-        inner, outer = (float(np.hypot(*self.centroid[j])) for j in (k, k + self.around))
-        slope = (self.hoop(k + self.around) - self.hoop(k)) / (outer - inner)
-        return self.hoop(k) + slope * (radius - inner)
+    def at_wall(self, k: int, radius: float, cells: int = CELLS) -> float:
+        """Hoop stress at the wall on the ray through cell k of the first ring: the polynomial through the stresses of
+        the nearest cells at their centroids."""
+        ray = range(k, k + cells * self.around, self.around)
+        depth = np.array([float(np.hypot(*self.centroid[j])) for j in ray]) - radius
+        return float(np.polyfit(depth, [self.hoop(j) for j in ray], cells - 1)[-1])
 
 
 def kirsch_hoop(case: Case, x: float, y: float) -> float:
@@ -146,12 +148,23 @@ def run(case: Case, around: int) -> Result:
             )
 
 
-def wall_stress(case: Case, result: Result) -> tuple[float, float]:
-    """Extended hoop stress at the springline and at the crown [Pa]: mean of both cells beside each."""
+def wall_stress(case: Case, result: Result, cells: int = CELLS) -> tuple[float, float]:
+    """Extended hoop stress at the springline and at the crown [Pa]: mean of both rays beside each."""
     n = result.around
-    side = 0.5 * (result.at_wall(0, case.radius) + result.at_wall(n - 1, case.radius))
-    top = 0.5 * (result.at_wall(n // 4, case.radius) + result.at_wall(n // 4 - 1, case.radius))
+    side = 0.5 * sum(result.at_wall(k, case.radius, cells) for k in (0, n - 1))
+    top = 0.5 * sum(result.at_wall(k, case.radius, cells) for k in (n // 4, n // 4 - 1))
     return side, top
+
+
+def recovery(tunnel: list[Result]) -> str:
+    """The stress at the wall by the number of cells that are extended."""
+    head = [f"{n} cell{'s' * (n > 1)}" for n in range(1, CELLS + 1)]
+    rows = ["| cells | " + " | ".join([f"springline, {h}" for h in head] + [f"crown, {h}" for h in head]) + " |"]
+    rows.append("|---" * (2 * CELLS + 1) + "|")
+    for r in tunnel:
+        pairs = [wall_stress(KIRSCH, r, n) for n in range(1, CELLS + 1)]
+        rows.append(f"| {r.cells} | " + " | ".join(f"{-p[i] / 1e6:.2f}" for i in (0, 1) for p in pairs) + " |")
+    return "\n".join(rows)
 
 
 def table(reaction: list[Result], tunnel: list[Result]) -> str:
@@ -169,7 +182,8 @@ def table(reaction: list[Result], tunnel: list[Result]) -> str:
         rows.append(
             f"| {r.cells} | {1e3 * r.springline[-1]:.3f} mm ({100 * (r.springline[-1] / side - 1):+.1f} %) "
             f"| {1e3 * r.crown[-1]:.3f} mm ({100 * (r.crown[-1] / top - 1):+.1f} %) "
-            f"| {-s / 1e6:.2f} MPa ({100 * (-s / 26e6 - 1):+.1f} %) | {-c / 1e6:.2f} MPa |"
+            f"| {-s / 1e6:.2f} MPa ({100 * (-s / 26e6 - 1):+.1f} %) "
+            f"| {-c / 1e6:.2f} MPa ({100 * (-c / 2e6 - 1):+.1f} %) |"
         )
     return "\n".join(rows)
 
@@ -183,7 +197,7 @@ def draw(reaction: list[Result], tunnel: list[Result], path: Path) -> None:
 
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.5), layout="constrained")
     left.plot([0, 1], [0, 6.25], "k-", label="6.25 mm λ")
-    for r, mark in zip(reaction, "os^", strict=True):
+    for r, mark in zip(reaction, "os^d", strict=True):
         left.plot(SHARES, 1e3 * r.springline, mark, markerfacecolor="none", label=f"{r.cells} cells")
     left.set(xlabel="released share λ", ylabel="displacement of the wall [mm]", title="Hydrostatic stress")
     left.legend(frameon=False)
@@ -223,6 +237,7 @@ def main() -> None:
     reaction = [run(GROUND_REACTION, n) for n in SIZES]
     tunnel = [run(KIRSCH, n) for n in SIZES]
     print(table(reaction, tunnel))
+    print(f"\n{recovery(tunnel)}")
     if arguments.figure:
         draw(reaction, tunnel, arguments.figure)
 
