@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: MIT
+"""Limit analysis of rigid blocks: an independent truth for factors of safety, by linear programming.
+
+The joint between two blocks is the stretch on which two of their edges face each other. It carries a compressive force
+at each of its ends, N1 and N2, and a shear force T along it:
+
+    N1 ≥ 0,  N2 ≥ 0,  |T| ≤ tan φ (N1 + N2) + c l
+
+(no tension, Coulomb friction, cohesion c on the length l; crushing is excluded). Blocks that are not fixed are in
+equilibrium under their dead load and α times their live load. By the static theorem of plasticity any such set of
+forces gives a lower bound of the collapse factor of an *associated* material, and the largest α is this factor. Coulomb
+friction without dilation can fail at a lower α, never at a higher one (Drucker 1954; Ferris & Tin-Loi 2001).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from ..errors import InputError, RockddaError
+
+if TYPE_CHECKING:
+    from ..model import Model
+    from ..results import Results
+
+__all__ = ["Joint", "LimitLoad", "RigidBlocks", "find_joints"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+PARALLEL = 1e-3  # sine of the angle between edges that face each other
+SHORTEST = 1e-6  # share of the shorter edge: shorter stretches are corners that touch
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Where an edge of one block faces an edge of another; the first block lies to the left of start to end."""
+
+    first: int
+    second: int
+    start: tuple[float, float]
+    end: tuple[float, float]
+    material: int = 1
+
+    @property
+    def length(self) -> float:
+        return math.dist(self.start, self.end)
+
+
+@dataclass(frozen=True)
+class LimitLoad:
+    """The largest factor of the live load, and the mechanism of collapse."""
+
+    factor: float
+    #: (nb, 3) velocities u v r of the blocks' centroids in the mechanism (dual variables); the live load has power 1
+    velocity: FloatArray
+
+
+def find_joints(
+    polygons: Sequence[FloatArray], edge_joint: Sequence[IntArray] | None = None, distance: float = 0.0
+) -> list[Joint]:
+    """All stretches on which edges of two blocks face each other, not farther apart than `distance` [length].
+
+    polygons: (m, 2) vertices of each block, counter-clockwise; edge_joint: joint material of the edge that starts at
+    each vertex (0: none), by default 1. Two edges of unlike materials make a joint of the larger number, as in the
+    program. Corners that only touch make no joint.
+    """
+    starts = np.vstack(polygons)
+    ends = np.vstack([np.roll(one, -1, axis=0) for one in polygons])
+    owner = np.repeat(np.arange(len(polygons)), [len(one) for one in polygons])
+    material = np.ones(len(starts), dtype=int) if edge_joint is None else np.concatenate(edge_joint)
+    size = float(np.ptp(starts, axis=0).max())
+    reach = max(distance, 1e-9 * size)
+    segments = shapely.linestrings(np.stack([starts, ends], axis=1))
+    near = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=reach)
+    joints = []
+    for i, j in near.T:
+        if owner[i] < owner[j] and material[i] > 0 and material[j] > 0:
+            stretch = _facing(starts[i], ends[i], starts[j], ends[j], reach)
+            if stretch is not None:
+                joints.append(Joint(int(owner[i]), int(owner[j]), *stretch, int(max(material[i], material[j]))))
+    return joints
+
+
+def _facing(
+    a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, reach: float
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """The part of the edge a to b that faces the edge c to d of another block, halfway between both."""
+    along, other = b - a, d - c
+    length, width = float(np.hypot(*along)), float(np.hypot(*other))
+    along, other = along / length, other / width
+    if float(along @ other) > 0 or abs(float(along[0] * other[1] - along[1] * other[0])) > PARALLEL:
+        return None
+    normal = np.array([-along[1], along[0]])
+    apart = 0.5 * float((c - a) @ normal + (d - a) @ normal)
+    low, high = max(0.0, float((d - a) @ along)), min(length, float((c - a) @ along))
+    if abs(apart) > reach or high - low < SHORTEST * min(length, width):
+        return None
+    first, last = (a + s * along + 0.5 * apart * normal for s in (low, high))
+    return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
+
+
+@dataclass(frozen=True)
+class RigidBlocks:
+    """Rigid blocks with joints between them, of which some are fixed. Any consistent set of units."""
+
+    polygons: list[FloatArray]
+    weight: FloatArray  #: (nb,) of each block [force]
+    fixed: frozenset[int]
+    joints: list[Joint]
+    friction: dict[int, float]  #: friction angle of each joint material [deg]
+    cohesion: dict[int, float] = field(default_factory=dict)  #: of joint materials [force/length²], default 0
+    #: (nb, 3) further dead load on each block: force x, y and moment about its centroid, for example by water
+    load: FloatArray | None = None
+
+    @classmethod
+    def from_polygons(
+        cls,
+        polygons: Sequence[npt.ArrayLike],
+        fixed: Collection[int],
+        *,
+        friction: float,
+        cohesion: float = 0.0,
+        unit_weight: float = 1.0,
+    ) -> RigidBlocks:
+        """Blocks of one material, from their outlines; `fixed` are the numbers of those that do not move."""
+        outlines = [_counter_clockwise(np.asarray(one, dtype=float)) for one in polygons]
+        weight = np.array([unit_weight * _area(one) for one in outlines])
+        return cls(outlines, weight, frozenset(fixed), find_joints(outlines), {1: friction}, {1: cohesion})
+
+    @classmethod
+    def from_model(cls, model: Model) -> RigidBlocks:
+        """The blocks that RockDDA cuts of a model; those with fixed points are fixed."""
+        blocks = model.cut()
+        gravity = float(_entry(model.options.get("load", {}), "gravity", math.nan))
+        unit = [
+            material.weight if math.isfinite(material.weight) else material.density * gravity
+            for material in model.block_materials
+        ]
+        weight = np.asarray(blocks.areas) * np.array(unit)[blocks.material - 1]
+        if not np.isfinite(weight).all():
+            raise InputError("limit analysis needs weights of blocks: neither unit weight nor gravity is given")
+        joints = find_joints(blocks.polygons(), np.split(blocks.edge_joint, blocks.vertex_offset[1:-1]), model.e0)
+        friction = {i: m.friction_angle for i, m in enumerate(model.joint_materials, start=1)}
+        cohesion = {i: m.cohesion for i, m in enumerate(model.joint_materials, start=1)}
+        fixed = frozenset(int(i) for i in blocks.fixed_points.block)
+        return cls(blocks.polygons(), weight, fixed, joints, friction, cohesion)
+
+    @classmethod
+    def from_results(
+        cls, results: Results, unit_weight: float | Mapping[int, float], *, frame: int = 0, distance: float = 0.0
+    ) -> RigidBlocks:
+        """The blocks of a results file, with the strength of joints in it; those with fixed points are fixed.
+
+        unit_weight: weight per area, one number or one for each block material.
+        """
+        polygons = results.polygons(frame)
+        unit = (
+            np.array([unit_weight[int(m)] for m in results.block_material])
+            if isinstance(unit_weight, Mapping)
+            else unit_weight
+        )
+        offset = results.vertex_offset
+        joints = find_joints(polygons, np.split(results.edge_joint, offset[1:-1]), distance)
+        strengths = results.joint_strengths()
+        return cls(
+            polygons,
+            np.asarray(results.block_area * unit),
+            frozenset(int(i) for i in results.point_blocks("fixed")),
+            joints,
+            {i: float(strength.friction) for i, strength in strengths.items()},
+            {i: float(strength.cohesion) for i, strength in strengths.items()},
+        )
+
+    @property
+    def free(self) -> list[int]:
+        """Blocks that can move."""
+        return [i for i in range(len(self.polygons)) if i not in self.fixed]
+
+    def push(self, direction: float = 1.0) -> LimitLoad:
+        """Horizontal load α × weight on every block: its largest factor; direction -1 pushes in -x."""
+        live = np.zeros((len(self.weight), 3))
+        live[:, 0] = direction * self.weight
+        found = self._largest(self._dead(0.0), live, 1.0)
+        if found is None:
+            raise RockddaError("limit analysis: no equilibrium under the dead load alone")
+        return found
+
+    def is_stable(self, factor: float = 1.0, tilt: float = 0.0) -> bool:
+        """Can the blocks be in equilibrium with tan φ and c divided by `factor`, gravity turned by `tilt` [deg]?"""
+        return self._largest(self._dead(tilt), np.zeros((len(self.weight), 3)), factor) is not None
+
+    def strength(self, tolerance: float = 1e-5) -> float:
+        """The factor by which tan φ and c are divided at the limit; inf where the blocks stand without any strength."""
+        low, high = 1e-3, 1e3
+        if not self.is_stable(low):
+            raise RockddaError("limit analysis: the blocks are not stable with any friction")
+        if self.is_stable(high):
+            return math.inf
+        while high - low > tolerance * low:
+            middle = math.sqrt(low * high) if high > 2 * low else 0.5 * (low + high)
+            low, high = (middle, high) if self.is_stable(middle) else (low, middle)
+        return 0.5 * (low + high)
+
+    def tilt(self, tolerance: float = 1e-4, direction: float = 1.0) -> float:
+        """The angle by which gravity turns counter-clockwise (direction -1: clockwise) up to the limit [deg]."""
+        low, high = 0.0, 90.0
+        if not self.is_stable():
+            raise RockddaError("limit analysis: the blocks are not stable without tilt")
+        if self.is_stable(tilt=direction * high):
+            return math.inf
+        while high - low > tolerance:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.is_stable(tilt=direction * middle) else (low, middle)
+        return 0.5 * (low + high)
+
+    def with_load(self, load: npt.ArrayLike) -> RigidBlocks:
+        """The same blocks with a further dead load, (nb, 3)."""
+        return replace(self, load=np.asarray(load, dtype=float))
+
+    def _dead(self, tilt: float) -> FloatArray:
+        """(nb, 3) dead load."""
+        angle = math.radians(tilt)
+        dead = np.zeros((len(self.weight), 3))
+        dead[:, 0], dead[:, 1] = self.weight * math.sin(angle), -self.weight * math.cos(angle)
+        return dead if self.load is None else dead + self.load
+
+    def _largest(self, dead: FloatArray, live: FloatArray, factor: float) -> LimitLoad | None:
+        """Maximise α with dead load + α × live load in equilibrium; strength is divided by `factor`.
+
+        None when there is no equilibrium under the dead load alone.
+        """
+        try:
+            from scipy.optimize import linprog
+        except ImportError:
+            raise InputError("limit analysis needs scipy: pip install 'rockdda[validation]'") from None
+        free, n = self.free, 3 * len(self.joints)  # unknowns: N1, N2, T of each joint; α is last
+        # forces in mean weights and moments in mean weights × size, so that numbers are near 1
+        scale = np.array([1.0, 1.0, 1.0 / self._size]) / self._unit
+        balance = self._balance()
+        for row, block in enumerate(free):
+            balance += [(3 * row + k, n, float(live[block, k] * scale[k])) for k in range(3) if live[block, k]]
+        limits, most = self._limits(factor)
+        pushed = bool(np.any(live[free]))
+        problem: dict[str, Any] = {
+            "c": np.append(np.zeros(n), -1.0 if pushed else 0.0),
+            "A_ub": _sparse(limits, (len(most), n + 1)),
+            "b_ub": most,
+            "A_eq": _sparse(balance, (3 * len(free), n + 1)),
+            "b_eq": -(dead[free] * scale).ravel(),
+            "bounds": [(0.0, np.inf), (0.0, np.inf), (-np.inf, np.inf)] * len(self.joints)
+            + [(0.0, np.inf if pushed else 0.0)],
+        }
+        # close to the limit one of the solver's methods may end without an answer
+        for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
+            found = linprog(**problem, method=method, options={"presolve": presolve})
+            if found.status in (0, 2, 3):
+                break
+        velocity = np.zeros((len(self.weight), 3))
+        if found.status == 2:
+            return None
+        if found.status == 3:
+            return LimitLoad(math.inf, velocity)
+        if found.status != 0:
+            raise RockddaError(f"limit analysis: the linear programme was not solved: {found.message}")
+        velocity[free] = -found.eqlin.marginals.reshape(-1, 3) * scale
+        return LimitLoad(float(found.x[-1]), velocity)
+
+    @property
+    def _unit(self) -> float:
+        """Mean weight of a block."""
+        return float(np.abs(self.weight).mean())
+
+    @property
+    def _size(self) -> float:
+        return float(np.ptp(np.vstack(self.polygons), axis=0).max())
+
+    def _balance(self) -> list[tuple[int, int, float]]:
+        """Entries (row, column, value) of the equilibrium of the free blocks: force x, y, moment / size."""
+        rank = {block: k for k, block in enumerate(self.free)}
+        entries: list[tuple[int, int, float]] = []
+        for j, joint in enumerate(self.joints):
+            start, end = np.array(joint.start), np.array(joint.end)
+            along = (end - start) / joint.length
+            normal = np.array([-along[1], along[0]])  # into the first block
+            for block, sign in ((joint.first, 1.0), (joint.second, -1.0)):
+                if block not in rank:
+                    continue
+                centre, row = _centroid(self.polygons[block]), 3 * rank[block]
+                for k, (point, way) in enumerate(((start, normal), (end, normal), (start, along))):
+                    x, y = point - centre
+                    turn = (x * way[1] - y * way[0]) / self._size
+                    entries += [(row + i, 3 * j + k, sign * float(v)) for i, v in enumerate((*way, turn))]
+        return entries
+
+    def _limits(self, factor: float) -> tuple[list[tuple[int, int, float]], list[float]]:
+        """Entries of ±T - tan φ (N1 + N2) ≤ c l, and the right-hand sides."""
+        entries: list[tuple[int, int, float]] = []
+        most: list[float] = []
+        for j, joint in enumerate(self.joints):
+            tangent = math.tan(math.radians(self.friction[joint.material])) / factor
+            for sign in (1.0, -1.0):
+                row = len(most)
+                entries += [(row, 3 * j, -tangent), (row, 3 * j + 1, -tangent), (row, 3 * j + 2, sign)]
+                most.append(self.cohesion.get(joint.material, 0.0) * joint.length / factor / self._unit)
+        return entries, most
+
+
+def _sparse(entries: Sequence[tuple[int, int, float]], shape: tuple[int, int]) -> Any:
+    """A sparse matrix of its entries (row, column, value)."""
+    from scipy.sparse import csr_array
+
+    rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
+    return csr_array((values, (rows, columns)), shape=shape)
+
+
+def _area(polygon: FloatArray) -> float:
+    x, y = polygon.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def _centroid(polygon: FloatArray) -> FloatArray:
+    origin = polygon[0]
+    a, b = polygon - origin, np.roll(polygon, -1, axis=0) - origin
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return origin + ((a + b) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
+
+
+def _counter_clockwise(polygon: FloatArray) -> FloatArray:
+    return polygon if _area(polygon) > 0 else polygon[::-1]
+
+
+def _entry(groups: Any, name: str, default: Any) -> Any:
+    """The value of an option in one group or the last of several."""
+    for group in [groups] if isinstance(groups, Mapping) else groups:
+        default = group.get(name, default)
+    return default
