@@ -19,6 +19,7 @@ from . import _old_names
 from .outputs import OUTPUTS as _OUTPUTS
 
 if _TYPE_CHECKING:
+    from .critical import CriticalFactor, factor_of_safety
     from .cutting import Blocks, cut
     from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
     from .model import Model
@@ -29,6 +30,7 @@ if _TYPE_CHECKING:
 
 #: Module of each public name.
 _HOMES = {
+    "CriticalFactor": "critical", "factor_of_safety": "critical",
     "Blocks": "cutting", "cut": "cutting",
     "ConvergenceError": "errors", "InputError": "errors", "InputWarning": "errors", "OutputError": "errors",
     "Problem": "errors", "RockddaError": "errors",
@@ -50,6 +52,7 @@ __all__ = [
     "Blocks",
     "Contacts",
     "ConvergenceError",
+    "CriticalFactor",
     "Field",
     "Frame",
     "InputError",
@@ -64,6 +67,7 @@ __all__ = [
     "Stage",
     "__version__",
     "cut",
+    "factor_of_safety",
     "lines",
     "open",
     "run",
@@ -88,6 +92,12 @@ def _to_vtk(results: _Any, path: _Any, **options: _Any) -> _Path:
     return to_vtk(results, path, **options)
 
 
+def _draw_search(found: _Any, kind: str, **options: _Any) -> _Any:
+    from .plot import draw_search
+
+    return draw_search(found, kind, **options)
+
+
 def __getattr__(name: str) -> _Any:
     """A public name, a module, or a module under its former name, when it is first used."""
     if name in _HOMES:
@@ -105,5 +115,5 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
 
 
-_OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk)
+_OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk, search=_draw_search)
 _old_names.install()

@@ -164,6 +164,10 @@ class Results(StageTables):
         """The attributes of the file."""
         return dict(self._attributes)
 
+    def group_attributes(self, path: str) -> dict[str, Any]:
+        """The attributes of a group or an array of the file."""
+        return self._source.use(lambda file: dict(file[path].attrs))
+
     @property
     def title(self) -> str:
         """The title of the run, readable whatever its encoding."""

@@ -38,6 +38,7 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "model/bolt_properties": (0, 0, 1),  # the first column, the stiffness: over length
     "model/water_unit_weight": (-3, 0, 1),
     "model/water_table": (1, 0, 0),
+    "search/displacement": (1, 0, 0),
     "model/water_level_time": (0, 1, 0),
     "model/water_level_rise": (1, 0, 0),
     "model/water_points": (1, 0, 0),

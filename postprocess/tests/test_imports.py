@@ -24,10 +24,10 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
-    "errors", "version", "outputs", "callers", "text", "notebook", "interrupts", "namelist", "materials", "native",
-    "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
-    "labelled", "cutting", "simulation", "model", "networks", "plot", "film", "convert", "export", "analysis", "report",
-    "study", "validation", "cli", "_old_names", "__init__", "__main__",
+    "errors", "version", "outputs", "callers", "program", "text", "notebook", "interrupts", "namelist", "materials",
+    "native", "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
+    "labelled", "cutting", "simulation", "model", "critical", "networks", "plot", "film", "convert", "export",
+    "analysis", "report", "study", "validation", "cli", "_old_names", "__init__", "__main__",
 )  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def plot_command(
             "--kind",
             "-k",
             help="blocks (the default), stress, contacts, joints, displacements, water, history, profile, energy, "
-            "iterations or ground-reaction; of a geometry file lines (the default) or blocks.",
+            "iterations, ground-reaction, mechanism or factor; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
     ] = None,
@@ -133,6 +133,8 @@ def plot_command(
 
         rockdda-post plot tunnel.h5 --kind ground-reaction --stage heading
 
+        rockdda-post plot failing.h5 --kind mechanism
+
         rockdda-post plot phi20.h5 phi30.h5 phi40.h5 --label 20° --label 30° --label 40°
     """
     import matplotlib as mpl
@@ -156,7 +158,9 @@ def plot_command(
     kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
     if kind == "joints":
         field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
-    framed = kind not in ("history", "energy", "iterations", "ground-reaction") or interactive or len(files) > 1
+    framed = (
+        kind not in ("history", "energy", "iterations", "ground-reaction", "factor") or interactive or len(files) > 1
+    )
     opened = [
         in_shown_units(open_results(path, frame, None if kind == "joints" else field, framed), units, show)
         for path in files

@@ -6,16 +6,15 @@ from __future__ import annotations
 import json
 import math
 import os
-import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..deck import BlockMaterial, JointMaterial
-from ..errors import InputError, OutputError, Problem
+from ..errors import InputError, OutputError, Problem, RockddaError
+from ..program import find_program
 from ..text import has_controls
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
@@ -273,9 +272,11 @@ def _count_fixed(geometry: Geometry) -> int:
 
 
 def _program() -> str | None:
-    """The program: what ROCKDDA_PROGRAM names, that of this environment, or that on the PATH."""
-    beside = Path(sys.executable).with_name("rockdda")
-    return os.environ.get("ROCKDDA_PROGRAM") or (str(beside) if beside.exists() else shutil.which("rockdda"))
+    """The program, None where there is none."""
+    try:
+        return find_program()
+    except RockddaError:
+        return None
 
 
 def _template(geometry: Geometry) -> Analysis:

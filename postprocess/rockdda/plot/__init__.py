@@ -2,9 +2,15 @@
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
+<<<<<<< HEAD
 `energy`, `iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`.
 `plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
 ground motion.
+=======
+`energy`, `iterations`, `ground_reaction`; the search of a critical factor: `mechanism`, `factor`; several runs side by
+side: `small_multiples`; with a mouse: `interactive`.
+`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run.
+>>>>>>> 8d782c1 (Search critical factors from Python, draw mechanism and trials)
 """
 
 from __future__ import annotations
@@ -16,7 +22,11 @@ from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
+<<<<<<< HEAD
 from .records import record
+=======
+from .search_maps import draw_search, draw_trials, factor, mechanism
+>>>>>>> 8d782c1 (Search critical factors from Python, draw mechanism and trials)
 from .water_maps import water
 from .window import interactive
 
@@ -27,7 +37,10 @@ __all__ = [
     "blocks",
     "contact_forces",
     "displacements",
+    "draw_search",
+    "draw_trials",
     "energy",
+    "factor",
     "ground_reaction",
     "ground_reaction_data",
     "history",
@@ -37,6 +50,7 @@ __all__ = [
     "iterations",
     "joint_field_name",
     "joints",
+    "mechanism",
     "plot",
     "profile",
     "profile_data",

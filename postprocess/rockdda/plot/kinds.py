@@ -21,6 +21,7 @@ from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
 from .joint_maps import joints
+from .search_maps import factor, mechanism
 from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
 from .water_maps import water
 
@@ -103,6 +104,8 @@ KINDS: dict[str, Callable[..., Any]] = {
     "energy": energy,
     "iterations": iterations,
     "ground-reaction": ground_reaction,
+    "mechanism": mechanism,
+    "factor": factor,
 }
 
 

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError, RockddaError
+from ..program import find_program
 from ..results import Results
 from ..text import has_controls, shown
 from .definition import Case, Quantity, Study
@@ -55,17 +56,6 @@ class Outcome:
     seconds: float = 0.0
     exit_code: int = 0
     message: str = ""
-
-
-def find_program() -> str:
-    """The program `rockdda`: $ROCKDDA_PROGRAM, beside this Python, or on the PATH."""
-    for candidate in (os.environ.get("ROCKDDA_PROGRAM"), str(Path(sys.executable).parent / "rockdda")):
-        if candidate and Path(candidate).is_file():
-            return candidate
-    found = shutil.which("rockdda")
-    if found is None:
-        raise RockddaError("the program rockdda was not found on the PATH")
-    return found
 
 
 def run_study(

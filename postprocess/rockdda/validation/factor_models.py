@@ -80,7 +80,9 @@ def assemble(
     for i in sorted(fixed):
         middle = np.array(outlines[i].centroid.coords[0])
         for corner in np.asarray(polygons[i], dtype=float):
-            model.add_fixed(corner + 0.02 * (middle - corner))  # not where other blocks have their corners
+            place = corner + 0.02 * (middle - corner)  # not where other blocks have their corners
+            if outlines[i].contains(shapely.Point(place)):
+                model.add_fixed(place)
     model.add_joint_material(friction_angle=friction, cohesion=cohesion, name="joint")
     return model
 
@@ -99,7 +101,7 @@ def _labelled(name: str, *, density: float = STONE, young: float = YOUNG, gravit
 def courses(
     rows: Sequence[Sequence[float]], width: float, height: float, slab: float | None = None
 ) -> list[FloatArray]:
-    """A wall on a fixed slab, its first polygon. Rows from below, of blocks' widths in `width`; openings are negative."""
+    """A wall on a fixed slab, its first polygon. Rows from below, widths of blocks in `width`, openings negative."""
     blocks = []
     for k, row in enumerate(rows):
         x = 0.0
@@ -242,7 +244,15 @@ class PlaneFailure:
         model = _labelled(name, density=self.unit_weight / 10.0, gravity=10.0)
         model.e0 = 1e-4 * self.height
         side = 0.4 * self.height
-        base = [(0, 0), (-side, 0), (-side, -side), (self.crack + side, -side), (self.crack + side, self.height)]
+        # the plane daylights above the ground: on level ground at its foot the block would stand against it
+        base = [
+            (0, 0),
+            (0, -0.5 * side),
+            (-side, -0.5 * side),
+            (-side, -side),
+            (self.crack + side, -side),
+            (self.crack + side, self.height),
+        ]
         base.append((self.crack, self.height))
         crest = (self.crack - self.behind, self.height)
         model.add_joint_material(friction_angle=self.friction, cohesion=self.cohesion, name="plane")
@@ -356,11 +366,10 @@ class Dam:
         model.add_joint_material(friction_angle=60.0, name="rock joint")
         model.add_joint_material(friction_angle=60.0, name="outline")
         surface = [(front, 0.0), (0.0, 0.0), self.toe]
-        if self.tilt:
-            surface.append((self.base, 0.0))
-            model.add_line((self.base, ground), min(self.toe, (self.base, 0.0)), joint="rock joint")
-        surface.append((back, 0.0))
-        outside = [(front - layer, 0.0), (front - layer, deep), (back + layer, deep), (back + layer, 0.0), (back, 0.0)]
+        low = min(0.0, self.toe[1]) - 0.25 * layer  # the ground behind the toe, which the base must not run into
+        surface += [(self.base, low), (back, low)]
+        model.add_line((self.base, ground), (self.base, low), joint="rock joint")
+        outside = [(front - layer, 0.0), (front - layer, deep), (back + layer, deep), (back + layer, low), (back, low)]
         outside += [(back, ground), (front, ground), (front, 0.0)]
         for start, end in zip(outside, [*outside[1:], outside[0]], strict=True):
             model.add_line(start, end, joint="rock joint")
@@ -370,21 +379,33 @@ class Dam:
             model.add_line(start, end, joint="outline")
         model.add_line((0.0, self.height), (0.0, 0.0), joint="outline")
         for x in np.arange(front + spacing, back - 0.5 * spacing, spacing):
-            if self.tilt and abs(x - self.base) < 0.1 * spacing:
-                continue  # there the ground ends at the toe
-            top = x * math.tan(math.radians(self.tilt)) if 0 < x < self.base else 0.0
+            if abs(x - self.base) < 0.1 * spacing:
+                continue  # there is the step behind the toe
+            top = x * math.tan(math.radians(self.tilt)) if 0 < x < self.base else low if x > self.base else 0.0
             model.add_line((x, ground), (x, top), joint="rock joint")
-        for point in ((front - layer, 0.0), (front - layer, deep), (back + layer, deep), (back + layer, 0.0)):
+        for point in ((front - layer, 0.0), (front - layer, deep), (back + layer, deep), (back + layer, low)):
             model.add_fixed(point)
         model.add_fixed((front, ground))
         model.add_fixed((back, ground))
         model.add_measured((0.0, self.height))
+        # The reservoir stands in front of the dam wherever it moves to: its table is level into the dam, whose base and
+        # joints have a table of their own. One table that falls from the heel on would lower the thrust of a dam that
+        # slides, until it stops.
+        far = front - layer
+        inside = 0.6 * self.crest
         model.options["water"] = [
             {
                 "name": "reservoir",
-                "table": [front - layer, self.water, 0.0, self.water, self.base, self.toe[1] + self.tail],
+                "table": [far, self.water, inside, self.water, inside + 1e-3, deep],
+                "unit_weight": self.water_weight,
+                "joints": "none",
+            },
+            {
+                "name": "uplift",
+                "table": [far, self.water, 0.0, self.water, self.base, self.toe[1] + self.tail],
                 "unit_weight": self.water_weight,
                 "joints": "base, rock joint",
-            }
+                "surfaces": False,
+            },
         ]
         return model

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: MIT
+"""The critical factor of a model: `rockdda fos` from Python, and its search in a results file."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .callers import stack_level
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+from .model import Model
+from .outputs import OUTPUTS
+from .program import find_program
+from .results import Results
+from .results import open as open_results
+
+__all__ = ["CriticalFactor", "Mechanism", "Trial", "factor_of_safety", "read_search"]
+
+PathLike = str | os.PathLike[str]
+
+SEARCHES = ("strength", "tilt", "push", "gravity")
+NAMES = {
+    "strength": "factor of safety",
+    "tilt": "critical tilt",
+    "push": "critical push",
+    "gravity": "critical gravity",
+}
+UNITS = {"tilt": "°"}
+KINDS = ("sliding", "toppling", "fall")
+WARNING = re.compile(r"(?:[^:]+:(?:\d+:)*\s*)?warning: ")
+#: exit codes of the program
+INPUT, CONVERGENCE, STOPPED, OUTPUT = 2, 3, 4, 5
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One value that was tried, from the settled state."""
+
+    value: float  #: of the factor, the tilt [deg] or the push
+    stable: bool
+    steps: int
+    unbalanced: float  #: of the last step
+    displacement: float  #: largest of any block since the settled state [length]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """How the model fails: the blocks that move, from 0, and how they do together."""
+
+    blocks: tuple[int, ...]
+    kind: str  #: "sliding", "toppling", "fall" or "mixed"
+    #: how each of the blocks moves; empty when no results were written
+    kinds: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CriticalFactor:
+    """The critical factor, between a value at which the model is stable and one at which it fails."""
+
+    value: float
+    low: float
+    high: float
+    search: str  #: "strength", "tilt", "push" or "gravity"
+    trials: tuple[Trial, ...]  #: in the order in which they were done
+    mechanism: Mechanism
+    #: the run of the failing trial nearest to the factor, when an output was asked for
+    results: Results | None = None
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        stable, failing = (self.low, self.high) if self.value >= 0 else (self.high, self.low)
+        unit = UNITS.get(self.search, "")
+        return (
+            f"{NAMES[self.search]}: {self.value:.4g}{unit} (stable at {stable:.4g}{unit}, fails at {failing:.4g}{unit};"
+            f" {len(self.trials)} trials)"
+        )
+
+    def __repr__(self) -> str:
+        return f"<rockdda.CriticalFactor: {self}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the factor, how it fails, and a table of the trials."""
+        head = "".join(f"<th>{name}</th>" for name in ("value", "", "steps", "unbalanced", "displacement", "seconds"))
+        rows = "".join(
+            f"<tr><td>{t.value:.5g}</td><td>{'stable' if t.stable else 'fails'}</td><td>{t.steps}</td>"
+            f"<td>{t.unbalanced:.1e}</td><td>{t.displacement:.2e}</td><td>{t.seconds:.1f}</td></tr>"
+            for t in self.trials
+        )
+        count = len(self.mechanism.blocks)
+        moves = f"{count} block{'' if count == 1 else 's'}: {self.mechanism.kind}"
+        return (
+            f"<p><b>{html.escape(str(self))}</b><br>{html.escape(moves)}</p>"
+            f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        )
+
+    def plot(self, kind: str | None = None, **options: Any) -> Any:
+        """Draw the search ('factor') or the mechanism of the failing trial ('mechanism'); returns matplotlib axes.
+
+        The default is the mechanism where there are results, else the search.
+        """
+        return OUTPUTS["search"](self, kind or ("factor" if self.results is None else "mechanism"), **options)
+
+
+def factor_of_safety(
+    model: PathLike | Model,
+    analysis: PathLike | None = None,
+    *,
+    search: str = "strength",
+    joints: str | Sequence[str] | None = None,
+    from_: float | None = None,
+    to: float | None = None,
+    tolerance: float | None = None,
+    stage: str | None = None,
+    jobs: int | None = None,
+    max_steps: int | None = None,
+    config: PathLike | None = None,
+    output: PathLike | None = None,
+    force: bool = False,
+    progress: bool = False,
+) -> CriticalFactor:
+    """Search the factor at which a model loses equilibrium, with `rockdda fos`.
+
+    model: what `rockdda.run` takes. search: 'strength' divides tan φ, cohesion and tension (of the joint materials
+    `joints`, by default of all); 'tilt' turns gravity by degrees, counter-clockwise positive; 'push' is a horizontal
+    acceleration α·g; 'gravity' multiplies it. The search begins with the settled state after `stage` (default: the
+    last), between `from_` and `to`, until stable and failing value are not farther apart than `tolerance`. jobs: trials
+    side by side; the answer does not depend on it. output: results file of the failing trial nearest to the factor.
+    progress: the program prints what it tries on standard error.
+
+    Raises InputError; ConvergenceError when the range does not hold the limit (not stable at its lower end, stable at
+    its upper end) or the model is not in equilibrium before the search; OutputError.
+    """
+    if search not in SEARCHES:
+        raise InputError(f"search: expected one of {', '.join(SEARCHES)}, found {search!r}")
+    names = [joints] if isinstance(joints, str) else joints
+    options = {
+        "search": search,
+        "joints": None if names is None else ", ".join(names),
+        "from": from_,
+        "to": to,
+        "tolerance": tolerance,
+        "stage": stage,
+        "jobs": jobs,
+        "max-steps": max_steps,
+        "config": config,
+        "output": output,
+    }
+    command = [find_program(), "fos"]
+    with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
+        if isinstance(model, Model):
+            if analysis is not None or config is not None:
+                raise InputError("a Model brings its own analysis and options")
+            model.write(folder)
+            command.append(str(Path(folder) / f"{model.name}.nml") if model.labelled else folder)
+        else:
+            command += [os.fspath(path) for path in (model, analysis) if path is not None]
+        for name, value in options.items():
+            if value is not None:
+                command += [f"--{name}", _word(value)]
+        command += ["--json", *(["--force"] if force else [])]
+        code, out, told = _call(command, progress)
+        if code != 0:
+            _raise(code, out, told.replace(f"{folder}{os.sep}", ""), folder)
+    for message in _warnings(told.replace(f"{folder}{os.sep}", "")):
+        warnings.warn(message, InputWarning, stacklevel=stack_level())
+    results = None if output is None else open_results(output)
+    return _from_json(json.loads(out), results)
+
+
+def read_search(results: Results | PathLike) -> CriticalFactor:
+    """The search in a results file that `rockdda fos -o` wrote."""
+    if not isinstance(results, Results):
+        results = open_results(results)
+    if "search/factor" not in results:
+        raise InputError("holds no search: it is not a file of 'rockdda fos -o'", results.path)
+    names = ("value", "stable", "steps", "unbalanced", "displacement", "seconds")
+    columns = [np.atleast_1d(results[f"search/{name}"]).tolist() for name in names]
+    trials = [Trial(row[0], bool(row[1]), int(row[2]), *row[3:]) for row in zip(*columns, strict=True)]
+    factor, low, high = (float(np.ravel(results[f"search/{name}"])[0]) for name in ("factor", "low", "high"))
+    words = {name: _text(results.group_attributes("search").get(name, "")) for name in ("search", "kind")}
+    return CriticalFactor(
+        factor, low, high, words["search"], tuple(trials), _mechanism(results, words["kind"]), results
+    )
+
+
+def _mechanism(results: Results, kind: str) -> Mechanism:
+    blocks = np.atleast_1d(results["search/blocks"]).astype(int).tolist()
+    kinds = tuple(KINDS[int(number)] for number in np.atleast_1d(results["search/block_kind"]))
+    return Mechanism(tuple(blocks), kind, kinds)
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _word(value: Any) -> str:
+    """An option's value as the command line has it."""
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
+
+
+def _call(command: list[str], progress: bool) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of the program; Ctrl-C ends it in order, then this process."""
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=None if progress else subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+    )
+    try:
+        out, told = process.communicate()
+    except BaseException:
+        process.send_signal(signal.SIGTERM)
+        process.communicate()
+        raise
+    return process.returncode, out, told or ""
+
+
+def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor:
+    trials = tuple(Trial(**{name: trial[name] for name in Trial.__dataclass_fields__}) for trial in found["trials"])
+    mechanism = Mechanism(tuple(found["mechanism"]["blocks"]), found["mechanism"]["kind"])
+    if results is not None and "search/factor" in results:
+        mechanism = _mechanism(results, mechanism.kind)
+    factor, low, high = (float(found[name]) for name in ("factor", "low", "high"))
+    return CriticalFactor(factor, low, high, found["search"], trials, mechanism, results)
+
+
+def _warnings(told: str) -> list[str]:
+    """Warnings among what the program printed, each with its source lines, which are indented by four."""
+    found: list[str] = []
+    within = False
+    for line in told.replace("\r", "\n").splitlines():
+        if WARNING.match(line):
+            found.append(line)
+        elif within and line.startswith("    "):
+            found[-1] += f"\n{line}"
+        else:
+            within = False
+            continue
+        within = True
+    return found
+
+
+def _raise(code: int, out: str, told: str, folder: str) -> NoReturn:
+    """The package's error for an exit code."""
+    problems: list[Problem] = []
+    try:
+        for message in json.loads(out).get("messages", []):
+            if message.get("severity") == "error":
+                file = message.get("file")
+                file = None if file is None else str(file).replace(f"{folder}{os.sep}", "")
+                problems.append(Problem(message["message"], file, message.get("line"), message.get("column")))
+    except (ValueError, AttributeError, KeyError):  # a crash leaves no object
+        problems = []
+    text = "\n".join(map(str, problems)) or told.strip() or f"rockdda fos ended with exit code {code}"
+    plain = "; ".join(problem.message for problem in problems) or text
+    if code == INPUT:
+        raise InputError(text, problems=problems)
+    if code == CONVERGENCE:
+        raise ConvergenceError(plain)
+    if code == OUTPUT:
+        raise OutputError(plain)
+    if code == STOPPED:
+        raise RockddaError("the search was stopped")
+    raise RockddaError(text)
