@@ -639,8 +639,9 @@ def sau_mau_ping() -> Model:
         rocks=[],
         joints=[],
     )
+    # the plane daylights above the ground: on level ground at its foot the block could not slide
     model.add_boundary(
-        [(0, 0), (-20, 0), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False
+        [(0, 0), (0, -12), (-20, -12), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False
     )
     model.add_boundary([(crack, height), (crest, height), (0, 0)], 3, False)
     model.add_lines([(0, 0), (crack, foot)], joint=1)
@@ -649,7 +650,7 @@ def sau_mau_ping() -> Model:
         (-20, -20),
         (crack + 20, -20),
         (crack + 20, height),
-        (-20, 0),
+        (-20, -12),
         (0, 0),
         (crack, foot),
         (crack, height),
@@ -676,6 +677,55 @@ def sau_mau_ping() -> Model:
     return model
 
 
+def dam_on_joints() -> Model:
+    """A gravity dam on a jointed foundation, with uplift in the joints, in one labelled file."""
+    height, crest, base, water = 30.0, 5.0, 24.0, 28.0
+    layer, spacing = 4.0, 6.0
+    front, back, low, deep = -2 * spacing, base + 2 * spacing, -1.0, -8.0
+    far, end = front - layer, back + layer
+    title = "gravity dam on a jointed foundation with uplift (m, kg, s, N)"
+    model = Model(
+        "dam_on_joints",
+        title,
+        edge_node_distance=0.003,
+        k01=1,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'dam_on_joints.dc', title = 'Gravity dam with uplift' /\n"
+            "&block_material  number = 1, name = 'concrete', unit_weight = 24e3, density = 2446.5,\n"
+            "                 young = 20e9, poisson = 0.2 /\n"
+            "&joint_material  number = 1, name = 'base', friction = 45 /\n"
+            "&joint_material  number = 2, name = 'rock joint', friction = 60 /\n"
+            "&joint_material  number = 3, name = 'outline', friction = 60 /\n"
+            "&load            gravity = 9.81 /\n"
+            "! the reservoir: its table is level into the dam, so that the dam has the same water wherever it slides to\n"
+            f"&water           name = 'reservoir', table = {far:g},{water:g}, 3,{water:g}, 3.001,{deep:g},\n"
+            "                 unit_weight = 9810, joints = 'none' /\n"
+            "! uplift: from the reservoir at the heel to nothing at the toe\n"
+            f"&water           name = 'uplift', table = {far:g},{water:g}, 0,{water:g}, {base:g},0,\n"
+            "                 unit_weight = 9810, joints = 'base, rock joint', surfaces = .false. /\n"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+        ),
+    )
+    model.add_boundary([(far, 0), (far, deep), (end, deep), (end, low), (back, low)], 2, False)
+    model.add_boundary([(base, 0), (base, low), (back, low)], 3, False)
+    model.add_boundary([(far, 0), (0, 0)], 3, False)
+    model.add_boundary([(base, 0), (crest, height), (0, height), (0, 0)], 3, False)
+    model.add_lines([(0, 0), (base, 0)], joint=1)
+    model.add_lines([(front, 0), (front, -layer), (back, -layer), (back, low)], joint=2)
+    for k in range(round((back - front) / spacing) - 1):
+        x = front + (k + 1) * spacing
+        model.add_lines([(x, -layer), (x, 0 if x < base else low)], joint=2)
+    model.fixed = [(far, 0), (far, deep), (end, deep), (end, low), (front, -layer), (back, -layer)]
+    model.measured = [(0, height)]
+    return model
+
+
 MODELS = [
     incline,
     stack,
@@ -696,6 +746,7 @@ MODELS = [
     cantilever,
     bedding_slab,
     arch_on_centring,
+    dam_on_joints,
 ]
 
 # folders with several labelled files, each of which is a model

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sau Mau Ping: water in a plane and a tension crack against statics, dry, half full and full."""
+"""Water against statics: Sau Mau Ping dry, half full and full, and a dam with uplift."""
 
 import math
 
@@ -41,3 +41,19 @@ def test_sau_mau_ping(program, tmp_path, near, name, share):
     if share == 1.0:
         assert (uplift / 1e6, thrust / 1e6) == pytest.approx((5.617, 0.981), abs=1e-3)  # their third decimal
     assert run.relative_residual() < 1e-9
+
+
+def test_dam_on_joints(run_model, near):
+    """The base carries weight less uplift, and the thrust of the reservoir: F = (W - U) tan 45 / V."""
+    run = run_model("dam_on_joints")
+    dam = int(np.argmax(run["model/block_centroid"][:, 1]))
+    weight = 24e3 * run["model/block_area"][dam]
+    uplift, thrust = 0.5 * 9810 * 28 * 24, 0.5 * 9810 * 28**2
+    force = np.zeros(2)
+    for blocks, _, of_contact in run.contacts():
+        force += of_contact * ((blocks[0] == dam) - int(blocks[1] == dam))
+    # the dam has moved by some 0.5 mm, of which the water takes part, and heaves as much
+    near("dam_on_joints: N on the base", float(force[1]), weight - uplift, 1e-4)
+    near("dam_on_joints: T on the base", float(-force[0]), thrust, 1e-4)
+    near("dam_on_joints: sliding factor", float(-force[1] / force[0]), (weight - uplift) / thrust, 1e-4)
+    assert (weight - uplift) / thrust == pytest.approx(1.8577, abs=1e-4)

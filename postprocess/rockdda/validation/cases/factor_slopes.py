@@ -210,8 +210,8 @@ def stiffness_and_step(record: Record) -> None:
     )
     changes: dict[str, Callable[[Model, dict[str, float]], None]] = {
         "as it is": lambda model, numbers: None,
-        "g0 × 4": lambda model, numbers: _set(model, stiffness=4 * numbers["stiffness"]),
-        "g0 ÷ 4": lambda model, numbers: _set(model, stiffness=numbers["stiffness"] / 4),
+        "g0 × 4": lambda model, numbers: _set(model, stiffness=4 * numbers["stiffness"], dt_max=numbers["dt_max"]),
+        "g0 ÷ 4": lambda model, numbers: _set(model, stiffness=numbers["stiffness"] / 4, dt_max=numbers["dt_max"]),
         "Δt ÷ 2": lambda model, numbers: _set(model, dt_max=numbers["dt_max"] / 2),
     }
     found: list[tuple[str, CriticalFactor]] = []
