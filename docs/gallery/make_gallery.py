@@ -42,6 +42,7 @@ DIG = """\
 &stage name = 'half', until = 'equilibrium', excavate = 'upper', relax = 0.5 /
 &stage name = 'rest', until = 'equilibrium', relax = 1 /
 """
+HOLDS = "&joint_material number = 1, friction = 35 /\n&joint_material number = 2, friction = 35 /\n"
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane
 
 
@@ -74,6 +75,18 @@ class Runs:
             with (model / f"{name}.nml").open("a", encoding="utf-8") as file:
                 file.write(stages)
         return self.run(model.name, model)
+
+    def search(self, name: str, options: str) -> Results:
+        """The failing trial of the search of a model's factor of safety, with other options."""
+        if f"{name}_factor" not in self.known:
+            model, path = self.folder / f"{name}_factor", self.folder / f"{name}_factor.h5"
+            shutil.copytree(ROOT / "inputs" / name, model)
+            with (model / f"{name}.nml").open("a", encoding="utf-8") as file:
+                file.write(options)
+            command = [self.program, "fos", model, "-o", path, "--quiet"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            self.known[f"{name}_factor"] = rockdda.open(path)
+        return self.known[f"{name}_factor"]
 
     def slope(self, friction: int) -> Results:
         """The jointed slope with another friction of its weak plane."""
@@ -128,6 +141,14 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
     "ground-reaction": (
         "released share of the forces of excavated blocks over convergence",
         lambda runs: plot.ground_reaction(runs.dug("stack", DIG), units=UNITS),
+    ),
+    "mechanism": (
+        "how a slope fails",
+        lambda runs: plot.mechanism(runs.search("jointed_slope", HOLDS), units=UNITS, title="jointed slope"),
+    ),
+    "factor": (
+        "search of the factor of safety",
+        lambda runs: plot.factor(runs.search("jointed_slope", HOLDS), units=UNITS),
     ),
     "multiples": ("small multiples of a parameter study", multiples),
 }

@@ -44,7 +44,7 @@ _HOMES = {
 #: Modules that can be used as attributes without an import of their own.
 _MODULES = frozenset(_HOMES.values()) | {
     "callers", "deck", "frames", "groups", "joints", "labelled", "materials", "namelist", "native", "options",
-    "stages", "start", "storage", "text",
+    "program", "stages", "start", "storage", "text",
 }  # fmt: skip
 
 __all__ = [

@@ -27,7 +27,7 @@ ORDER = (
     "errors", "version", "outputs", "callers", "program", "text", "notebook", "interrupts", "namelist", "materials",
     "native", "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
     "labelled", "cutting", "simulation", "model", "critical", "networks", "plot", "film", "convert", "export",
-    "analysis", "report", "study", "validation", "cli", "_old_names", "__init__", "__main__",
+    "analysis", "report",
 )  # fmt: skip
 
 

@@ -25,6 +25,8 @@ MOTIONS = {"sliding": "#E69F00", "toppling": "#56B4E9", "fall": "#CC79A7"}
 STABLE, FAILING = "#0072B2", "#D55E00"
 LONGEST = 0.1  # of the arrows, as a share of the model's extent
 SHORTEST = 0.03  # share of the longest arrow below which there is none: no more than a point
+FEW = 40  # arrows, of more some are left out
+GRID = 0.06  # side of the squares that have one arrow each, as a share of the model's extent
 AXIS = {"strength": "factor", "tilt": "tilt", "push": "push α", "gravity": "gravity factor"}
 FLOOR = 1e-12  # of displacements on a logarithmic axis, as a share of the largest
 
@@ -62,7 +64,7 @@ def mechanism(
         add_blocks(axes, shown, results.vertex_offset, facecolors=colours, edgecolors="#8A8A8A", linewidths=0.4)
         if largest > 0.002 * extent:
             _outline_of(axes, results, settled.vertices, sorted(motion))
-        drawn = np.flatnonzero(length > SHORTEST * largest)
+        drawn = _thinned(np.flatnonzero(length > SHORTEST * largest), now.centroid, extent)
         if len(drawn):
             arrows = axes.quiver(
                 *now.centroid[drawn].T, *(scale * moved[drawn]).T, angles="xy", scale_units="xy", scale=1,
@@ -83,6 +85,15 @@ def mechanism(
             name = plain_text(results.title)
             axes.set_title(f"{name + ', ' if name else ''}{_words(found)}")
     return axes
+
+
+def _thinned(blocks: npt.NDArray[Any], centroid: FloatArray, extent: float) -> npt.NDArray[Any]:
+    """Of many blocks the first one in each square of a grid, so that arrows do not hide one another."""
+    if len(blocks) <= FEW:
+        return blocks
+    squares = np.floor(centroid[blocks] / (GRID * extent)).astype(int)
+    _, first = np.unique(squares, axis=0, return_index=True)
+    return blocks[np.sort(first)]
 
 
 def _outline_of(axes: Axes, results: Results, vertices: FloatArray, blocks: list[int]) -> None:
