@@ -703,7 +703,7 @@ def dam_on_joints() -> Model:
             "&joint_material  number = 2, name = 'rock joint', friction = 60 /\n"
             "&joint_material  number = 3, name = 'outline', friction = 60 /\n"
             "&load            gravity = 9.81 /\n"
-            "! the reservoir: its table is level into the dam, so that the dam has the same water wherever it slides to\n"
+            "! the reservoir: its table is level into the dam, which so has the same water wherever it slides to\n"
             f"&water           name = 'reservoir', table = {far:g},{water:g}, 3,{water:g}, 3.001,{deep:g},\n"
             "                 unit_weight = 9810, joints = 'none' /\n"
             "! uplift: from the reservoir at the heel to nothing at the toe\n"

@@ -2,15 +2,10 @@
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
-<<<<<<< HEAD
-`energy`, `iterations`, `ground_reaction`; several runs side by side: `small_multiples`; with a mouse: `interactive`.
-`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
-ground motion.
-=======
 `energy`, `iterations`, `ground_reaction`; the search of a critical factor: `mechanism`, `factor`; several runs side by
 side: `small_multiples`; with a mouse: `interactive`.
-`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run.
->>>>>>> 8d782c1 (Search critical factors from Python, draw mechanism and trials)
+`plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
+ground motion.
 """
 
 from __future__ import annotations
@@ -22,11 +17,8 @@ from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
-<<<<<<< HEAD
 from .records import record
-=======
 from .search_maps import draw_search, draw_trials, factor, mechanism
->>>>>>> 8d782c1 (Search critical factors from Python, draw mechanism and trials)
 from .water_maps import water
 from .window import interactive
 

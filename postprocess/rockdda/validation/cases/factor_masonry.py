@@ -76,7 +76,7 @@ def thinnest(n: int, *, tilt: float = 0.0, push: float = 0.0) -> float:
 
     def stands(thickness: float) -> bool:
         blocks = RigidBlocks.from_polygons(arch_blocks(1.0, thickness, 180.0, n), {0, 1}, friction=75.0)
-        return blocks.push().factor >= push if push else blocks.is_stable(tilt=tilt)
+        return blocks.is_stable(tilt=tilt) and (not push or blocks.push().factor >= push)
 
     low, high = 0.08, 0.4
     while high - low > 1e-5:

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""The fast cases of critical factors keep their promises, with the program as it is built."""
+
+import pytest
+from rockdda.validation.factor_models import DOORWAY, FIRST_WALL, Dam, wall
+from rockdda.validation.limit_analysis import RigidBlocks
+from rockdda.validation.registry import all_cases
+from rockdda.validation.runner import comparisons_of, run_here
+
+pytest.importorskip("scipy")
+pytestmark = pytest.mark.usefixtures("native")
+
+FAST = ("factor-arch", "factor-plane-failure", "factor-refusal", "factor-stack", "factor-thin-arch", "factor-toppling",
+        "factor-uplift")  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def built(program, monkeypatch):
+    monkeypatch.setenv("ROCKDDA_PROGRAM", str(program))
+
+
+@pytest.mark.parametrize("identifier", FAST)
+def test_promises_of_fast_cases(identifier, tmp_path):
+    (case,) = (case for case in all_cases() if case.identifier == identifier)
+    record = run_here(case, tmp_path, tmp_path / "figures")
+    assert record["error"] == ""
+    promised = [c for c in comparisons_of(record) if c.allowed is not None]
+    assert len(promised) >= 3
+    broken = [f"{c.quantity}: {c.computed:g} instead of {c.truth:g}" for c in promised if not c.agrees]
+    assert not broken
+
+
+@pytest.mark.parametrize("rows", [FIRST_WALL, DOORWAY], ids=["wall", "door"])
+def test_pushed_walls_lie_below_the_limit_analysis(rows):
+    """The associated limit is an upper bound of Coulomb friction: no more than 6 % below, 1 % above."""
+    import rockdda
+
+    model = wall("wall", rows)
+    limit = RigidBlocks.from_model(model).push().factor
+    found = rockdda.factor_of_safety(model, search="push", from_=0.5, to=0.8)
+    assert 0.94 * limit <= found.value <= 1.01 * limit
+    assert found.mechanism.blocks
+    assert 0 not in found.mechanism.blocks  # the slab
+
+
+def test_answers_are_the_same_bits_for_any_number_of_jobs():
+    import rockdda
+
+    one, two = (rockdda.factor_of_safety(Dam(friction=50.0).model(), joints="base", jobs=jobs) for jobs in (1, 2))
+    assert one.value == two.value
+    assert [(t.value, t.stable, t.steps, t.unbalanced, t.displacement) for t in one.trials] == [
+        (t.value, t.stable, t.steps, t.unbalanced, t.displacement) for t in two.trials
+    ]
+    assert one.mechanism.blocks == two.mechanism.blocks
