@@ -28,12 +28,20 @@ contains
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
+      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, joint)
+   end subroutine set_dashpots
+
+   !> Dashpots of all contacts, for which the springs of each block are added up.
+   pure subroutine share_damping(context, laws, table, joint)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       logical, allocatable :: held(:)                    !! (blocks)
       logical :: counts(table%n)
       real(wp) :: springs(2), squared(2)
       integer :: c, k, block
-      if (.not. any(laws%damping_ratio > 0)) return
       allocate (stiffness(2, context%blocks%n_blocks), source=0.0_wp)
       call find_held(context, held)
       do c = 1, table%n
@@ -58,7 +66,7 @@ contains
             joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/context%dt
          end associate
       end do
-   end subroutine set_dashpots
+   end subroutine share_damping
 
    !> Speed at which the gap of a row opens with the velocities of the step's start.
    pure real(wp) function opening_speed(context, table, c) result(speed)

@@ -159,11 +159,13 @@ contains
       class(supports_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
+      real(wp) :: arm(2)
       integer :: b, p
       do p = 1, context%blocks%fixed%n
          if (context%released(p)) cycle
          b = context%blocks%fixed%block(p)
-         call forces%add_force(b, self%force(:, p), context%state%fixed_position(:, p) - context%state%centroid(:, b))
+         arm = context%state%fixed_position(:, p) - context%state%centroid(:, b)
+         call forces%add_force(b, self%force(:, p), arm)
          forces%held(b) = forces%held(b) + 1
          if (any(abs(self%target_end(:, p) - self%target_start(:, p)) > 0)) forces%driven = .true.
       end do
