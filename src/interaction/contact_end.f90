@@ -70,7 +70,7 @@ contains
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      type(joint_end_type) :: after
+      type(joint_end_type) :: ends(piece)
       real(wp) :: x1, s1, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4), gained
       integer :: c
       logical :: was_closed, was_held, dilates
@@ -82,11 +82,12 @@ contains
       stored = 0
       worst = 0
       dilates = any(laws%dilation > 0)
+      call trial%find_ends(first, last, ends)
       do c = first, last
          was_closed = table%state(c) /= contact_state%open
          start = table%energy(c)
-         associate (joint => trial%joint(c), x0 => trial%joint(c)%gap, s0 => trial%joint(c)%shear, &
-                    kn => trial%joint(c)%k_n, ks => trial%joint(c)%k_s)
+         associate (after => ends(c - first + 1), joint => trial%joint(c), x0 => trial%joint(c)%gap, &
+                    s0 => trial%joint(c)%shear, kn => trial%joint(c)%k_n, ks => trial%joint(c)%k_s)
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             was_held = was_closed .and. (x0 <= 0 .or. joint%bonded .or. is_peer .or. &
                                          laws(table%joint(c))%residual_tension > 0)
@@ -100,7 +101,6 @@ contains
                cycle
             end if
             x1 = trial%gap(c)
-            call trial%find_end(c, after)
             s1 = after%shear
             if (was_held .or. x0 < 0) then
                dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2

@@ -39,7 +39,8 @@ module rockdda_interaction_joint_law
    implicit none
    private
    public :: joint_settings_type, new_joint_settings, joint_type, joint_response_type, joint_end_type
-   public :: map_joint, miss_of_joint, linearise_joint, end_joint, opening_gap, sliding_friction, spring_energy
+   public :: map_joint, miss_of_joint, linearise_joint, end_joint, end_joints, opening_gap, sliding_friction
+   public :: spring_energy
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -215,6 +216,20 @@ contains
       end if
       last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
    end subroutine end_joint
+
+   !> `end_joint` for n contacts; nothing for those that were open.
+   pure subroutine end_joints(n, joint, state, slip_sign, friction, gap, slip, last)
+      integer, intent(in) :: n
+      type(joint_type), intent(in) :: joint(n)
+      integer, intent(in) :: state(n), slip_sign(n)
+      real(wp), intent(in) :: friction(n), gap(n), slip(n)
+      type(joint_end_type), intent(inout) :: last(n)
+      integer :: c
+      do c = 1, n
+         if (state(c) /= contact_state%open) &
+            call end_joint(joint(c), state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
+      end do
+   end subroutine end_joints
 
    !> Energy in the two springs of a closed contact.
    pure real(wp) function spring_energy(k_n, k_s, gap, shear)

@@ -9,7 +9,7 @@ module rockdda_interaction_open_close
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
-      map_joint, miss_of_joint, end_joint, opening_gap, sliding_friction
+      map_joint, miss_of_joint, end_joints, opening_gap, sliding_friction
    implicit none
    private
    public :: open_close_type
@@ -38,7 +38,7 @@ module rockdda_interaction_open_close
       procedure :: count_unsettled
       procedure :: forces_between
       procedure :: friction_limit
-      procedure :: find_end
+      procedure :: find_ends
       procedure, private :: joint_used
       procedure :: commit
    end type open_close_type
@@ -220,14 +220,15 @@ contains
       end associate
    end subroutine judge_contact
 
-   !> A contact that was closed in the last solve, at the end of the step.
-   pure subroutine find_end(self, c, last)
+   !> Contacts first to last that were closed in the last solve, at the end of the step.
+   pure subroutine find_ends(self, first, last, ends)
       class(open_close_type), intent(in) :: self
-      integer, intent(in) :: c                       !! row
-      type(joint_end_type), intent(out) :: last
-      call end_joint(self%joint(c), self%state_used(c), self%sign_used(c), self%friction_used(c), self%gap(c), &
-                     self%slip(c), last)
-   end subroutine find_end
+      integer, intent(in) :: first, last               !! rows, at most a piece of them
+      type(joint_end_type), intent(inout) :: ends(:)   !! of row first at 1
+      call end_joints(last - first + 1, self%joint(first:last), self%state_used(first:last), &
+                      self%sign_used(first:last), self%friction_used(first:last), self%gap(first:last), &
+                      self%slip(first:last), ends)
+   end subroutine find_ends
 
    !> Memory of a contact with the state that the last solve had.
    pure type(joint_type) function joint_used(self, c) result(joint)
@@ -276,8 +277,9 @@ contains
       integer, intent(in) :: first, last
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(inout) :: table
-      type(joint_end_type) :: joint_end
+      type(joint_end_type) :: ends(piece)
       integer :: c
+      call self%find_ends(first, last, ends)
       do c = first, last
          table%bonded(c) = self%joint(c)%bonded
          if (self%state_used(c) == contact_state%open) then
@@ -285,14 +287,15 @@ contains
             call table%open_row(c)
             cycle
          end if
-         call self%find_end(c, joint_end)
-         table%state(c) = self%joint(c)%state
-         table%slip_sign(c) = self%joint(c)%slip_sign
-         table%shear(c) = joint_end%shear
-         table%normal_force(c) = joint_end%normal_force
-         table%shear_force(c) = joint_end%shear_force
-         table%total_slip(c) = table%total_slip(c) + joint_end%slipped
-         table%energy(c) = joint_end%energy
+         associate (joint_end => ends(c - first + 1))
+            table%state(c) = self%joint(c)%state
+            table%slip_sign(c) = self%joint(c)%slip_sign
+            table%shear(c) = joint_end%shear
+            table%normal_force(c) = joint_end%normal_force
+            table%shear_force(c) = joint_end%shear_force
+            table%total_slip(c) = table%total_slip(c) + joint_end%slipped
+            table%energy(c) = joint_end%energy
+         end associate
       end do
    end subroutine commit_rows
 

@@ -1,13 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> How well x solves K x = f: one measure for every solver.
 !>
-!> The unknowns of a block have mixed units, and so have the equations: forces, a moment, stress times area.
-!> They are made comparable by the block's own stiffness D_i = K_ii,
+!>     residual = |f - K x| / max(|f|, |reference load|),
 !>
-!>     |r|^2 = sum_i r_i^T D_i^-1 r_i,        residual = |f - K x| / max(|f|, |reference load|),
-!>
-!> that is twice the energy which the unbalanced forces would put into each block alone. The measure does
-!> not depend on units, on the point the unknowns refer to, or on the size of the blocks.
+!> with the norm of rockdda_linear_block_norm and the diagonal blocks K_ii: twice the energy which the unbalanced forces
+!> would put into each block alone.
 !>
 !> In working precision f - K x cannot be made smaller than the rounding of the products in K x. Where
 !> contact springs are many orders of magnitude stiffer than inertia that may be above the tolerance; x is
@@ -22,12 +19,12 @@ module rockdda_linear_residual
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
+   use rockdda_linear_block_norm, only : block_norm_type
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : solve_report_type
    use rockdda_linear_products, only : rounding_level, add_product, add_transposed_product, &
       add_both_products
    use rockdda_linear_graph, only : graph_type
-   use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
    private
    public :: residual_type, not_positive_definite, not_finite, rounding_limit
@@ -45,17 +42,12 @@ module rockdda_linear_residual
 
    !> Measures residuals; keeps its arrays between solves.
    type :: residual_type
-      real(wp), allocatable :: factor(:, :, :)   !! (6, 6, n) Cholesky factors of the diagonal blocks
+      type(block_norm_type) :: weights           !! the diagonal blocks of the matrix
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
       real(wp) :: r_norm = 0                     !! |r|
       real(wp), allocatable :: work(:, :)        !! (6, n)
       type(graph_type) :: graph                  !! of the matrix
       integer :: graph_id = 0                    !! number of the graph, raised whenever it changes
-      integer :: n_chunks = 1
-      integer, allocatable, private :: first(:)     !! (chunks + 1) rows first(c) : first(c+1)-1
-      integer, allocatable, private :: trouble(:)   !! (chunks) first block of the chunk with something wrong, or 0
-      real(wp), allocatable, private :: partial(:)  !! (chunks) sums
-      integer :: values_id = 0                   !! matrix whose diagonal blocks are factorised, 0 none
       ! what `r` belongs to
       real(wp), allocatable, private :: f_last(:, :), x_last(:, :)  !! (6, n)
       integer, private :: id_last = 0            !! values_id of the matrix, 0: `r` belongs to nothing
@@ -63,7 +55,6 @@ module rockdda_linear_residual
       real(wp) :: zero_guess_residual = 1        !! relative residual of x = 0
    contains
       procedure :: start
-      procedure :: norm
       procedure :: evaluate
       procedure :: evaluate_again
       procedure :: judge
@@ -111,17 +102,15 @@ contains
       type(solve_report_type), intent(inout) :: report
       logical, intent(out) :: done                     !! nothing is left to solve
       type(error_type), allocatable, intent(out) :: error
-      integer :: i
-      logical :: few
+      integer :: i, bad
 
       done = .true.
       call make_room(self, matrix)
-      if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
-         few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
-         self%values_id = 0
-         call factorize_diagonal(self, matrix, few, error)
-         if (allocated(error)) return
-         self%values_id = matrix%values_id
+      call self%weights%factorize_diagonal(matrix, bad)
+      if (bad > 0) then
+         call not_finite(matrix, error)
+         if (.not. allocated(error)) call not_positive_definite(bad, error)
+         return
       end if
       do i = 1, matrix%n
          if (all(ieee_is_finite(f(:, i)))) cycle
@@ -129,11 +118,11 @@ contains
          report%residual = huge(1.0_wp)
          return
       end do
-      self%load_norm = self%norm(f)
+      self%load_norm = self%weights%norm(f)
       done = .not. self%load_norm > 0
       if (.not. done) then
          self%zero_guess_residual = self%load_norm
-         if (allocated(reference)) self%load_norm = max(self%load_norm, self%norm(reference))
+         if (allocated(reference)) self%load_norm = max(self%load_norm, self%weights%norm(reference))
          self%zero_guess_residual = self%zero_guess_residual/self%load_norm
          return
       end if
@@ -141,87 +130,25 @@ contains
       report%converged = .true.
    end subroutine start
 
-   !> Cholesky factors of the diagonal blocks; an error names the first block that has none.
-   subroutine factorize_diagonal(self, matrix, few, error)
-      class(residual_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      logical, intent(in) :: few      !! only those of changed rows
-      type(error_type), allocatable, intent(out) :: error
-      logical :: ok
-      integer :: c, i
-      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, matrix, few) &
-      !$omp private(c, i, ok) schedule(static)
-      do c = 1, self%n_chunks
-         self%trouble(c) = 0
-         do i = self%first(c), self%first(c + 1) - 1
-            if (few) then
-               if (.not. matrix%changed(i)) cycle
-            end if
-            call factorize_block(matrix%values(:, :, matrix%row_start(i)), self%factor(:, :, i), ok)
-            if (ok) cycle
-            self%trouble(c) = i
-            exit
-         end do
-      end do
-      !$omp end parallel do
-      if (.not. any(self%trouble > 0)) return
-      call not_finite(matrix, error)
-      if (.not. allocated(error)) call not_positive_definite(minval(self%trouble, mask=self%trouble > 0), error)
-   end subroutine factorize_diagonal
-
    !> Room and chunks for a matrix.
    subroutine make_room(self, matrix)
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
-      integer :: c
+      integer, allocatable :: first(:)
+      integer :: c, n_chunks
       logical :: is_new
       if (allocated(self%r)) then
-         if (size(self%r, 2) /= matrix%n) deallocate (self%factor, self%r, self%work, self%first, self%trouble, &
-                                                      self%partial, self%f_last, self%x_last)
-         if (.not. allocated(self%r)) then
-            self%values_id = 0
-            self%id_last = 0
-         end if
+         if (size(self%r, 2) /= matrix%n) deallocate (self%r, self%work, self%f_last, self%x_last)
+         if (.not. allocated(self%r)) self%id_last = 0
       end if
       call self%graph%update(matrix, is_new)
       if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
-      self%n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
-      allocate (self%factor(6, 6, matrix%n), self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), &
-                self%x_last(6, matrix%n))
-      allocate (self%first(self%n_chunks + 1), self%trouble(self%n_chunks), self%partial(self%n_chunks))
-      do c = 1, self%n_chunks + 1
-         self%first(c) = 1 + int(int(c - 1, i8)*matrix%n/self%n_chunks)
-      end do
+      allocate (self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), self%x_last(6, matrix%n))
+      n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
+      first = [(1 + int(int(c - 1, i8)*matrix%n/n_chunks), c=1, n_chunks + 1)]
+      call self%weights%set_chunks(first, n_chunks > few_chunks)
    end subroutine make_room
-
-   !> |v| of a vector of forces.
-   real(wp) function norm(self, v)
-      class(residual_type), intent(inout) :: self
-      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      integer :: c
-      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, v) private(c) schedule(static)
-      do c = 1, self%n_chunks
-         self%partial(c) = chunk_square(self, c, v)
-      end do
-      !$omp end parallel do
-      norm = sqrt(sum(self%partial))
-   end function norm
-
-   !> Square of the norm over one chunk.
-   pure real(wp) function chunk_square(self, c, v) result(total)
-      class(residual_type), intent(in) :: self
-      integer, intent(in) :: c                      !! chunk
-      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      real(wp) :: b(6)
-      integer :: i
-      total = 0
-      do i = self%first(c), self%first(c + 1) - 1
-         b = v(:, i)
-         call solve_lower(self%factor(:, :, i), b)
-         total = total + dot_product(b, b)
-      end do
-   end function chunk_square
 
    !> Relative residual of x; leaves f - K x in `r`. huge() when x is not finite or so large (diverged) that
    !> its square could not be trusted to be.
@@ -237,16 +164,16 @@ contains
       call take(matrix%n, f, x, self%f_last, self%x_last, lane)
       if (.not. all(ieee_is_finite(lane))) return
       if (maxval(lane) > diverged) return
-      !$omp parallel if(self%n_chunks > few_chunks) default(none) shared(self, matrix, f, x) private(c)
+      !$omp parallel if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c)
       !$omp do schedule(static)
-      do c = 1, self%n_chunks
+      do c = 1, self%weights%n_chunks
          call subtract_own(self, matrix, c, f, x)
       end do
       !$omp end do
       !$omp do schedule(static)
-      do c = 1, self%n_chunks
+      do c = 1, self%weights%n_chunks
          call subtract_foreign(self, matrix, c, x)
-         self%partial(c) = chunk_square(self, c, self%r)
+         self%weights%partial(c) = self%weights%chunk_square(c, self%r)
       end do
       !$omp end do
       !$omp end parallel
@@ -282,13 +209,13 @@ contains
          call self%evaluate(matrix, f, x, relative)
          return
       end if
-      !$omp parallel do if(self%n_chunks > few_chunks) default(none) shared(self, f) private(c, i) schedule(static)
-      do c = 1, self%n_chunks
-         do i = self%first(c), self%first(c + 1) - 1
+      !$omp parallel do if(self%weights%uses_threads) default(none) shared(self, f) private(c, i) schedule(static)
+      do c = 1, self%weights%n_chunks
+         do i = self%weights%first(c), self%weights%first(c + 1) - 1
             self%r(:, i) = self%r(:, i) + (f(:, i) - self%f_last(:, i))
             self%f_last(:, i) = f(:, i)
          end do
-         self%partial(c) = chunk_square(self, c, self%r)
+         self%weights%partial(c) = self%weights%chunk_square(c, self%r)
       end do
       !$omp end parallel do
       call finish_evaluation(self, relative)
@@ -298,7 +225,7 @@ contains
    pure subroutine finish_evaluation(self, relative)
       class(residual_type), intent(inout) :: self
       real(wp), intent(out) :: relative
-      self%r_norm = sqrt(sum(self%partial))
+      self%r_norm = self%weights%norm_of_sums()
       relative = self%r_norm/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)
    end subroutine finish_evaluation
@@ -311,9 +238,9 @@ contains
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp) :: y(6)
       integer :: i, j, k, last
-      last = self%first(c + 1) - 1
-      self%r(:, self%first(c):last) = f(:, self%first(c):last)
-      do i = self%first(c), last
+      last = self%weights%first(c + 1) - 1
+      self%r(:, self%weights%first(c):last) = f(:, self%weights%first(c):last)
+      do i = self%weights%first(c), last
          y = 0
          k = matrix%row_start(i)
          call add_product(matrix%values(:, :, k), x(:, i), y)
@@ -337,10 +264,10 @@ contains
       real(wp), intent(in), contiguous :: x(:, :)   !! (6, n)
       real(wp) :: y(6)
       integer :: i, k
-      do i = self%first(c), self%first(c + 1) - 1
+      do i = self%weights%first(c), self%weights%first(c + 1) - 1
          y = 0
          do k = self%graph%start(i), self%graph%start(i + 1) - 1
-            if (self%graph%neighbour(k) >= self%first(c)) exit
+            if (self%graph%neighbour(k) >= self%weights%first(c)) exit
             call add_transposed_product(matrix%values(:, :, self%graph%place(k)), x(:, self%graph%neighbour(k)), y)
          end do
          self%r(:, i) = self%r(:, i) - y
@@ -367,7 +294,7 @@ contains
          return
       end if
       call rounding_level(matrix, x, f, self%work)
-      attainable = rounding_factor*epsilon(1.0_wp)*self%norm(self%work)/self%load_norm
+      attainable = rounding_factor*epsilon(1.0_wp)*self%weights%norm(self%work)/self%load_norm
       report%converged = relative <= attainable .and. attainable <= rounding_limit
       if (report%converged) then
          report%detail = 'residual '//to_string(relative)//' is at the rounding of K x, above the tolerance '// &

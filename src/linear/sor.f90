@@ -122,7 +122,7 @@ contains
             end if
          end associate
       end do
-      call solve_block(self%residual%factor(:, :, i), b)
+      call solve_block(self%residual%weights%factor(:, :, i), b)
       x(:, i) = x(:, i) + self%omega*(b - x(:, i))
    end subroutine relax
 

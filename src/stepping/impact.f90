@@ -151,10 +151,10 @@ contains
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: c
       real(wp) :: impulse(2)
-      type(joint_end_type) :: last
-      call trial%find_end(c, last)
-      impulse(1) = last%normal_force - trial%joint(c)%normal_drag*(trial%gap(c) - trial%joint(c)%gap)
-      impulse(2) = last%shear_force
+      type(joint_end_type) :: last(1)
+      call trial%find_ends(c, c, last)
+      impulse(1) = last(1)%normal_force - trial%joint(c)%normal_drag*(trial%gap(c) - trial%joint(c)%gap)
+      impulse(2) = last(1)%shear_force
       impulse = context%dt*impulse
    end function spring_impulse
 

@@ -10,15 +10,15 @@
 !> the full step is compared with |R| where the step began; if it has not fallen enough, the step is shortened
 !> to the best of a falling sequence of fractions.
 !>
-!> |R| is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness: a measure that
-!> depends neither on units nor on the sizes of blocks. No solve is needed for it.
+!> |R|^2 is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness
+!> (rockdda_linear_block_norm). No solve is needed for it.
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
+   use rockdda_linear_block_norm, only : block_norm_type
    use rockdda_linear_products, only : add_product
-   use rockdda_linear_small_blocks, only : factorize_block, solve_lower
    implicit none
    private
    public :: line_search_type
@@ -33,11 +33,9 @@ module rockdda_stepping_line_search
    type :: line_search_type
       private
       real(wp), allocatable :: x(:, :)              !! (6, nb)
-      real(wp), allocatable :: factor(:, :, :)      !! (6, 6, nb) Cholesky factors of K_ii
-      integer :: values_id = 0                      !! matrix that they belong to, 0 none
+      type(block_norm_type) :: weights              !! K_ii
       real(wp), allocatable :: r(:, :)              !! (6, nb)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
-      real(wp), allocatable :: sums(:)              !! (pieces) of the norm
    contains
       procedure :: keep
       procedure :: search
@@ -66,34 +64,16 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, a
-      integer :: i, k, n_bad
-      logical :: ok, few
+      integer :: k, bad
 
       fraction = 1
       call make_room(self, equations)
-      if (equations%matrix%values_id == 0 .or. equations%matrix%values_id /= self%values_id) then
-         few = equations%matrix%base_id /= 0 .and. equations%matrix%base_id == self%values_id
-         self%values_id = 0
-         n_bad = 0
-         !$omp parallel do default(none) shared(self, equations, few) private(i, ok) reduction(+:n_bad) &
-         !$omp schedule(static) if (equations%n_blocks > parallel_blocks)
-         do i = 1, equations%n_blocks
-            if (few) then
-               if (.not. equations%matrix%changed(i)) cycle
-            end if
-            call factorize_block(equations%matrix%values(:, :, equations%matrix%row_start(i)), &
-                                 self%factor(:, :, i), ok)
-            if (.not. ok) n_bad = n_bad + 1
-         end do
-         !$omp end parallel do
-         if (n_bad > 0) return
-         self%values_id = equations%matrix%values_id
-      end if
+      call self%weights%factorize_diagonal(equations%matrix, bad)
+      if (bad > 0) return
       at_start = self%measure(0.0_wp, families, equations)
       least = self%measure(1.0_wp, families, equations)
       if (least <= enough*at_start) return
-      self%r = equations%magnitude
-      if (least <= negligible*weighted_norm(self)) return
+      if (least <= negligible*self%weights%norm(equations%magnitude)) return
       a = 1
       do k = 1, most_trials
          a = shorter*a
@@ -118,20 +98,11 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp), intent(out) :: ratio                       !! huge where there is none
       real(wp) :: kept, present
-      integer :: i, n_bad
-      logical :: ok
+      integer :: bad
       call make_room(self, equations)
-      self%values_id = 0
       ratio = huge(1.0_wp)
-      n_bad = 0
-      !$omp parallel do default(none) shared(self, equations) private(i, ok) reduction(+:n_bad) schedule(static) &
-      !$omp if (equations%n_blocks > parallel_blocks)
-      do i = 1, equations%n_blocks
-         call factorize_block(equations%block_matrix(:, :, i), self%factor(:, :, i), ok)
-         if (.not. ok) n_bad = n_bad + 1
-      end do
-      !$omp end parallel do
-      if (n_bad > 0) return
+      call self%weights%factorize_blocks(equations%block_matrix, bad)
+      if (bad > 0) return
       kept = self%measure(0.0_wp, families, equations)
       present = self%measure(1.0_wp, families, equations)
       if (kept > 0) ratio = present/kept
@@ -158,7 +129,7 @@ contains
          call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, i))
       end do
       !$omp end parallel do
-      measure = weighted_norm(self)
+      measure = self%weights%norm(self%r)
    end function measure
 
    !> Residual of one block: its own terms and the forces of its links, in the order of the table.
@@ -193,32 +164,16 @@ contains
       r = r + (force(1)*v(:, 1) + force(2)*v(:, 2))
    end subroutine add_forces
 
-   !> |r| in the measure of the module's head.
-   real(wp) function weighted_norm(self)
-      type(line_search_type), intent(inout) :: self
-      real(wp) :: b(6)
-      integer :: i, p
-      !$omp parallel do default(none) shared(self) private(i, p, b) schedule(static) &
-      !$omp if (size(self%r, 2) > parallel_blocks)
-      do p = 1, n_pieces(size(self%r, 2))
-         self%sums(p) = 0
-         do i = (p - 1)*piece + 1, min(p*piece, size(self%r, 2))
-            b = self%r(:, i)
-            call solve_lower(self%factor(:, :, i), b)
-            self%sums(p) = self%sums(p) + dot_product(b, b)
-         end do
-      end do
-      !$omp end parallel do
-      weighted_norm = sqrt(sum(self%sums))
-   end function weighted_norm
-
    !> Arrays for the present equations.
    pure subroutine make_room(self, equations)
       type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: n
+      integer :: n, p
       n = equations%n_blocks
-      if (.not. allocated(self%factor)) allocate (self%factor(6, 6, n), self%r(6, n), self%sums(n_pieces(n)))
+      if (.not. allocated(self%r)) then
+         allocate (self%r(6, n))
+         call self%weights%set_chunks([((p - 1)*piece + 1, p=1, n_pieces(n)), n + 1], n > parallel_blocks)
+      end if
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)
       end if
