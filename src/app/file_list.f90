@@ -2,7 +2,7 @@
 !> The files of a command with any number of files.
 module rockdda_app_file_list
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_app_arguments, only : command_line_type
@@ -20,7 +20,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages     !! of folders that hold no model
       type(error_type), allocatable, intent(out) :: error   !! when no file is named
       type(error_type), allocatable :: problem
-      character(len=:), allocatable :: model, analysis, config
+      character(len=:), allocatable :: model, analysis, config, unread
       integer :: i
       allocate (files(0))
       if (size(line%files) == 0) then
@@ -33,13 +33,15 @@ contains
             call add(line%files(i)%text)
             cycle
          end if
-         call find_model_files(line%files(i)%text, model, analysis, config, problem)
+         call find_model_files(line%files(i)%text, model, analysis, config, unread, problem)
          if (allocated(problem)) then
             call messages%add_error(problem)
          else
             if (len(model) > 0) call add(model)
             if (len(analysis) > 0) call add(analysis)
             if (allocated(config)) call add(config)
+            if (len(unread) > 0) call messages%add(severity%warning, unread//' in the folder '// &
+               line%files(i)%text//' is not read: '//config//' with &model is the whole model')
          end if
       end do
 

@@ -39,13 +39,14 @@ contains
 
    !> Find the edges of all boundaries. Errors: boundaries without an edge, edges that two boundaries hold. The groups
    !> have been checked (rockdda_model_boundary_check).
-   subroutine init(self, blocks, parameters, field, active, messages)
+   subroutine init(self, blocks, parameters, field, active, messages, pressure)
       class(boundaries_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(initial_stress_type), intent(in) :: field     !! stress at the start
       logical, intent(in) :: active(:)                   !! (nb) the others are placed later, free of stress
       type(diagnostics_type), intent(inout) :: messages
+      real(wp), intent(in), optional :: pressure(:, :)   !! (2, nv) of water (`pressure_on_edges`)
       logical, allocatable :: outer(:)
       integer, allocatable :: edges(:), edge_blocks(:), holder(:)
       real(wp), allocatable :: normals(:, :)
@@ -89,6 +90,7 @@ contains
                   end if
                   holder(k) = g
                   call self%springs%append_edge(blocks, parameters, field, g, b, k, normals(:, i))
+                  if (present(pressure)) call self%springs%leave_to_water(blocks, b, k, pressure(:, k))
                end associate
             end do
          end associate

@@ -50,6 +50,7 @@ module rockdda_interaction_boundary_springs
       procedure :: release
       procedure :: held_blocks
       procedure :: start_energy
+      procedure :: leave_to_water
       procedure :: add_to_blocks
       procedure :: measure_placement
       procedure :: add_energies
@@ -100,6 +101,24 @@ contains
          end do
       end do
    end subroutine append_edge
+
+   !> Take the load of the water on edge k of block b off the springs that were added last.
+   pure subroutine leave_to_water(self, blocks, b, k, pressure)
+      class(boundary_springs_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      integer, intent(in) :: b, k
+      real(wp), intent(in) :: pressure(2)     !! shares of both ends [stress]
+      real(wp) :: edge(2)
+      integer :: i
+      edge = blocks%vertices(:, next_vertex(blocks, b, k)) - blocks%vertices(:, k)
+      do i = size(self%list) - merge(3, 1, self%list(size(self%list))%both), size(self%list)
+         associate (s => self%list(i))
+            ! its force on the block: the pressure against the outward normal (edge_y, -edge_x)/L
+            s%start_force = s%start_force - merge(pressure(1), pressure(2), s%vertex == k)* &
+                            dot_product(s%direction, [-edge(2), edge(1)])
+         end associate
+      end do
+   end subroutine leave_to_water
 
    !> Forces at both ends of an edge that stand for the traction of the stress in the block.
    pure function end_forces(blocks, field, b, vertices) result(forces)

@@ -8,7 +8,6 @@ module rockdda_interaction_contact_start
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
-   use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_joint_law, only : spring_energy
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
@@ -17,13 +16,12 @@ module rockdda_interaction_contact_start
 
 contains
 
-   !> Springs of all rows at the start of a step; at time 0 they take the traction of the initial stress.
-   subroutine start_contacts(context, laws, keep_force, table, weak_starts)
+   !> Springs of all rows at the start of a step.
+   subroutine start_contacts(context, laws, keep_force, table)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
       type(contact_table_type), intent(inout) :: table
-      integer, intent(inout) :: weak_starts(2)           !! see `start_with_stress`
       real(wp) :: stiffness(2, size(laws))
       integer :: p
       logical :: dilates
@@ -37,8 +35,6 @@ contains
          if (dilates) call take_off_dilation((p - 1)*piece + 1, min(p*piece, table%n), laws, table)
       end do
       !$omp end parallel do
-      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
-         call start_with_stress(context, laws, table, weak_starts)
    end subroutine start_contacts
 
    !> Stiffness of some of the rows.

@@ -76,7 +76,7 @@ contains
          equations%pair(:, self%first_link + c) = [self%table%block_a(c), self%table%block_b(c)]
       end do
       !$omp end parallel do
-      call start_contacts(context, self%laws, self%stiffness_is_new, self%table, self%weak_starts)
+      call start_contacts(context, self%laws, self%stiffness_is_new, self%table)
    end subroutine prepare
 
    !> Vectors of all rows.

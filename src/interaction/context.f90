@@ -24,6 +24,7 @@ module rockdda_interaction_context
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
       real(wp) :: gravity = 1                   !! factor on all weights
+      real(wp) :: motion_start = 0              !! time at which base motion begins; huge: not yet
       character(len=:), allocatable :: water    !! names of the groups of &water that act; empty: all
       logical, allocatable :: released(:)       !! (nf) fixed points that were let go
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions

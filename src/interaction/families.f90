@@ -19,10 +19,12 @@ module rockdda_interaction_families
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_held_forces, only : held_forces_type
    use rockdda_interaction_inertia, only : inertia_type
+   use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_supports, only : supports_type
    use rockdda_interaction_water, only : water_family_type
+   use rockdda_interaction_water_at_start, only : pressure_on_contacts, pressure_on_edges
    implicit none
    private
    public :: families_type
@@ -77,16 +79,18 @@ contains
       class(families_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       type(diagnostics_type) :: known
+      real(wp), allocatable :: pressure(:, :)   !! of water at time 0
       associate (blocks => context%blocks, parameters => context%parameters)
          call new_contact_laws(parameters%joint_materials, self%contacts%laws, known)
          call self%elasticity%init(parameters)
          call self%loads%init(blocks, parameters, context%line_ends, known)
          call self%supports%init(blocks, parameters)
          call self%bolts%init(blocks%bolts)
-         call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known)
          call self%water%init(blocks, parameters, known)
+         call self%water%begin(context)
+         call pressure_on_edges(self%water, blocks, parameters, pressure)
+         call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known, pressure)
          context%held = self%boundaries%springs%held_blocks(blocks%n_blocks)
-         context%water = ''
       end associate
    end subroutine init
 
@@ -150,7 +154,18 @@ contains
          item => self%family(i)
          call item%prepare(context, equations)
       end do
+      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) call stress_contacts(self, context)
    end subroutine prepare
+
+   !> Contacts at time 0 begin with the stress of the blocks, less the water that acts in the first stage.
+   subroutine stress_contacts(self, context)
+      class(families_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), allocatable :: pressure(:)
+      call self%water%begin(context)
+      call pressure_on_contacts(self%water, context, self%contacts%table, pressure)
+      call start_with_stress(context, self%contacts%laws, self%contacts%table, self%contacts%weak_starts, pressure)
+   end subroutine stress_contacts
 
    !> Begin an attempt: first trial states.
    subroutine begin(self, context)

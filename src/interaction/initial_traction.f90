@@ -6,6 +6,8 @@
 !> of the joint carries the compression -n.s n l and, along the edge, -t.s n l, no more than its strength. The contacts
 !> of an interval do the work of a stress that is linear along it exactly, by Lobatto's rule: blocks whose stress
 !> balances their weight stay.
+!>
+!> The stress is the total one: where water stands in the joint the springs carry what the water leaves.
 module rockdda_interaction_initial_traction
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -22,12 +24,13 @@ module rockdda_interaction_initial_traction
 contains
 
    !> Give the closed contacts of the first step the force of the initial stress.
-   pure subroutine start_with_stress(context, laws, table, weak)
+   pure subroutine start_with_stress(context, laws, table, weak, pressure)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(inout) :: table   !! states, gaps and stiffness of the first step
       !> contacts without the whole traction: its shear exceeds the strength (1), it is tension (2)
       integer, intent(out), optional :: weak(2)
+      real(wp), intent(in), optional :: pressure(:)      !! (contacts) of the water in the joint [stress]
       logical, allocatable :: counts(:)
       real(wp) :: stress(3), n(2), traction(2), normal, shear, strength, rounding
       real(wp), allocatable :: scale(:)   !! largest stress of each block
@@ -55,13 +58,18 @@ contains
          n = table%normal(:, c)
          traction = [stress(1)*n(1) + stress(3)*n(2), stress(3)*n(1) + stress(2)*n(2)]
          normal = -dot_product(n, traction)*table%length(c)
+         if (present(pressure)) normal = normal - pressure(c)*table%length(c)
          rounding = round_off*max(scale(table%block_a(c)), scale(table%block_b(c)))*table%length(c)
-         if (normal < -rounding) n_weak(2) = n_weak(2) + 1
-         if (.not. normal > 0) cycle
+         if (.not. (normal > 0 .or. table%tied(c))) then
+            if (normal < -rounding) n_weak(2) = n_weak(2) + 1
+            cycle
+         end if
          shear = -(-n(2)*traction(1) + n(1)*traction(2))*table%length(c)
          strength = shear_strength(laws(table%joint(c)), normal, table%length(c), table%bonded(c), 0.0_wp, 0.0_wp)
-         if (abs(shear) > strength + rounding) n_weak(1) = n_weak(1) + 1
-         shear = max(-strength, min(strength, shear))
+         if (.not. table%tied(c)) then
+            if (abs(shear) > strength + rounding) n_weak(1) = n_weak(1) + 1
+            shear = max(-strength, min(strength, shear))
+         end if
          table%offset(c) = table%offset(c) + table%gap(c) + normal/table%k_n(c)
          table%gap(c) = -normal/table%k_n(c)
          table%shear(c) = -shear/table%k_s(c)

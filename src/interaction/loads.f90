@@ -76,7 +76,8 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: base(2), gravity
       integer :: i
-      base = -base_acceleration(context%parameters%base, context%state%time + 0.5_wp*context%dt)
+      base = -base_acceleration(context%parameters%base, (context%state%time - context%motion_start) + &
+                                0.5_wp*context%dt)
       !$omp parallel do default(none) private(i, gravity) schedule(static) shared(self, context, base) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
@@ -179,7 +180,8 @@ contains
       real(wp) :: base(2), force(2), factor, f(6), t_end
       integer :: b, i, p
       t_end = context%state%time + context%dt
-      base = -base_acceleration(context%parameters%base, context%state%time + 0.5_wp*context%dt)
+      base = -base_acceleration(context%parameters%base, (context%state%time - context%motion_start) + &
+                                0.5_wp*context%dt)
       do i = 1, context%blocks%n_blocks
          if (.not. context%state%active(i)) cycle
          call forces%add_load(i, self%weight(1:3, i))

@@ -40,6 +40,7 @@ module rockdda_interaction_water
       procedure :: add_energies
       procedure :: add_forces
       procedure, private :: choose
+      procedure :: rise
    end type water_family_type
 
 contains
@@ -56,6 +57,14 @@ contains
       allocate (self%group(size(self%stretches)), self%load(6, size(self%stretches)))
       call self%choose(parameters, '')
    end subroutine init
+
+   !> Rise of the table at time 0 of the group that wets a stretch now.
+   pure real(wp) function rise(self, parameters, stretch)
+      class(water_family_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: stretch
+      rise = rise_of(parameters%water(self%group(stretch)), 0.0_wp)
+   end function rise
 
    !> Choose the groups that act: names, commas between them; empty: all.
    pure subroutine choose(self, parameters, names)

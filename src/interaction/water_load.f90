@@ -77,7 +77,8 @@ contains
       associate (start => context%state%vertices(:, stretch%vertices))
          p = start(:, 1) + 0.5_wp*mean_displacement(block%d, start(:, 1), block)
          q = start(:, 2) + 0.5_wp*mean_displacement(block%d, start(:, 2), block)
-         call pressure%end_shares(p, q, stretch%ends, rise, scratch, shares)
+         call pressure%end_shares(p + context%state%datum, q + context%state%datum, stretch%ends, rise, scratch, &
+                                  shares)
          if (.not. any(abs(shares) > 0)) return
          ! outward, as long as the edge
          normal = [q(2) - p(2), p(1) - q(1)]

@@ -14,11 +14,12 @@ contains
    !> Find the labelled file of a folder: then there is no model and no analysis file, and it is `config`. Or find
    !> exactly one geometry or block file, one analysis file and at most one file of options. Only files with one of the
    !> known endings count; their content decides what they are.
-   subroutine find_model_files(folder, model, analysis, config, error)
+   subroutine find_model_files(folder, model, analysis, config, unread, error)
       character(len=*), intent(in) :: folder
       character(len=:), allocatable, intent(out) :: model     !! path of the geometry or block file
       character(len=:), allocatable, intent(out) :: analysis  !! path of the analysis file
       character(len=:), allocatable, intent(out) :: config    !! path of the options; unallocated: none
+      character(len=:), allocatable, intent(out) :: unread    !! names of options files that a labelled file leaves out
       type(error_type), allocatable, intent(out) :: error     !! code error_code%input
       type(error_type), allocatable :: unreadable
       type(file_name_type), allocatable :: names(:)
@@ -38,6 +39,7 @@ contains
          call make_error(error, error_code%input, trim(folder)//': error: the folder cannot be read')
          return
       end if
+      unread = ''
       n_models = 0; n_analyses = 0; n_configs = 0; n_labelled = 0
       models = ''; analyses = ''; configs = ''; all_labelled = ''; problem = ''
       do i = 1, size(names)
@@ -66,6 +68,7 @@ contains
          model = ''
          analysis = ''
          config = labelled
+         unread = configs
          return
       else if (n_labelled > 1) then
          call make_error(error, error_code%input, trim(folder)//': error: a model folder must hold at most one '// &

@@ -107,7 +107,7 @@ contains
          call measure_inertia(self, matrix, self%inertia)
          self%inertia_id = matrix%values_id
       end if
-      first_guess = iterations_per_digit*log(1/self%pcg%tolerance)/sqrt(self%inertia)
+      first_guess = iterations_per_digit*log(1/wanted(self))/sqrt(self%inertia)
       expected = self%correction*first_guess
       if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) then
          use_direct = self%direct_was_used
@@ -201,9 +201,15 @@ contains
    pure real(wp) function share_of_digits(self) result(share)
       class(auto_solver_type), intent(in) :: self
       share = 0
-      if (self%pcg%first_residual > self%pcg%tolerance) &
-         share = min(1.0_wp, log(self%pcg%first_residual/self%pcg%tolerance)/log(1/self%pcg%tolerance))
+      if (self%pcg%first_residual > wanted(self)) &
+         share = min(1.0_wp, log(self%pcg%first_residual/wanted(self))/log(1/wanted(self)))
    end function share_of_digits
+
+   !> Relative residual at which PCG stops.
+   pure real(wp) function wanted(self)
+      class(auto_solver_type), intent(in) :: self
+      wanted = max(self%pcg%tolerance, self%enough)
+   end function wanted
 
    !> Correction of the estimate, solves to wait, last wait, recent solves per matrix, solves with the last matrix.
    pure subroutine pack_auto(self, memory)
@@ -230,6 +236,7 @@ contains
       type(auto_solver_type), intent(inout) :: self
       if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
       if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
+      self%pcg%enough = self%enough
       if (.not. allocated(self%reference_load)) return
       self%pcg%reference_load = self%reference_load
       self%direct%reference_load = self%reference_load

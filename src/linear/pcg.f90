@@ -74,9 +74,10 @@ contains
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: relative, before
+      real(wp) :: relative, before, tolerance
       logical :: done, changed_rows_only
 
+      tolerance = max(self%tolerance, self%enough)
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       self%first_residual = 0
       if (done .or. allocated(error)) return
@@ -90,7 +91,7 @@ contains
       self%passes = 0
       self%direction_factor = 0
       self%stops = .false.
-      if (relative > self%tolerance) then
+      if (relative > tolerance) then
          if (self%graph_id /= self%residual%graph_id) then
             call self%preconditioner%set_pattern(self%residual%graph)
             associate (n => self%preconditioner%n)
@@ -113,17 +114,17 @@ contains
          end if
          self%values_id = matrix%values_id
       end if
-      do while (relative > self%tolerance .and. report%iterations < self%max_iterations)
+      do while (relative > tolerance .and. report%iterations < self%max_iterations)
          before = relative
          self%passes = self%passes + 1
-         call correct(self, max(0.5_wp*self%tolerance/relative, smallest_reduction), x, report%iterations)
+         call correct(self, max(0.5_wp*tolerance/relative, smallest_reduction), x, report%iterations)
          report%interrupted = self%stops
          if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)
          if (.not. relative < 0.5_wp*before) exit
       end do
       self%most_iterations = max(self%most_iterations, report%iterations)
-      call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
+      call self%residual%judge(matrix, f, x, relative, tolerance, report)
       if (.not. report%converged) report%detail = 'PCG after '//to_string(report%iterations)// &
          ' iterations: '//report%detail
    end subroutine solve_pcg

@@ -25,6 +25,7 @@ module rockdda_linear_solver
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
       !> equilibrium the loads in f cancel; the sum of their magnitudes is the scale for a small residual.
       real(wp), allocatable :: reference_load(:, :)
+      real(wp) :: enough = 0    !! relative residual at which iterative solvers may stop, above their tolerance
       class(interruption_type), allocatable :: interruption   !! requests to stop; absent: none
       character(len=:), allocatable :: choice  !! of the automatic solver: which solver solved last, and why
    contains

@@ -63,7 +63,8 @@ contains
          relative = self%residual%zero_guess_residual
       end if
       sweeps = 0
-      do while (relative > self%tolerance .and. relative < huge(1.0_wp) .and. sweeps < self%max_sweeps)
+      do while (relative > max(self%tolerance, self%enough) .and. &
+                relative < huge(1.0_wp) .and. sweeps < self%max_sweeps)
          call sweep(self, matrix, f, min(self%check_every, self%max_sweeps - sweeps), x)
          sweeps = min(sweeps + self%check_every, self%max_sweeps)
          call self%residual%evaluate(matrix, f, x, relative)
@@ -72,7 +73,7 @@ contains
       end do
       report%iterations = sweeps
       if (report%interrupted) return
-      call self%residual%judge(matrix, f, x, relative, self%tolerance, report)
+      call self%residual%judge(matrix, f, x, relative, max(self%tolerance, self%enough), report)
       if (.not. report%converged .and. sweeps >= self%max_sweeps) report%detail = &
          'SOR: '//to_string(sweeps)//' sweeps exhausted, '//report%detail
    end subroutine solve_sor

@@ -42,7 +42,8 @@ contains
       end if
       k = count([allocated(group%stress), allocated(group%traction), is_set(group%pressure)])
       if (group%kind == 'traction') then
-         if (k /= 1) call fail("kind 'traction' needs one of stress, traction, pressure")
+         if (k == 0) call fail("kind 'traction' needs one of stress, traction, pressure")
+         if (k > 1) call fail('give one of stress, traction, pressure, not several')
       else if (k > 0) then
          call fail("stress, traction and pressure belong to kind 'traction'")
       end if

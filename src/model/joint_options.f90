@@ -50,8 +50,10 @@ contains
             call append_material(materials)
          end do
          if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
-             .not. is_set(added(i)%friction_angle)) call messages%add(severity%error, what// &
-            'an added material needs its angle of friction', added(i)%origin)
+             .not. is_set(added(i)%friction_angle) .and. .not. never_slips(added(i))) &
+            call messages%add(severity%error, what//'an added material needs its angle of friction', added(i)%origin)
+         if (any(added(1:i - 1)%number == m)) call messages%add(severity%warning, what//'is described twice; what '// &
+            'this group names replaces what the one before it has', added(i)%origin)
          call change_joint(added(i), materials(m))
          bond_named(m) = bond_named(m) .or. is_set(added(i)%cohesion) .or. is_set(added(i)%tension)
          call check_name(materials, m, messages)
@@ -86,6 +88,12 @@ contains
             'at least the tensile strength times the tangent of its angle of friction', materials(i)%origin)
       end do
    end subroutine take_joint_options
+
+   !> Is a material intact rock that never breaks? Its friction then counts nowhere.
+   pure logical function never_slips(group)
+      type(joint_material_type), intent(in) :: group
+      never_slips = group%tie .and. .not. (is_set(group%cohesion) .or. is_set(group%tension))
+   end function never_slips
 
    !> Which numbers of joint materials are described: the n of the analysis file, and those of groups.
    pure function described_joints(n, added, labelled) result(described)

@@ -150,6 +150,8 @@ contains
                               ', the next number is '//to_string(size(more) + 1), groups(i)%origin)
             cycle
          end if
+         if (any(groups(1:i - 1)%number == m)) call messages%add(severity%warning, 'block material '//to_string(m)// &
+            ': is described twice; what this group names replaces what the one before it has', groups(i)%origin)
          call change(groups(i), more(m))
          own_weight(m) = own_weight(m) .or. is_set(groups(i)%weight)
       end do

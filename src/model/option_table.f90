@@ -339,6 +339,11 @@ contains
                             'phase in rad; may hold several terms, or be given again', columns='ax, ay, f, phase, t0', &
                             quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
                      o%base%harmonics, p%base%harmonics)
+      call table%add(option('base_stage', 'name of the stage with whose start base_acceleration and harmonic begin', &
+                            quantity='stage with which base motion begins', default_text='the first dynamic '// &
+                            'stage in a file with &model, else time 0 of the run', not_blank=.true.), &
+                     o%base%stage, p%base%stage)
+      call table%locate(o%base%stage_origin)
       call table%begin('block_damping', 'Damping of all blocks.')
       call table%add(option('mass_proportional', 'damping force over mass and velocity', unit='1/time', &
                             quantity='mass-proportional damping', least=0.0_wp, default=0.0_wp), &

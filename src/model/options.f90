@@ -79,6 +79,8 @@ module rockdda_model_options
       character(len=:), allocatable :: file      !! of the table, as the options name it
       !> (5, m) amplitudes ax ay, frequency f [1/time], phase [rad], start t0: a = A sin(2 pi f (t - t0) + phase)
       real(wp), allocatable :: harmonics(:, :)
+      character(len=:), allocatable :: stage     !! name of the stage with which it begins; empty: time 0 of the run
+      type(origin_type) :: stage_origin          !! where that was read
    end type base_motion_type
 
    !> Blocks whose centroid at the start lies in boxes, circles or a polygon, or that are of a material. One of these in

@@ -17,7 +17,7 @@ module rockdda_model_resolve
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : has_end, is_plain
+   use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name
    implicit none
    private
    public :: resolve_parameters, put_materials_together, length_scale
@@ -58,6 +58,7 @@ contains
       parameters%stages = settings%stages
       parameters%changes = settings%changes
       call note_stages(options, parameters, messages)
+      if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
       call take_point_tables('fixed point', settings%fixed_points, parameters%fixed_tables, messages)
       call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
@@ -182,6 +183,20 @@ contains
          'of the last stage replaces the number of steps '//to_string(parameters%n_steps)//' of the analysis file')
       parameters%n_steps = huge(1)
    end subroutine note_stages
+
+   !> In a labelled file base motion begins with the first dynamic stage: blocks that come to rest before it do not use
+   !> up the record.
+   subroutine choose_base_stage(parameters, messages)
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      if (.not. has_base_motion(parameters%base) .or. is_given(parameters%base%stage)) return
+      i = first_dynamic_stage(parameters%stages, parameters%k01)
+      if (i < 2) return
+      parameters%base%stage = stage_name(parameters%stages, i)
+      call messages%add(severity%note, "base motion begins with stage '"//parameters%base%stage// &
+                        "', the first dynamic one", parameters%stages(i)%origin)
+   end subroutine choose_base_stage
 
    !> The extent of which w0 is half: the option, or where it is not given that of the dialect.
    pure function length_scale(given, of_dialect) result(scale)

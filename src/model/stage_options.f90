@@ -4,11 +4,15 @@ module rockdda_model_stage_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_option, only : option_visitor_type, option
-   use rockdda_model_options, only : stage_type, change_type, is_set
+   use rockdda_model_options, only : stage_type, change_type, base_motion_type, is_set
+   use rockdda_model_regions, only : same_name
    implicit none
    private
    public :: describe_stage, describe_new_values, stage_name, seeks_equilibrium, has_end, is_plain, stage_names, &
-      is_given, water_of_stage, water_of_stages
+      is_given, water_of_stage, water_of_stages, stage_k01, has_base_motion, first_dynamic_stage, stage_number
+
+   !> So many steps in a row must be in equilibrium.
+   integer, parameter, public :: confirming_steps = 2
 
    character(len=*), parameter :: guide = 'user-guide.md#stages'
 
@@ -150,6 +154,48 @@ contains
          names(i) = stage_name(stages, i)
       end do
    end function stage_names
+
+   !> k01 of a stage in a run with this one.
+   pure real(wp) function stage_k01(stage, k01)
+      type(stage_type), intent(in) :: stage
+      real(wp), intent(in) :: k01            !! of the run
+      stage_k01 = k01
+      if (is_set(stage%k01)) then
+         stage_k01 = stage%k01
+      else if (is_given(stage%kind)) then
+         stage_k01 = merge(0.0_wp, 1.0_wp, stage%kind == 'static')
+      else if (seeks_equilibrium(stage)) then
+         stage_k01 = 0
+      end if
+   end function stage_k01
+
+   !> Does the base move at some time?
+   pure logical function has_base_motion(base)
+      type(base_motion_type), intent(in) :: base
+      has_base_motion = .false.
+      if (allocated(base%table)) has_base_motion = size(base%table, 2) > 0
+      if (allocated(base%harmonics)) has_base_motion = has_base_motion .or. size(base%harmonics, 2) > 0
+   end function has_base_motion
+
+   !> Number of the first dynamic stage, 0: there is none.
+   pure integer function first_dynamic_stage(stages, k01) result(first)
+      type(stage_type), intent(in) :: stages(:)
+      real(wp), intent(in) :: k01            !! of the run
+      do first = 1, size(stages)
+         if (stage_k01(stages(first), k01) > 0) return
+      end do
+      first = 0
+   end function first_dynamic_stage
+
+   !> Number of the stage of a name, 0: there is none.
+   pure integer function stage_number(stages, name) result(i)
+      type(stage_type), intent(in) :: stages(:)
+      character(len=*), intent(in) :: name
+      do i = 1, size(stages)
+         if (same_name(stage_name(stages, i), name)) return
+      end do
+      i = 0
+   end function stage_number
 
    !> Does the stage end by equilibrium?
    pure logical function seeks_equilibrium(stage)

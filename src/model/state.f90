@@ -29,6 +29,7 @@ module rockdda_model_state
    type :: block_state_type
       integer :: step = 0                      !! accepted steps so far
       real(wp) :: time = 0
+      real(wp) :: datum(2) = 0                 !! to which positions, here and in blocks and contacts, are relative
       real(wp), allocatable :: vertices(:, :)  !! (2, nv)
       real(wp), allocatable :: centroid(:, :)  !! (2, nb)
       real(wp), allocatable :: rotation(:)     !! (nb) since the start [rad]

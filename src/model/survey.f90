@@ -6,6 +6,7 @@ module rockdda_model_survey
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
@@ -22,7 +23,7 @@ module rockdda_model_survey
       real(wp) :: angle_place(2) = 0             !! the corner
       real(wp) :: shortest_edge = huge(1.0_wp), mean_edge = 0
       real(wp) :: unit_weight = 0                !! largest of the blocks, down
-      real(wp) :: base_stress = 0                !! weight of a column of the height of the model
+      real(wp) :: base_stress = 0                !! weight of a column of the height of the model, and surcharge
       real(wp), allocatable :: joint_length(:)   !! (joint materials) of edges; both sides of a joint count
       integer, allocatable :: blocks_of(:)       !! (block materials)
    end type survey_type
@@ -34,6 +35,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(survey_type) :: survey
+      real(wp) :: surcharge
       integer :: i
       survey%x_min = minval(blocks%vertices(1, :))
       survey%x_max = maxval(blocks%vertices(1, :))
@@ -49,6 +51,12 @@ contains
       survey%mean_area = survey%area/blocks%n_blocks
       survey%mean_edge = survey%mean_edge/blocks%n_vertices()
       survey%base_stress = survey%unit_weight*(survey%y_max - survey%y_min)
+      if (.not. allocated(parameters%in_situ)) return
+      surcharge = 0
+      do i = 1, size(parameters%in_situ)
+         if (is_set(parameters%in_situ(i)%surcharge)) surcharge = max(surcharge, parameters%in_situ(i)%surcharge)
+      end do
+      survey%base_stress = survey%base_stress + surcharge
    end function survey_model
 
    !> Add one block to a survey.

@@ -274,8 +274,8 @@ contains
       type(session_type), pointer :: session
       call get_session(handle, session)
       associate (s => session%run%sim%state)
-         vertices = s%vertices(:, 1:nv)
-         centroid = s%centroid(:, 1:nb)
+         vertices = s%vertices(:, 1:nv) + spread(s%datum, 2, nv)
+         centroid = s%centroid(:, 1:nb) + spread(s%datum, 2, nb)
          rotation = s%rotation(1:nb)
          stress = s%stress(:, 1:nb)
          velocity = s%velocity(:, 1:nb)
@@ -297,6 +297,7 @@ contains
          do c = 1, n
             point(:, c) = session%run%sim%state%vertices(:, t%vertex(c))
             if (t%station(c) > 0) point(:, c) = t%point(:, c)
+            point(:, c) = point(:, c) + session%run%sim%state%datum
             block(:, c) = [t%block_a(c), t%block_b(c)] - 1
          end do
          force = session%force(:, 1:n)

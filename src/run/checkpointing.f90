@@ -35,10 +35,12 @@ contains
       character(len=digest_length), intent(out) :: digest
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_type) :: checkpoint
+      type(block_system_type) :: blocks
       digest = ''
       call checkpoint%begin_saving(results, facts, error)
       if (allocated(error)) return
-      call exchange_blocks(checkpoint%archive, sim%blocks)
+      blocks = sim%model_blocks()
+      call exchange_blocks(checkpoint%archive, blocks)
       call exchange_parameters(checkpoint%archive, sim%parameters)
       call exchange_simulation(checkpoint%archive, sim, facts)
       call checkpoint%end_saving(sync, error)
@@ -137,7 +139,7 @@ contains
       type(archive_type), intent(inout) :: archive
       type(simulation_type), intent(inout) :: sim
       type(checkpoint_facts_type), intent(in) :: facts
-      real(wp), allocatable :: memory(:)
+      real(wp), allocatable :: memory(:), start_forces(:)
       if (allocated(archive%error)) return
       call exchange_state(archive, sim%state)
       call exchange_contacts(archive, sim%contacts)
@@ -148,12 +150,22 @@ contains
       call exchange_record(archive, sim%record)
       call archive%section('solver')
       call archive%item('line_ends', sim%line_ends)
+      ! materials that have changed give another stress at the start
+      start_forces = sim%families%boundaries%springs%list%start_force
+      call archive%item('boundary_start_forces', start_forces)
       call archive%item('last_solution', sim%equations%x)
       if (archive%saving) call sim%solver%pack(memory)
       call archive%item('memory', memory)
       if (archive%saving .or. allocated(archive%error)) return
       call refuse(archive, state_problem(sim, facts, memory))
-      if (allocated(memory) .and. .not. allocated(archive%error)) call sim%solver%unpack(memory)
+      if (allocated(archive%error)) return
+      if (size(start_forces) /= size(sim%families%boundaries%springs%list) .or. &
+          .not. all(abs(start_forces) <= huge(1.0_wp))) then
+         call archive%refuse('boundary_start_forces', 'holds other numbers than the boundaries have')
+         return
+      end if
+      sim%families%boundaries%springs%list%start_force = start_forces
+      if (allocated(memory)) call sim%solver%unpack(memory)
    end subroutine exchange_simulation
 
 end module rockdda_run_checkpointing

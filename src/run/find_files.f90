@@ -28,7 +28,7 @@ contains
       input%config_file = config
       if (len(analysis) == 0) then
          if (get_path_kind(model) == path_kind%directory) then
-            call find_in_folder(model, input, error)
+            call find_in_folder(model, input, messages, error)
             return
          end if
       end if
@@ -73,14 +73,17 @@ contains
    end subroutine find_files
 
    !> Find the files of a folder; an options file of the command line overrides that of the folder.
-   subroutine find_in_folder(folder, input, error)
+   subroutine find_in_folder(folder, input, messages, error)
       character(len=*), intent(in) :: folder
       type(model_input_type), intent(inout) :: input
+      type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: config
-      call find_model_files(folder, input%model_file, input%analysis_file, config, error)
+      character(len=:), allocatable :: config, unread
+      call find_model_files(folder, input%model_file, input%analysis_file, config, unread, error)
       if (allocated(error)) return
       if (len(input%model_file) == 0) then
+         if (len(unread) > 0) call messages%add(severity%warning, unread//' in the folder '//folder// &
+            ' is not read: '//config//' with &model is the whole model')
          call take_labelled(config, input, error)
          return
       end if

@@ -6,7 +6,7 @@ module rockdda_run_labelled_text
    use rockdda_model_analysis_input, only : analysis_input_type, time_table_type, dialect
    use rockdda_model_options, only : run_options_type, point_table_type, stage_type, unset_real, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : has_end
+   use rockdda_model_stage_options, only : has_end, has_base_motion, stage_name
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_options_writer, only : options_text
    use rockdda_run_input, only : model_input_type
@@ -28,6 +28,10 @@ contains
       options%title = ''
       options%analysis = ''
       if (allocated(options%base%file)) options%base%file = beside(input%config_file, options%base%file)
+      if (.not. input%labelled .and. has_base_motion(options%base) .and. .not. is_given(options%base%stage)) then
+         ! in a labelled file it would begin with the first dynamic stage
+         if (size(options%stages) > 0) options%base%stage = stage_name(options%stages, 1)
+      end if
       if (options%method == default_solver()) options%method = ''
       if (allocated(input%analysis%block_materials)) call take_analysis(input%analysis, input%parameters, options)
       if (.not. input%labelled .and. .not. is_given(options%plane)) options%plane = 'stress'

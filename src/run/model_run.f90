@@ -24,7 +24,7 @@ module rockdda_run_model_run
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : short_run_warning, weak_start_warning
+   use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_resumption, only : load_files, have_results, find_completion, format_as_compiler
@@ -175,6 +175,10 @@ contains
       if (.not. allocated(error) .and. self%sim%state%step == 1) then
          if (len(weak_start_warning(self%sim)) > 0) call self%warn(weak_start_warning(self%sim), error)
       end if
+      if (.not. allocated(error)) then
+         if (len(skipped_stages_warning(self%sim, .false.)) > 0) &
+            call self%warn(skipped_stages_warning(self%sim, .false.), error)
+      end if
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%run_files_type%save_frame(self%sim, error)
@@ -245,6 +249,10 @@ contains
       call keep_first(output_error)
       short = ''
       if (self%reason == 'finished' .and. .not. allocated(error)) short = short_run_warning(self%sim)
+      if (len(short) > 0) call self%warn(short, output_error)
+      call keep_first(output_error)
+      short = ''
+      if (self%reason == 'finished' .and. .not. allocated(error)) short = skipped_stages_warning(self%sim, .true.)
       if (len(short) > 0) call self%warn(short, output_error)
       call keep_first(output_error)
       call self%log%write_outcome(self%sim, output_error)

@@ -3,11 +3,13 @@
 module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_stepping_control, only : n_cut_reasons
+   use rockdda_model_options, only : is_set
+   use rockdda_model_stage_options, only : stage_name
+   use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: done_share, short_run_warning, cuts_text, weak_start_warning, reactions_text
+   public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -51,6 +53,44 @@ contains
       if (all(n > 0)) text = text//', and '
       if (n(2) > 0) text = text//counted(n(2), 'contact point')//' would be in tension'
    end function weak_start_warning
+
+   !> Warning about stages that were over before they began; '' otherwise. At the end of a run those after which nothing
+   !> was computed.
+   function skipped_stages_warning(sim, at_end) result(text)
+      type(simulation_type), intent(in) :: sim
+      logical, intent(in) :: at_end
+      character(len=:), allocatable :: text
+      type(step_control_type) :: control
+      integer, allocatable :: stages(:)
+      integer :: i
+      text = ''
+      if (at_end) then
+         control = sim%control
+         call control%end_stages(sim%parameters, sim%state%step, sim%state%time)
+         stages = control%skipped(sim%parameters)
+      else if (allocated(sim%skipped)) then
+         stages = sim%skipped
+      else
+         return
+      end if
+      do i = 1, size(stages)
+         if (i > 1) text = text//'; '
+         text = text//"stage '"//stage_name(sim%parameters%stages, stages(i))//"' was over before it began: "
+         associate (stage => sim%parameters%stages(stages(i)))
+            if (is_set(stage%until_step)) then
+               text = text//'until_step '//to_string(stage%until_step)//' had passed'
+            else
+               text = text//'until_time '//to_string(stage%until_time, 6)//' had passed'
+            end if
+         end associate
+         if (at_end) then
+            text = text//', nothing of it was done'
+         else
+            text = text//', what happens at its start was done with the next stage'
+         end if
+      end do
+      if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
+   end function skipped_stages_warning
 
    !> Forces of the boundaries on the blocks, a line for each.
    function reactions_text(sim) result(text)

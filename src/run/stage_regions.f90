@@ -58,9 +58,14 @@ contains
          call check_change(changes(i), regions, n_materials, n_joints, named_joints, messages)
       end do
       if (messages%n_errors > before) return
-      allocate (there(blocks%n_blocks), source=.true.)
+      ! absent at the start are blocks that are placed before they are excavated, if ever
+      allocate (there(blocks%n_blocks), goes(blocks%n_blocks))
+      there = .true.
+      goes = .false.
       do i = 1, size(stages)
-         if (is_given(stages(i)%place)) there = there .and. .not. blocks_of_region(blocks, regions, stages(i)%place)
+         if (is_given(stages(i)%place)) there = there .and. &
+            (goes .or. .not. blocks_of_region(blocks, regions, stages(i)%place))
+         if (is_given(stages(i)%excavate)) goes = goes .or. blocks_of_region(blocks, regions, stages(i)%excavate)
       end do
       do i = 1, size(stages)
          associate (stage => stages(i), name => "&stage '"//stage_name(stages, i)//"'")

@@ -4,6 +4,7 @@
 !> Which blocks belong to the regions of stages is found at the start of the run, and kept.
 module rockdda_stepping_construction
    use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : blocks_of_region
@@ -26,13 +27,15 @@ module rockdda_stepping_construction
       logical, allocatable :: newborn(:)        !! (nb) placed, and without a step since
    contains
       procedure :: init
+      procedure :: absent_at_start
+      procedure :: comes_back
       procedure :: place
       procedure :: excavate
    end type construction_type
 
 contains
 
-   !> Blocks of all regions. Those that a stage places are not there at the start.
+   !> Blocks of all regions. Those that a stage places before any takes them out are not there at the start.
    subroutine init(self, blocks, parameters, state)
       class(construction_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
@@ -56,7 +59,7 @@ contains
          if (is_given(parameters%changes(i)%region)) self%changed(:, i) = mask(parameters%changes(i)%region)
       end do
       do i = 1, blocks%n_blocks
-         if (any(self%placed(i, :) > 0)) call retire_block(state, i)
+         if (self%absent_at_start(i)) call retire_block(state, i)
       end do
 
    contains
@@ -70,6 +73,32 @@ contains
 
    end subroutine init
 
+   !> Is a block absent until a stage places it? Not when a stage takes it out before.
+   pure logical function absent_at_start(self, i)
+      class(construction_type), intent(in) :: self
+      integer, intent(in) :: i
+      integer :: s
+      absent_at_start = .false.
+      do s = 1, size(self%placed, 2)
+         absent_at_start = self%placed(i, s) > 0
+         if (absent_at_start .or. self%excavated(i, s) > 0) return
+      end do
+   end function absent_at_start
+
+   !> Has a block been taken out and placed again by a stage?
+   pure logical function comes_back(self, i, stage)
+      class(construction_type), intent(in) :: self
+      integer, intent(in) :: i, stage
+      integer :: s
+      logical :: gone
+      comes_back = .false.
+      gone = .false.
+      do s = 1, min(stage, size(self%placed, 2))
+         comes_back = comes_back .or. (gone .and. self%placed(i, s) > 0)
+         gone = gone .or. self%excavated(i, s) > 0
+      end do
+   end function comes_back
+
    !> A block that is not there has neither stress nor velocity.
    pure subroutine retire_block(state, i)
       type(block_state_type), intent(inout) :: state
@@ -81,15 +110,18 @@ contains
 
    !> Place the blocks of a stage where they were drawn, free of stress. Bolts with an end in them have their pretension
    !> from now on.
-   subroutine place(self, stage, blocks, state, balance)
+   subroutine place(self, stage, blocks, parameters, state, balance)
       class(construction_type), intent(inout) :: self
       integer, intent(in) :: stage
       type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(inout) :: state
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: stored
       integer :: i, l
       do i = 1, blocks%n_blocks
+         if (self%placed(i, stage) > 0 .and. .not. state%active(i) .and. self%comes_back(i, stage)) &
+            call draw_again(blocks, parameters%block_materials(blocks%block_material(i))%density, i, state)
          self%newborn(i) = self%newborn(i) .or. (self%placed(i, stage) > 0 .and. .not. state%active(i))
          state%active(i) = state%active(i) .or. self%placed(i, stage) > 0
       end do
@@ -102,6 +134,41 @@ contains
          call balance%add(energy%external, stored)
       end do
    end subroutine place
+
+   !> A block that had been taken out as it was drawn, with its points and ends of bolts.
+   subroutine draw_again(blocks, density, i, state)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in) :: density
+      integer, intent(in) :: i
+      type(block_state_type), intent(inout) :: state
+      integer :: l, p, side
+      associate (first => blocks%vertex_offset(i) + 1, last => blocks%vertex_offset(i + 1))
+         state%vertices(:, first:last) = blocks%vertices(:, first:last)
+         call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
+                                 state%moments(:, i))
+      end associate
+      state%mass(i) = density*state%area(i)
+      state%rotation(i) = 0
+      do p = 1, blocks%fixed%n
+         if (blocks%fixed%block(p) == i) state%fixed_position(:, p) = blocks%fixed%position(:, p)
+      end do
+      do p = 1, blocks%loading%n
+         if (blocks%loading%block(p) == i) state%loading_position(:, p) = blocks%loading%position(:, p)
+      end do
+      do p = 1, blocks%measured%n
+         if (blocks%measured%block(p) /= i) cycle
+         state%measured_position(:, p) = blocks%measured%position(:, p)
+         state%measured_from(:, p) = [state%measured_position(:, p), 0.0_wp]
+      end do
+      do l = 1, blocks%bolts%n
+         do side = 1, 2
+            if (blocks%bolts%blocks(side, l) == i) state%bolt_ends(2*side - 1:2*side, l) = &
+               blocks%bolts%ends(2*side - 1:2*side, l)
+         end do
+         state%bolt_elongation(l) = norm2(state%bolt_ends(3:4, l) - state%bolt_ends(1:2, l)) &
+                                    - norm2(blocks%bolts%ends(3:4, l) - blocks%bolts%ends(1:2, l))
+      end do
+   end subroutine draw_again
 
    !> Take out the blocks of a stage; the forces that they gave are held. Their energy, and that of bolts that end in
    !> them, is discarded; that of their contacts and supports in the next step.

@@ -14,7 +14,8 @@ module rockdda_stepping_control
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage
+   use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
+      confirming_steps
    implicit none
    private
    public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
@@ -46,8 +47,8 @@ module rockdda_stepping_control
    real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.01_wp, very_nearly = 0.001_wp, &
                           slow_growth = 1.1_wp
    integer, parameter :: most_held = 100
-   !> So many steps in a row must be in equilibrium.
-   integer, parameter :: confirming_steps = 2
+   !> Residual of the solver over the unbalanced force that is allowed.
+   real(wp), parameter :: small_residual = 0.1_wp
 
    !> Part of the state of a run.
    type :: step_control_type
@@ -59,6 +60,7 @@ module rockdda_stepping_control
       integer :: begun = 0                  !! stages whose start has been carried out
       integer :: first_step = 0             !! steps before the present stage
       real(wp) :: first_time = 0            !! time at its start
+      real(wp) :: motion_start = 0          !! time at which base motion begins; huge: not yet
       integer :: balanced = 0               !! last steps in a row that were in equilibrium
       integer :: steps = 0                  !! of the present stage
       real(wp) :: unbalanced = 0            !! of the last accepted step
@@ -76,9 +78,11 @@ module rockdda_stepping_control
       procedure :: is_over
       procedure :: ends_stage
       procedure :: is_static_search
+      procedure :: residual_enough
       procedure :: has_failed
       procedure :: judge_balance
       procedure :: stage_index
+      procedure :: skipped
    end type step_control_type
 
 contains
@@ -90,6 +94,8 @@ contains
       type(step_control_type), intent(out) :: control
       control%dt = parameters%dt_max
       allocate (control%released(n_fixed), source=.false.)
+      if (.not. is_given(parameters%base%stage)) return
+      if (stage_number(parameters%stages, parameters%base%stage) > 1) control%motion_start = huge(1.0_wp)
    end subroutine new_step_control
 
    !> k01 of the present stage.
@@ -97,16 +103,7 @@ contains
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       k01 = parameters%k01
-      if (self%stage > size(parameters%stages)) return
-      associate (stage => parameters%stages(self%stage))
-         if (is_set(stage%k01)) then
-            k01 = stage%k01
-         else if (is_given(stage%kind)) then
-            k01 = merge(0.0_wp, 1.0_wp, stage%kind == 'static')
-         else if (seeks_equilibrium(stage)) then
-            k01 = 0
-         end if
-      end associate
+      if (self%stage <= size(parameters%stages)) k01 = stage_k01(parameters%stages(self%stage), k01)
    end function k01
 
    !> Does a static stage search equilibrium with steps that may grow?
@@ -119,11 +116,32 @@ contains
                          .and. parameters%max_growth > 1
    end function is_static_search
 
+   !> Relative residual at which the solver may stop, 0: its own tolerance. What it leaves is a force on the blocks,
+   !> which the next step takes up; where a static stage searches equilibrium it only has to be small beside the
+   !> unbalanced force that the stage allows. The residual is over all blocks: even the whole of it on one block is then small.
+   pure real(wp) function residual_enough(self, parameters, n_blocks)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: n_blocks
+      residual_enough = 0
+      if (self%is_static_search(parameters)) residual_enough = &
+         small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
+   end function residual_enough
+
    !> Number of the present stage in the results, from 0; after the last stage one more.
    pure integer function stage_index(self)
       class(step_control_type), intent(in) :: self
       stage_index = self%stage - 1
    end function stage_index
+
+   !> Stages that are over, but whose start has not been carried out: their ends had passed before they began.
+   pure function skipped(self, parameters) result(stages)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, allocatable :: stages(:)
+      integer :: i
+      stages = [(i, i=self%begun + 1, min(self%stage - 1, size(parameters%stages)))]
+   end function skipped
 
    !> Factor on the weights in the present stage.
    pure real(wp) function gravity(self, parameters)
@@ -231,6 +249,9 @@ contains
          self%first_step = step
          self%steps = 0
          self%first_time = time
+         if (is_given(parameters%base%stage)) then
+            if (stage_number(parameters%stages, parameters%base%stage) == self%stage) self%motion_start = time
+         end if
          self%balanced = 0
          ! a static stage may have grown its steps
          self%dt = min(self%dt, parameters%dt_max)

@@ -5,7 +5,7 @@ module rockdda_stepping_equilibrium
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string, counted
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_stage_options, only : stage_name, confirming_steps
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_block_forces, only : block_forces_type
    implicit none
@@ -18,9 +18,10 @@ module rockdda_stepping_equilibrium
 contains
 
    !> Do loads or supports still change at a time? Steps are then no longer than dt_max.
-   pure logical function varies_with_time(parameters, time) result(varies)
+   pure logical function varies_with_time(parameters, time, motion_start) result(varies)
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: time
+      real(wp), intent(in) :: motion_start      !! of the base; huge: not in this stage
       integer :: i
       varies = .false.
       do i = 1, size(parameters%fixed_tables)
@@ -37,19 +38,24 @@ contains
             varies = varies .or. goes_on(parameters%boundaries(i)%table)
          end do
       end if
-      varies = varies .or. goes_on(parameters%base%table)
+      if (motion_start > time) return
+      varies = varies .or. goes_on(parameters%base%table, time - motion_start)
       if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
 
    contains
 
       !> Does a table have different values after this time?
-      pure logical function goes_on(rows)
+      pure logical function goes_on(rows, at)
          real(wp), allocatable, intent(in) :: rows(:, :)   !! time first
+         real(wp), intent(in), optional :: at              !! instead of `time`
+         real(wp) :: now
          integer :: k
          goes_on = .false.
+         now = time
+         if (present(at)) now = at
          if (.not. allocated(rows)) return
          do k = 2, size(rows, 2)
-            if (rows(1, k) > time .and. any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)) goes_on = .true.
+            if (rows(1, k) > now .and. any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)) goes_on = .true.
          end do
       end function goes_on
 
@@ -57,20 +63,24 @@ contains
 
    !> The error of a stage that has had all its steps: its name, how far it is from equilibrium, and the blocks that are
    !> pushed most.
-   subroutine report_no_equilibrium(parameters, stage, state, forces, unbalanced, error)
+   subroutine report_no_equilibrium(parameters, stage, state, forces, unbalanced, stiffest, error)
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: stage
       type(block_state_type), intent(in) :: state
       type(block_forces_type), intent(in) :: forces
       real(wp), intent(in) :: unbalanced
+      real(wp), intent(in) :: stiffest          !! contact spring [force/length]
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: share(:)
+      real(wp) :: rounding
       character(len=:), allocatable :: text
       integer :: i, k, n
       associate (options => parameters%stages(stage))
          text = "stage '"//stage_name(parameters%stages, stage)//"' did not come to equilibrium in "// &
                 counted(options%max_steps, 'step')//': the unbalanced force is '//to_string(unbalanced, 3)// &
                 ' of the mean force, tolerance '//to_string(options%tolerance)
+         if (unbalanced <= options%tolerance) text = text//'; so it must be in '//to_string(confirming_steps)// &
+            ' steps in a row'
          allocate (share(size(forces%magnitude)), source=0.0_wp)
          do i = 1, size(share)
             if (forces%counts(i, state)) share(i) = forces%force_of(i, state)
@@ -82,11 +92,17 @@ contains
          do i = 1, min(n, most_listed)
             k = maxloc(share, dim=1)
             text = text//trim(merge('  ', ', ', i == 1))//' block '//to_string(k)//' at ('// &
-                   to_string(state%centroid(1, k), 5)//', '//to_string(state%centroid(2, k), 5)//')'
+                   to_string(state%centroid(1, k) + state%datum(1), 5)//', '// &
+                   to_string(state%centroid(2, k) + state%datum(2), 5)//')'
             share(k) = 0
          end do
          if (n > most_listed) text = text//', ...'
       end associate
+      ! positions are as wrong as their rounding, forces by that times the stiffness
+      rounding = stiffest*epsilon(1.0_wp)*maxval(abs(state%vertices))/max(forces%mean_magnitude(state), tiny(1.0_wp))
+      if (rounding > 0.1_wp*parameters%stages(stage)%tolerance) text = text//new_line('a')// &
+         '  the contacts are so stiff that the rounding of positions makes '//to_string(rounding, 2)// &
+         ' of the mean force: take a smaller stiffness, or a larger tolerance'
       text = text//new_line('a')//"  give more max_steps, or on_failure = 'continue' to go on with the next stage"
       call make_error(error, error_code%computation, text)
    end subroutine report_no_equilibrium

@@ -204,14 +204,14 @@ contains
          end do
       end do
       text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its vertex '// &
-             at(state%vertices(:, vertex))//', more than w0 = '//to_string(parameters%w0)// &
+             at(state%vertices(:, vertex) + state%datum)//', more than w0 = '//to_string(parameters%w0)// &
              ', half the size of the model (speed '//to_string(largest/dt)//')'
       if (table%n > 0) then
          deepest = minloc(table%gap(1:table%n), dim=1)
          if (table%gap(deepest) < 0) then
             text = text//new_line('a')//'  deepest overlap: '//to_string(-table%gap(deepest))//', block '// &
                    to_string(table%block_a(deepest))//' in block '//to_string(table%block_b(deepest))//' at '// &
-                   at(table%point(:, deepest))
+                   at(table%point(:, deepest) + state%datum)
             if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'contact springs push overlapping '// &
                'blocks apart: correct the geometry, or reduce the time step if the overlap arose during the run')
          end if
@@ -241,7 +241,8 @@ contains
          told(c) = .true.
          if (trial%changes(c) == 0) exit
          text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
-                to_string(table%block_b(c))//' at '//at(table%point(:, c))//': '//to_string(trial%changes(c))// &
+                to_string(table%block_b(c))//' at '//at(table%point(:, c) + state%datum)//': '// &
+                to_string(trial%changes(c))// &
                 ' changes, now '//state_name(trial%joint(c)%state)//', gap '//to_string(trial%gap(c))// &
                 ', force residual '//to_string(trial%miss(c))
          thinnest = thinner(blocks, state, thinnest, table%block_a(c))
@@ -324,7 +325,7 @@ contains
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: block
       character(len=:), allocatable :: text
-      text = 'block '//to_string(block)//' at '//at(state%centroid(:, block))
+      text = 'block '//to_string(block)//' at '//at(state%centroid(:, block) + state%datum)
    end function block_at
 
    !> '(1.5, 2)'.

@@ -6,7 +6,7 @@ module rockdda_stepping_options_check
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium
+   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, is_given, has_base_motion, stage_number
    use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
    use rockdda_stepping_ground_check, only : check_ground
@@ -43,29 +43,26 @@ contains
       call warn_of_time(parameters, messages)
    end subroutine check_options
 
-   !> Warn where stages and other options have different ideas of time 0: base motion that passes while blocks come to
-   !> rest, and water that presses on blocks which begin with a stress of their own.
+   !> Warn of base motion that passes while blocks come to rest.
    subroutine warn_of_time(parameters, messages)
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
-      logical :: shakes
-      integer :: i
+      character(len=:), allocatable :: since
+      integer :: i, first
       if (.not. allocated(parameters%stages)) return
-      shakes = .false.
-      if (allocated(parameters%base%table)) shakes = size(parameters%base%table, 2) > 0
-      if (allocated(parameters%base%harmonics)) shakes = shakes .or. size(parameters%base%harmonics, 2) > 0
-      do i = 1, merge(size(parameters%stages), 0, shakes)
+      if (.not. has_base_motion(parameters%base)) return
+      first = 1
+      since = 'time 0 of the run'
+      if (is_given(parameters%base%stage)) then
+         first = max(1, stage_number(parameters%stages, parameters%base%stage))
+         since = "the start of stage '"//parameters%base%stage//"'"
+      end if
+      do i = first, size(parameters%stages)
          if (.not. seeks_equilibrium(parameters%stages(i))) cycle
          call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)// &
-                           "' lasts until equilibrium, but base motion counts from time 0 of the run and acts in "// &
-                           'it: give the stage a duration, and begin the record after it', &
-                           parameters%stages(i)%origin)
+                           "' lasts until equilibrium, but base motion counts from "//since//' and acts in it: let '// &
+                           'the motion begin with a later stage (&load base_stage)', parameters%stages(i)%origin)
       end do
-      if (.not. (allocated(parameters%in_situ) .and. allocated(parameters%water))) return
-      if (size(parameters%in_situ) == 0 .or. size(parameters%water) == 0) return
-      call messages%add(severity%warning, 'stress in the ground is that of the blocks, and of the joints without '// &
-                        'water: water that acts from the start compresses the blocks; begin with a stage until '// &
-                        'equilibrium', parameters%water(1)%origin)
    end subroutine warn_of_time
 
    !> Joint laws alone.

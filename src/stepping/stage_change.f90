@@ -30,10 +30,15 @@ contains
       real(wp), intent(in) :: unbalanced                   !! at its end
       class(energy_balance_type), intent(inout) :: balance
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: stiffest
       call step%control%end_stages(step%parameters, step%state%step, step%state%time)
+      if (allocated(step%skipped)) deallocate (step%skipped)
+      if (step%control%begun < step%control%stage - 1) step%skipped = step%control%skipped(step%parameters)
       if (step%control%has_failed(step%parameters, step%state%step)) then
          if (.not. allocated(forces%magnitude)) call forces%clear(step%blocks%n_blocks)
-         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, unbalanced, error)
+         stiffest = maxval([0.0_wp, step%contacts%k_n(1:step%contacts%n)])
+         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, unbalanced, stiffest, &
+                                    error)
          return
       end if
       call begin_stages(step, construction, balance)
@@ -49,7 +54,8 @@ contains
       places = any(construction%placed > 0)
       if (step%state%step == 0 .and. step%control%begun == 0) call find_first_forces(step, construction, places)
       do s = step%control%begun + 1, min(step%control%stage, size(step%parameters%stages))
-         call construction%place(s, step%blocks, step%state, balance)
+         call construction%place(s, step%blocks, step%parameters, step%state, balance)
+         call bring_back(step, construction, s)
          call take_out_blocks(step, construction, s, balance)
          call take_new_materials(step, construction, s, balance)
          if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
@@ -57,6 +63,25 @@ contains
       end do
       call step%finder%show_blocks(step%state%active, construction%newborn, places)
    end subroutine begin_stages
+
+   !> Blocks that were taken out and that a stage has placed again: their boundaries and line loads begin anew.
+   subroutine bring_back(step, construction, s)
+      type(trial_step_type), intent(inout) :: step
+      type(construction_type), intent(in) :: construction
+      integer, intent(in) :: s   !! stage
+      logical :: back(step%blocks%n_blocks)
+      integer :: i, l
+      do i = 1, size(back)
+         back(i) = construction%newborn(i)
+         if (back(i)) back(i) = construction%comes_back(i, s)
+      end do
+      if (.not. any(back)) return
+      call step%families%boundaries%springs%release(.not. back)
+      do l = 1, size(step%families%loads%line_blocks)
+         if (.not. back(step%families%loads%line_blocks(l))) cycle
+         step%line_ends(:, l) = step%parameters%line_loads(l)%ends - [step%state%datum, step%state%datum]
+      end do
+   end subroutine bring_back
 
    !> Take out the blocks of a stage, and begin to release the forces that they gave.
    subroutine take_out_blocks(step, construction, s, balance)
@@ -110,6 +135,7 @@ contains
       if (.not. any(construction%excavated(:, 1) > 0)) return
       step%released = step%control%released
       step%gravity = step%control%gravity(step%parameters)
+      step%water = step%control%water(step%parameters)
       step%dt = step%control%step_size(step%parameters, step%state%time)
       call step%finder%show_blocks(step%state%active, construction%newborn, places)
       call step%find_contacts(step%finder%first_reach(step%step_context_type, step%control))

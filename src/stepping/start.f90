@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> A run at time 0: the state of the blocks and of all that acts on them.
 module rockdda_stepping_start
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_datum, only : find_datum, move_model
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_interaction_context, only : step_context_type
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : new_step_control
@@ -41,12 +44,43 @@ contains
       if (allocated(error)) return
       call start_state(blocks, parameters, step%state, step%initial_stress)
       call construction%init(blocks, parameters, step%state)
-      call step%families%init(step%step_context_type)
       call new_step_control(parameters, blocks%fixed%n, step%control)
+      step%water = step%control%water(parameters)
+      call step%families%init(step%step_context_type)
+      call subtract_datum(step%step_context_type)
       call step%finder%init(blocks)
       call step%contacts%resize(0)
       call step%equations%set_size(blocks%n_blocks, 0)
       step%equations%x = 0
    end subroutine start_step
+
+   !> Make all positions relative to a datum, for digits (rockdda_model_datum). What has been found with them stays.
+   subroutine subtract_datum(self)
+      class(step_context_type), intent(inout) :: self
+      integer :: axis
+      self%state%datum = find_datum(self%blocks)
+      if (.not. any(abs(self%state%datum) > 0)) return
+      call move_model(-self%state%datum, self%blocks)
+      do axis = 1, 2
+         self%line_ends(axis::2, :) = self%line_ends(axis::2, :) - self%state%datum(axis)
+         self%initial_stress%centroid(axis, :) = self%initial_stress%centroid(axis, :) - self%state%datum(axis)
+         self%state%bolt_ends(axis::2, :) = self%state%bolt_ends(axis::2, :) - self%state%datum(axis)
+         self%state%measured_from(axis, :) = self%state%measured_from(axis, :) - self%state%datum(axis)
+         call subtract(self%state%vertices)
+         call subtract(self%state%centroid)
+         call subtract(self%state%fixed_position)
+         call subtract(self%state%loading_position)
+         call subtract(self%state%measured_position)
+      end do
+
+   contains
+
+      !> Along the axis.
+      subroutine subtract(positions)
+         real(wp), intent(inout) :: positions(:, :)
+         positions(axis, :) = positions(axis, :) - self%state%datum(axis)
+      end subroutine subtract
+
+   end subroutine subtract_datum
 
 end module rockdda_stepping_start

@@ -33,6 +33,7 @@ module rockdda_stepping_trial_step
       class(linear_solver_type), allocatable :: solver
       type(contact_finder_type) :: finder
       type(newton_type), private :: newton
+      integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
@@ -124,7 +125,9 @@ contains
          if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
       end do
       self%gravity = self%control%gravity(self%parameters)
+      self%motion_start = self%control%motion_start
       self%water = self%control%water(self%parameters)
+      self%solver%enough = self%control%residual_enough(self%parameters, self%blocks%n_blocks)
       self%dt = self%control%step_size(self%parameters, self%state%time)
    end subroutine begin_step
 

@@ -54,7 +54,8 @@ class OptionsTable(ProgramTest):
             if group == "model":
                 continue  # a labelled file, which is checked with the files that it names
             rows = [f"{name} = {self.value(row)}" for name, row in description["properties"].items()]
-            lines.append(f"&{group} {', '.join(rows)} /\n")
+            # the stage that is given below
+            lines.append(f"&{group} {', '.join(rows)} /\n".replace("base_stage = 'x'", "base_stage = 's'"))
         lines.append("&stage until_step = 1, k01 = 0, gravity = 1, release = 1 / &stage until_time = 1 /\n")
         lines.append("&stage name = 's', kind = 'static', until = 'equilibrium', tolerance = 1e-4, max_steps = 9,\n")
         lines.append(" on_failure = 'continue', excavate = 'x', relax = 1, relax_steps = 3, place = 'x',\n")

@@ -13,7 +13,7 @@ module rockdda_io_namelist_file
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_option_reader, only : option_reader_type
    use rockdda_io_record_reader, only : append_in_order
-   use rockdda_io_stage_check, only : check_stages
+   use rockdda_io_stage_check, only : check_stages, check_base_stage
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
    implicit none
@@ -65,6 +65,7 @@ contains
             options%joint_laws(i)%origin)
       end do
       call check_stages(options%stages, options%changes, reader%messages)
+      call check_base_stage(options%stages, options%base, reader%messages)
       call append_in_order(messages, reader%messages)
    end subroutine read_options_source
 

@@ -119,6 +119,8 @@ contains
       end if
       call messages%add(severity%error, entry%name//': must be '//list//", found '"//word//"'"// &
                         did_you_mean(word, choices), namelist%origin(entry%values(1)%place))
+      ! what else depends on it is judged as if it stood there
+      if (size(choices) == 1) value = trim(choices(1))
    end subroutine get_choice
 
    !> Get a list of numbers: exactly `n`, or a multiple of n when `multiple` holds.

@@ -4,13 +4,14 @@ module rockdda_io_stage_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
-   use rockdda_model_options, only : stage_type, change_type, is_set
+   use rockdda_model_options, only : stage_type, change_type, base_motion_type, is_set
    use rockdda_model_regions, only : same_name
-   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given
+   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given, stage_number, &
+      confirming_steps
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: check_stages
+   public :: check_stages, check_base_stage
 
    !> Defaults of &stage: what differs was given.
    type(stage_type), parameter :: default = stage_type()
@@ -32,15 +33,32 @@ contains
       end do
    end subroutine check_stages
 
+   !> Base motion begins with a stage that there is.
+   subroutine check_base_stage(stages, base, messages)
+      type(stage_type), intent(in) :: stages(:)
+      type(base_motion_type), intent(in) :: base
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=80) :: known(size(stages))
+      integer :: i
+      if (.not. is_given(base%stage)) return
+      if (stage_number(stages, base%stage) > 0) return
+      do i = 1, size(stages)
+         known(i) = stage_name(stages, i)
+      end do
+      call messages%add(severity%error, "base_stage: there is no stage '"//trim(adjustl(base%stage))//"'"// &
+                        did_you_mean(trim(adjustl(base%stage)), known), base%stage_origin)
+   end subroutine check_base_stage
+
    !> Every stage but the last has an end, later than that of the one before it.
    subroutine check_ends(stages, messages)
       type(stage_type), intent(in) :: stages(:)
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, last_step
       real(wp) :: last_time
-      logical :: in_order
+      logical :: in_order, is_known
       last_step = 0
       last_time = 0
+      is_known = .true.
       do i = 1, size(stages)
          associate (stage => stages(i))
             if (count([is_set(stage%until_step), is_set(stage%until_time), is_set(stage%duration), &
@@ -53,8 +71,16 @@ contains
             else if (is_set(stage%until_time)) then
                in_order = stage%until_time > last_time
                last_time = stage%until_time
+               if (in_order .and. .not. is_known) call messages%add(severity%warning, '&stage '//to_string(i)// &
+                  ': until_time counts from the start of the run, and how long the stages before it take to come '// &
+                  'to equilibrium is not known: when the time has passed by then the stage is left out; duration '// &
+                  'counts from its start', stage%origin)
             else if (is_set(stage%duration)) then
                last_time = last_time + stage%duration
+            else if (seeks_equilibrium(stage)) then
+               ! at least as many as confirm it
+               last_step = last_step + confirming_steps
+               is_known = .false.
             else if (.not. has_end(stage) .and. i < size(stages)) then
                call messages%add(severity%error, '&stage '//to_string(i)//': until_step or until_time is missing, '// &
                                  "or another end: duration, until = 'equilibrium' (only the last stage may have "// &
@@ -83,6 +109,10 @@ contains
             if (abs(stage%tolerance - default%tolerance) > 0) call fail("tolerance needs until = 'equilibrium'")
             if (stage%max_steps /= default%max_steps) call fail("max_steps needs until = 'equilibrium'")
             if (is_given(stage%on_failure)) call fail("on_failure needs until = 'equilibrium'")
+         else if (stage%max_steps < least_steps(stage)) then
+            call fail('max_steps: equilibrium takes at least '//to_string(least_steps(stage))//' steps: '// &
+                      'those in which forces are released (relax_steps), and '//to_string(confirming_steps)// &
+                      ' in a row that are in equilibrium')
          end if
          if (.not. any([(is_given(stages(k)%excavate), k=1, i)])) then
             if (is_set(stage%relax)) call fail('relax needs excavate, here or in an earlier stage')
@@ -102,6 +132,17 @@ contains
       end subroutine fail
 
    end subroutine check_stage
+
+   !> Least number of steps of a stage until equilibrium.
+   pure integer function least_steps(stage)
+      type(stage_type), intent(in) :: stage
+      logical :: releases
+      least_steps = confirming_steps
+      releases = is_given(stage%excavate) .or. is_set(stage%relax)
+      if (is_set(stage%relax)) releases = stage%relax > 0
+      ! the last part of the forces goes in a step that may be one of them
+      if (releases) least_steps = least_steps + stage%relax_steps - 1
+   end function least_steps
 
    !> One change.
    subroutine check_change(stages, change, messages)

@@ -119,7 +119,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(contact_law_type), allocatable :: laws(:)
       real(wp), allocatable :: memory(:)
-      call to%init(from%blocks, parameters, error)
+      call to%init(from%model_blocks(), parameters, error)
       if (allocated(error)) return
       to%state = from%state
       to%contacts = from%contacts

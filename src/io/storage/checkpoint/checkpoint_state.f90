@@ -99,6 +99,7 @@ contains
       call archive%item('begun', control%begun)
       call archive%item('first_step', control%first_step)
       call archive%item('first_time', control%first_time)
+      call archive%item('motion_start', control%motion_start)
       call archive%item('steps', control%steps)
       call archive%item('balanced', control%balanced)
       call archive%item('released', control%released)

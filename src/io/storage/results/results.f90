@@ -214,13 +214,14 @@ contains
       associate (s => self%series)
          call s(s_frame_step)%add([state%step], 1)
          call s(s_frame_time)%add([state%time], 1)
-         call s(s_vertices)%add(reshape(state%vertices(:, 1:nv), [2*nv]), 1)
-         call s(s_centroid)%add(reshape(state%centroid(:, 1:nb), [2*nb]), 1)
+         call s(s_vertices)%add(reshape(state%vertices(:, 1:nv) + spread(state%datum, 2, nv), [2*nv]), 1)
+         call s(s_centroid)%add(reshape(state%centroid(:, 1:nb) + spread(state%datum, 2, nb), [2*nb]), 1)
          call s(s_rotation)%add(state%rotation(1:nb), 1)
          call s(s_stress)%add(reshape(state%stress(:, 1:nb), [3*nb]), 1)
          call s(s_velocity)%add(reshape(state%velocity(:, 1:nb), [6*nb]), 1)
          if (n_bolts > 0) then
-            call s(s_bolt_ends)%add(reshape(state%bolt_ends(:, 1:n_bolts), [4*n_bolts]), 1)
+            call s(s_bolt_ends)%add(reshape(state%bolt_ends(:, 1:n_bolts) + &
+                                            spread([state%datum, state%datum], 2, n_bolts), [4*n_bolts]), 1)
          else
             call s(s_bolt_ends)%add([real(wp) ::], 1)
          end if
@@ -235,6 +236,7 @@ contains
                pair(:, c) = [contacts%block_a(c), contacts%block_b(c)] - 1
                point(:, c) = state%vertices(:, contacts%vertex(c))
                if (contacts%station(c) > 0) point(:, c) = contacts%point(:, c)
+               point(:, c) = point(:, c) + state%datum
             end do
             call s(s_point)%add(reshape(point, [2*n]), n)
             call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)

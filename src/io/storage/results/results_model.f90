@@ -80,7 +80,8 @@ contains
          call file%write('model/parent', [nb], blocks%parent - 1, error)
       if (.not. allocated(error)) call file%write('model/block_area', [nb], state%area, error)
       if (.not. allocated(error)) call file%write('model/block_centroid', [2, nb], &
-                                                       reshape(state%centroid, [2*nb]), error)
+                                                       reshape(state%centroid + spread(state%datum, 2, nb), &
+                                                          [2*nb]), error)
       if (.not. allocated(error)) call write_points(file, 'model/fixed_points', blocks%fixed, error)
       if (.not. allocated(error)) call write_points(file, 'model/loading_points', blocks%loading, error)
       if (.not. allocated(error)) call write_points(file, 'model/measured_points', blocks%measured, error)
