@@ -132,6 +132,7 @@ contains
       to%ledger = from%ledger
       to%record = from%record
       to%line_ends = from%line_ends
+      to%families%boundaries%springs%list%start_force = from%families%boundaries%springs%list%start_force
       to%equations%x = from%equations%x
       call from%solver%pack(memory)
       call to%solver%unpack(memory)
