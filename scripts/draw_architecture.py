@@ -58,6 +58,8 @@ DEPTH = 5
 INTERACTION = "interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the first step, which is that of each step
+NOT_DRAWN |= {"start_with_stress", "stress_contacts", "pressure_on_contacts"}  # the first step only
+NOT_DRAWN |= {"bring_back"}  # the first step of a stage that places rock
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
 # that the source has is taken.

@@ -113,9 +113,9 @@ def test_errors_are_those_of_the_package(answers):
     answers(error(3, "not stable at 1: raise the friction, or begin the search below 1"), 3)
     with pytest.raises(rockdda.ConvergenceError, match=r"^not stable at 1: raise"):
         rockdda.factor_of_safety("slope.nml")
-    answers(error(2, "there is no joint material 'beding'", file="slope.nml", line=3, column=2), 2)
-    with pytest.raises(rockdda.InputError, match="no joint material 'beding'") as caught:
-        rockdda.factor_of_safety("slope.nml", joints="beding")
+    answers(error(2, "there is no joint material 'rough'", file="slope.nml", line=3, column=2), 2)
+    with pytest.raises(rockdda.InputError, match="no joint material 'rough'") as caught:
+        rockdda.factor_of_safety("slope.nml", joints="rough")
     assert (caught.value.file, caught.value.line, caught.value.column) == ("slope.nml", 3, 2)
     answers(error(5, "no space left"), 5)
     with pytest.raises(rockdda.OutputError, match="no space left"):

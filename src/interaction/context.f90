@@ -4,6 +4,7 @@ module rockdda_interaction_context
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_datum, only : move_model
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
@@ -37,6 +38,7 @@ module rockdda_interaction_context
       procedure :: find_moved
       procedure :: follows_rotation
       procedure :: stress_at_start
+      procedure :: model_blocks
    end type step_context_type
 
 contains
@@ -60,6 +62,14 @@ contains
          stress = self%state%stress(:, block)
       end if
    end function stress_at_start
+
+   !> The model in the coordinates of its files.
+   function model_blocks(self) result(blocks)
+      class(step_context_type), intent(in) :: self
+      type(block_system_type) :: blocks
+      blocks = self%blocks
+      call move_model(self%state%datum, blocks)
+   end function model_blocks
 
    !> What is expected next is new for all blocks.
    pure subroutine renew_all(self)

@@ -118,7 +118,8 @@ contains
 
    !> Relative residual at which the solver may stop, 0: its own tolerance. What it leaves is a force on the blocks,
    !> which the next step takes up; where a static stage searches equilibrium it only has to be small beside the
-   !> unbalanced force that the stage allows. The residual is over all blocks: even the whole of it on one block is then small.
+   !> unbalanced force that the stage allows. The residual is over all blocks: even the whole of it on one block is then
+   !> small.
    pure real(wp) function residual_enough(self, parameters, n_blocks)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters

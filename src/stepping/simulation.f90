@@ -9,7 +9,6 @@ module rockdda_stepping_simulation
    use rockdda_base_error, only : error_type
    use rockdda_base_interruption, only : interruption_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_datum, only : move_model
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : step_record_type
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -47,7 +46,6 @@ module rockdda_stepping_simulation
       procedure :: list_boundaries
       procedure :: list_water
       procedure :: weak_starts
-      procedure :: model_blocks
    end type simulation_type
 
 contains
@@ -63,14 +61,6 @@ contains
       call self%ledger%start(self%step_context_type, self%families)
       call start_record(self%trial_step_type, self%ledger, self%record)
    end subroutine init
-
-   !> The model in the coordinates of its files.
-   function model_blocks(self) result(blocks)
-      class(simulation_type), intent(in) :: self
-      type(block_system_type) :: blocks
-      blocks = self%blocks
-      call move_model(self%state%datum, blocks)
-   end function model_blocks
 
    !> One more interaction, added from outside, for all steps to come. Checkpoints do not hold it.
    subroutine add_interaction(self, interaction)
