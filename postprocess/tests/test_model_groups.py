@@ -47,8 +47,7 @@ def tunnel(name="tunnel"):
 
 def test_a_tunnel_is_dug_out(tmp_path):
     """What stands in the groups happens: the weight on the base in each stage, the block that is gone, the water."""
-    with pytest.warns(rockdda.InputWarning, match="water that acts from the start"):
-        results = tunnel().run(output=tmp_path / "tunnel.h5")
+    results = tunnel().run(output=tmp_path / "tunnel.h5")
     assert results.stage_names == ["weight", "digging", "end"]
     assert results.boundary_kinds == ["fixed", "roller", "roller", "traction"]
     stage = results["history/stage"]
