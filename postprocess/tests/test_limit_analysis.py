@@ -24,6 +24,7 @@ from rockdda.validation.limit_analysis import RigidBlocks, find_joints
 pytest.importorskip("scipy")
 
 BASE = rectangle(-5, -1, 15, 1)
+TAN_10 = math.tan(math.radians(10))
 TANGENT = math.degrees(math.atan(0.65))
 
 
@@ -45,6 +46,25 @@ def test_one_block_slides_or_topples(friction, width, height):
     else:  # along the base, with the dilation of an associated material
         assert velocity[1] / velocity[0] == pytest.approx(math.tan(math.radians(friction)), rel=1e-6)
         assert velocity[2] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_sliding_block_under_a_roof_is_locked_by_dilation_alone():
+    """Associated friction lifts the block against the roof and never fails; without dilation it slides at tan φ."""
+    tangent = math.tan(math.radians(30))
+    blocks = [BASE, rectangle(-5, 1, 15, 1), rectangle(0, 0, 2, 1)]
+    under = RigidBlocks.from_polygons(blocks, {0, 1}, friction=30.0)
+    assert under.push().factor == math.inf
+    assert under.push_of_mechanism([(0, 0, 0), (0, 0, 0), (1, 0, 0)]) == pytest.approx(tangent, rel=1e-9)
+    with pytest.raises(RockddaError, match="no push"):
+        under.push_of_mechanism([(0, 0, 0), (0, 0, 0), (0, 1, 0)])  # lifted off: nothing carries its weight
+
+
+def test_load_of_a_mechanism_of_one_block():
+    slides = on_base(rectangle(0, 0, 1, 3), friction=10.0, cohesion=0.2)
+    assert slides.push_of_mechanism([(0, 0, 0), (1, 0, 0)]) == pytest.approx(TAN_10 + 0.2 / 3, rel=1e-9)
+    topples = on_base(rectangle(0, 0, 1, 3), friction=40.0)
+    about_its_toe = [(0, 0, 0), (1.5, 0.5, -1.0)]
+    assert topples.push_of_mechanism(about_its_toe) == pytest.approx(1 / 3, rel=1e-9)
 
 
 def test_block_on_an_incline_with_cohesion():

@@ -313,6 +313,7 @@ class Dam:
     tilt: float = 0.0  # of the base, deg, up towards the toe
     friction: float = 45.0
     cohesion: float = 0.0
+    closed: float = 1.0  # share of the base that is closed and carries cohesion
     unit_weight: float = 24e3
     water_weight: float = 9810.0
 
@@ -335,12 +336,12 @@ class Dam:
 
     @property
     def factor(self) -> float:
-        """Sliding factor of the base, without tail water: (c L + N' tan φ) / T along it."""
+        """Sliding factor of the base without tail water: (c L + N' tan φ) / T along it, on its closed length L."""
         if self.tail:
             raise InputError("the hand formula is for a dry toe")
         weight, thrust, uplift = self.forces
         dip = math.radians(self.tilt)
-        length = self.base / math.cos(dip)
+        length = self.closed * self.base / math.cos(dip)
         normal = weight * math.cos(dip) + thrust * math.sin(dip) - uplift
         driving = thrust * math.cos(dip) - weight * math.sin(dip)
         return (self.cohesion * length + normal * math.tan(math.radians(self.friction))) / driving

@@ -10,6 +10,10 @@ at each of its ends, N1 and N2, and a shear force T along it:
 equilibrium under their dead load and α times their live load. By the static theorem of plasticity any such set of
 forces gives a lower bound of the collapse factor of an *associated* material, and the largest α is this factor. Coulomb
 friction without dilation can fail at a lower α, never at a higher one (Drucker 1954; Ferris & Tin-Loi 2001).
+
+For a known mechanism the load without dilation follows from equilibrium alone: where a joint slides its shear force is
+the friction, against the motion; at an end that opens there is no force. The forces of the other joints obey the limits
+above, and the least α of all such sets is the load.
 """
 
 from __future__ import annotations
@@ -36,6 +40,7 @@ IntArray = npt.NDArray[np.int64]
 
 PARALLEL = 1e-3  # sine of the angle between edges that face each other
 SHORTEST = 1e-6  # share of the shorter edge: shorter stretches are corners that touch
+MOVES = 0.02  # share of the largest displacement: joints that slide or open by less only deform
 
 
 @dataclass(frozen=True)
@@ -192,6 +197,43 @@ class RigidBlocks:
             raise RockddaError("limit analysis: no equilibrium under the dead load alone")
         return found
 
+    def push_of_mechanism(self, motion: npt.ArrayLike, direction: float = 1.0) -> float:
+        """The least push under which the blocks can move like this with Coulomb friction without dilation.
+
+        motion: (nb, 3) displacements u v r of the centroids, or velocities.
+        """
+        moved = np.asarray(motion, dtype=float)
+        live = np.zeros((len(self.weight), 3))
+        live[:, 0] = direction * self.weight
+        n = 3 * len(self.joints)
+        least = MOVES * float(np.abs(moved[:, :2]).max())
+        rates = self._rates(moved)
+        problem = self._problem(self._dead(0.0), live, 1.0)
+        problem["c"] = -problem["c"]
+        entries: list[tuple[int, int, float]] = []
+        slides = 0
+        for j, joint in enumerate(self.joints):
+            opens = [rates[j, end] > least for end in (0, 1)]
+            for end in (0, 1):
+                if opens[end]:
+                    problem["bounds"][3 * j + end] = (0.0, 0.0)
+            if abs(rates[j, 2]) > least and not all(opens):
+                tangent = math.tan(math.radians(self.friction[joint.material]))
+                entries += [(slides, 3 * j, tangent), (slides, 3 * j + 1, tangent)]
+                entries.append((slides, 3 * j + 2, math.copysign(1.0, rates[j, 2])))
+                problem["b_eq"] = np.append(
+                    problem["b_eq"], -self.cohesion.get(joint.material, 0.0) * joint.length / self._unit
+                )
+                slides += 1
+        if slides:
+            from scipy.sparse import vstack
+
+            problem["A_eq"] = vstack([problem["A_eq"], _sparse(entries, (slides, n + 1))], format="csr")
+        found = _solve(problem)
+        if found is None or found.status != 0:
+            raise RockddaError("limit analysis: no push keeps this mechanism in equilibrium without dilation")
+        return float(found.x[-1])
+
     def is_stable(self, factor: float = 1.0, tilt: float = 0.0) -> bool:
         """Can the blocks be in equilibrium with tan φ and c divided by `factor`, gravity turned by `tilt` [deg]?"""
         return self._largest(self._dead(tilt), np.zeros((len(self.weight), 3)), factor) is not None
@@ -236,41 +278,45 @@ class RigidBlocks:
 
         None when there is no equilibrium under the dead load alone.
         """
-        try:
-            from scipy.optimize import linprog
-        except ImportError:
-            raise InputError("limit analysis needs scipy: pip install 'rockdda[validation]'") from None
-        free, n = self.free, 3 * len(self.joints)  # unknowns: N1, N2, T of each joint; α is last
-        # forces in mean weights and moments in mean weights × size, so that numbers are near 1
-        scale = np.array([1.0, 1.0, 1.0 / self._size]) / self._unit
+        found = _solve(self._problem(dead, live, factor))
+        velocity = np.zeros((len(self.weight), 3))
+        if found is None:
+            return None
+        if found.status == 3:
+            return LimitLoad(math.inf, velocity)
+        velocity[self.free] = -found.eqlin.marginals.reshape(-1, 3) * self._scale
+        return LimitLoad(float(found.x[-1]), velocity)
+
+    def _problem(self, dead: FloatArray, live: FloatArray, factor: float) -> dict[str, Any]:
+        """The linear programme: unknowns are N1, N2, T of each joint; α is last."""
+        free, n = self.free, 3 * len(self.joints)
         balance = self._balance()
         for row, block in enumerate(free):
-            balance += [(3 * row + k, n, float(live[block, k] * scale[k])) for k in range(3) if live[block, k]]
+            balance += [(3 * row + k, n, float(live[block, k] * self._scale[k])) for k in range(3) if live[block, k]]
         limits, most = self._limits(factor)
         pushed = bool(np.any(live[free]))
-        problem: dict[str, Any] = {
+        return {
             "c": np.append(np.zeros(n), -1.0 if pushed else 0.0),
             "A_ub": _sparse(limits, (len(most), n + 1)),
             "b_ub": most,
             "A_eq": _sparse(balance, (3 * len(free), n + 1)),
-            "b_eq": -(dead[free] * scale).ravel(),
+            "b_eq": -(dead[free] * self._scale).ravel(),
             "bounds": [(0.0, np.inf), (0.0, np.inf), (-np.inf, np.inf)] * len(self.joints)
             + [(0.0, np.inf if pushed else 0.0)],
         }
-        # close to the limit one of the solver's methods may end without an answer
-        for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
-            found = linprog(**problem, method=method, options={"presolve": presolve})
-            if found.status in (0, 2, 3):
-                break
-        velocity = np.zeros((len(self.weight), 3))
-        if found.status == 2:
-            return None
-        if found.status == 3:
-            return LimitLoad(math.inf, velocity)
-        if found.status != 0:
-            raise RockddaError(f"limit analysis: the linear programme was not solved: {found.message}")
-        velocity[free] = -found.eqlin.marginals.reshape(-1, 3) * scale
-        return LimitLoad(float(found.x[-1]), velocity)
+
+    def _rates(self, motion: FloatArray) -> FloatArray:
+        """(joints, 3) of a motion: opening at both ends, sliding of the first block along the joint."""
+        moved = motion[self.free] * [1.0, 1.0, self._size]
+        rates = np.zeros(3 * len(self.joints))
+        for row, column, value in self._balance():
+            rates[column] += value * moved[row // 3, row % 3]
+        return rates.reshape(-1, 3)
+
+    @property
+    def _scale(self) -> FloatArray:
+        """Forces in mean weights and moments in mean weights × size, so that numbers are near 1."""
+        return np.array([1.0, 1.0, 1.0 / self._size]) / self._unit
 
     @property
     def _unit(self) -> float:
@@ -310,6 +356,20 @@ class RigidBlocks:
                 entries += [(row, 3 * j, -tangent), (row, 3 * j + 1, -tangent), (row, 3 * j + 2, sign)]
                 most.append(self.cohesion.get(joint.material, 0.0) * joint.length / factor / self._unit)
         return entries, most
+
+
+def _solve(problem: dict[str, Any]) -> Any:
+    """The solution of a linear programme; None: there is none. Status 3: unbounded."""
+    try:
+        from scipy.optimize import linprog
+    except ImportError:
+        raise InputError("limit analysis needs scipy: pip install 'rockdda[validation]'") from None
+    # close to the limit one of the solver's methods may end without an answer
+    for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
+        found = linprog(**problem, method=method, options={"presolve": presolve})
+        if found.status in (0, 2, 3):
+            return None if found.status == 2 else found
+    raise RockddaError(f"limit analysis: the linear programme was not solved: {found.message}")
 
 
 def _sparse(entries: Sequence[tuple[int, int, float]], shape: tuple[int, int]) -> Any:
