@@ -23,6 +23,7 @@ module rockdda_app_arguments
       integer :: seed = unset_integer
       type(search_options_type) :: search
       character(len=:), allocatable :: completion    !! shell, '' without the option
+      character(len=:), allocatable :: topic         !! of `rockdda help`, '' for the program or a command
       logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false., &
                  as_namelist = .false.
    end type command_line_type
@@ -56,6 +57,7 @@ contains
       parser%line%config = ''
       parser%line%solver = ''
       parser%line%completion = ''
+      parser%line%topic = ''
       parser%line%search%joints = ''
       parser%line%search%stage = ''
       allocate (parser%line%files(0))
@@ -133,6 +135,8 @@ contains
             self%line%command = word
          else if (word == 'help') then
             self%line%help = .true.
+         else if (self%line%help .and. len(word) > 0) then
+            self%line%topic = word
          else if (len(word) == 0) then
             call add_problem(self%problems, 'a command is needed, found an empty word')
          else

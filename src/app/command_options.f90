@@ -6,8 +6,8 @@ module rockdda_app_command_options
    public :: command_names, option_kind, options, find_option, is_option_of, options_of
 
    !> The commands, in the order of the help.
-   character(len=*), parameter :: command_names(7) = [character(len=6) :: 'lines', 'cut', 'run', 'resume', 'fos', &
-                                                                 'check', 'info']
+   character(len=*), parameter :: command_names(8) = [character(len=6) :: 'new', 'lines', 'cut', 'run', 'resume', &
+                                                                 'fos', 'check', 'info']
 
    type :: option_kinds
       integer :: flag = 0      !! no value

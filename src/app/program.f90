@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: MIT
 !> Runs the command of the command line.
 module rockdda_app_program
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_app_arguments, only : command_line_type, parse_command_line
    use rockdda_app_command_check, only : run_check
    use rockdda_app_command_cut, only : run_cut
    use rockdda_app_command_fos, only : run_fos
+   use rockdda_app_command_help, only : run_help, refuse_nothing
    use rockdda_app_command_info, only : run_info
    use rockdda_app_command_lines, only : run_lines
+   use rockdda_app_command_new, only : run_new
    use rockdda_app_command_resume, only : run_resume
    use rockdda_app_command_run, only : run_run
    use rockdda_app_command_version, only : run_version
-   use rockdda_app_completion, only : completion_script
-   use rockdda_app_process, only : argument_type, print_line, print_error, promise_json
+   use rockdda_app_process, only : argument_type, promise_json
    use rockdda_app_report, only : report_failure
-   use rockdda_app_usage, only : usage_text
    implicit none
    private
    public :: run_program
@@ -35,16 +35,15 @@ contains
       if (line%json) call promise_json(line%command)
       exit_code = 0
       ok = .true.
-      if (line%help) then
-         call print_line(usage_text(line%command), ok)
-      else if (allocated(error)) then
+      if (allocated(error) .and. .not. line%help) then
          call report_failure(line, messages, error, exit_code)
-      else if (len(line%completion) > 0) then
-         call print_line(completion_script(line%completion), ok)
+      else if (line%help .or. len(line%completion) > 0) then
+         call run_help(line, ok, exit_code)
       else if (line%version) then
          call run_version(line, ok)
       else
          select case (line%command)
+         case ('new'); call run_new(line, exit_code)
          case ('lines'); call run_lines(line, exit_code)
          case ('cut'); call run_cut(line, exit_code)
          case ('run'); call run_run(line, exit_code)
@@ -53,9 +52,7 @@ contains
          case ('check'); call run_check(line, exit_code)
          case ('info'); call run_info(line, exit_code)
          case default
-            if (.not. line%json) call print_error(usage_text(''))
-            call make_error(error, error_code%input, 'no command given')
-            call report_failure(line, messages, error, exit_code)
+            call refuse_nothing(line, exit_code)
          end select
       end if
       if (.not. ok) exit_code = error_code%output

@@ -15,6 +15,7 @@ contains
       character(len=*), intent(in) :: command
       character(len=:), allocatable :: text
       select case (command)
+      case ('new'); text = new_text()
       case ('lines'); text = lines_text()
       case ('cut'); text = cut_text()
       case ('run'); text = run_text()
@@ -34,6 +35,7 @@ contains
              'usage: rockdda COMMAND [OPTION…] FILE…'//nl// &
              nl// &
              'commands:'//nl// &
+             '  new     write a labelled model to begin with: a slope, a tunnel or an arch'//nl// &
              '  lines   draw joint lines from the statistics of joint sets'//nl// &
              '  cut     cut the plane into blocks along the lines of a geometry file'//nl// &
              '  run     move the blocks in time and write the results'//nl// &
@@ -42,7 +44,8 @@ contains
              '  check   read input files and list every problem; computes nothing'//nl// &
              '  info    describe a model, block, result or checkpoint file'//nl// &
              nl// &
-             "'rockdda COMMAND --help' explains a command and gives examples."//nl// &
+             "'rockdda help COMMAND' explains a command and gives examples, 'rockdda help GROUP' the"//nl// &
+             "options of a group of a model file, such as stage; 'rockdda help groups' lists the groups."//nl// &
              nl// &
              common_text()// &
              '  --version         version, compiler, build options, libraries'//nl// &
@@ -52,6 +55,26 @@ contains
              nl// &
              exit_text()
    end function program_text
+
+   !> Help of `rockdda new`.
+   pure function new_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda new slope|tunnel|arch NAME [OPTION…]'//nl// &
+             nl// &
+             'Writes a small labelled model that runs, with comments on all that stands in it: NAME.nml and its'//nl// &
+             'lines, NAME.dc. A model of your own grows from it.'//nl// &
+             nl// &
+             '  slope   bedding that dips out of the face, cross joints, a water table in a second stage'//nl// &
+             '  tunnel  stress in the ground, two joint sets, an excavation in two steps'//nl// &
+             '  arch    eleven voussoirs on two abutments'//nl// &
+             nl// &
+             common_text()// &
+             nl// &
+             'examples:'//nl// &
+             '  rockdda new slope portal'//nl// &
+             '  rockdda run portal.nml'//nl// &
+             '  rockdda fos portal.nml'
+   end function new_text
 
    !> Help of `rockdda lines`.
    pure function lines_text() result(text)

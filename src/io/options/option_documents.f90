@@ -1,14 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> The table of options for readers: as a Markdown table, and as a JSON Schema.
+!> The table of options for readers: as a Markdown table, as help on one group, and as a JSON Schema.
 module rockdda_io_option_documents
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_option, only : option_type, option_kind, choice, n_choices
    use rockdda_model_options, only : dda_windows, is_set
+   use rockdda_io_name_hints, only : name_length
+   use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
    private
-   public :: options_markdown, options_schema
+   public :: options_markdown, options_schema, group_help, groups_help, group_suggestion
 
    character(len=*), parameter :: nl = new_line('a')
 
@@ -36,6 +38,77 @@ contains
          end do
       end do
    end function options_markdown
+
+   !> The options of a group of this name as plain text; '' when there is none.
+   function group_help(name) result(text)
+      character(len=*), intent(in) :: name       !! without '&'
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      integer :: i, k
+      allocate (list)
+      call list_options(list)
+      text = ''
+      do i = 1, list%n_groups
+         if (list%groups(i)%name /= name) cycle
+         text = '&'//name//': '//list%groups(i)%meaning
+         if (list%groups(i)%is_list) text = text//' One group for each.'
+         do k = 1, list%n
+            if (list%group_of(k) == name) text = text//nl//nl//option_help(list%options(k))
+         end do
+      end do
+   end function group_help
+
+   !> An option in plain text: name, value and unit in one line, then its meaning and its default.
+   pure function option_help(listed) result(text)
+      type(listed_option_type), intent(in) :: listed
+      character(len=:), allocatable :: text, plain
+      integer :: i
+      associate (row => listed%row)
+         text = '  '//row%name//' = '
+         plain = value_text(listed)
+         do i = 1, len(plain)
+            if (plain(i:i) /= '`') text = text//plain(i:i)
+         end do
+         if (len(row%unit) > 0) text = text//' ['//row%unit//']'
+         text = text//nl//'      '//row%meaning
+         if (len(row%applies) > 0) text = text//' ('//row%applies//')'
+         if (row%required) then
+            text = text//nl//'      required'
+         else
+            text = text//nl//'      default: '//default_text(listed)
+         end if
+      end associate
+   end function option_help
+
+   !> The groups, a line each with the first sentence of their meaning.
+   function groups_help() result(text)
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      integer :: i, sentence
+      allocate (list)
+      call list_options(list)
+      text = 'groups of a labelled file or an options file:'
+      do i = 1, list%n_groups
+         associate (meaning => list%groups(i)%meaning)
+            sentence = index(meaning, '.')
+            text = text//nl//'  &'//list%groups(i)%name//' '//meaning(:sentence)
+         end associate
+      end do
+      text = text//nl//nl//"'rockdda help GROUP' tells the options of a group."
+   end function groups_help
+
+   !> "; did you mean …?" with the nearest name of a group or of these words.
+   function group_suggestion(name, words) result(text)
+      character(len=*), intent(in) :: name, words(:)
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      character(len=name_length), allocatable :: known(:)
+      integer :: i
+      allocate (list)
+      call list_options(list)
+      known = [character(len=name_length) :: words, (list%groups(i)%name, i=1, list%n_groups)]
+      text = did_you_mean(name, known)
+   end function group_suggestion
 
    !> What may stand behind the equals sign.
    pure function value_text(listed) result(text)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""`rockdda new`: models to begin with, and `rockdda help` on what stands in them."""
+
+import re
+import unittest
+
+from support import ProgramTest
+
+KINDS = {"slope": 2, "tunnel": 3, "arch": 1}  # stages
+
+
+class NewModels(ProgramTest):
+    def test_each_kind_runs_to_rest_without_a_warning(self):
+        for kind, n_stages in KINDS.items():
+            outcome = self.run_program("new", kind, f"my {kind}")
+            self.assertEqual((outcome.code, outcome.err), (0, ""))
+            self.assertIn(f"next: rockdda run my {kind}.nml", outcome.out)
+            text = self.path(f"my {kind}.nml").read_text()
+            self.assertNotIn("@", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 120)
+            checked = self.run_program("check", f"my {kind}.nml")
+            self.assertIn("0 errors, 0 warnings", checked.out + checked.err)
+            self.assertRegex(checked.out, rf"\n  stages +{n_stages}\n")
+            # a stage that does not come to rest would end the run with exit 3
+            ran = self.run_program("run", f"my {kind}.nml", "--json")
+            self.assertEqual((ran.code, ran.json["warnings"]), (0, 0))
+
+    def test_a_name_may_have_an_ending_and_a_folder(self):
+        self.path("deep").mkdir()
+        summary = self.run_program("new", "arch", "deep/bridge.nml", "--json").json
+        self.assertEqual((summary["model"], summary["geometry"]), ("deep/bridge.nml", "deep/bridge.dc"))
+        self.assertIn("geometry = 'bridge.dc'", self.path("deep/bridge.nml").read_text())
+        self.assertEqual(self.run_program("check", "deep").code, 0)
+
+    def test_files_that_exist_are_kept(self):
+        self.path("mine.dc").write_text("mine")
+        outcome = self.run_program("new", "slope", "mine")
+        self.assertFails(outcome, 2, "rockdda: error: mine.dc: the file exists; use --force to overwrite it")
+        self.assertEqual(self.path("mine.dc").read_text(), "mine")
+        self.assertFalse(self.path("mine.nml").exists())
+        self.assertEqual(self.run_program("new", "slope", "mine", "--force").code, 0)
+
+    def test_mistakes(self):
+        for arguments, told, *code in (
+            ([], "'rockdda new' needs the kind of a model (slope, tunnel, arch) and a name"),
+            (["slope"], "'rockdda new' needs the kind of a model (slope, tunnel, arch) and a name"),
+            (["tunel", "x"], "'tunel' is none of slope, tunnel, arch; did you mean 'tunnel'?"),
+            (["arch", "a'b"], "'a'b': expected a name of a file without quotes and '!'"),
+            (["arch", "no/x"], "no/x: the folder 'no' does not exist; make it first: mkdir -p 'no'", 5),
+        ):
+            outcome = self.run_program("new", *arguments)
+            self.assertEqual([outcome.code], code or [2])
+            self.assertIn(f"rockdda: error: {told}", outcome.err)
+
+
+class HelpOnGroups(ProgramTest):
+    def test_every_group_has_help(self):
+        groups = re.findall(r"^  &(\w+) +(\S.*)$", self.run_program("help", "groups").out, re.M)
+        self.assertGreater(len(groups), 20)
+        for name, meaning in groups:
+            told = self.run_program("help", f"&{name}")
+            self.assertEqual((told.code, told.err), (0, ""))
+            self.assertTrue(told.out.startswith(f"&{name}: {meaning}"), told.out[:200])
+            self.assertRegex(told.out, r"(?m)^      (required|default: \S)")
+        self.assertEqual(self.run_program("help", "&stage").out, self.run_program("help", "stage").out)
+
+    def test_values_units_and_defaults(self):
+        told = self.run_program("help", "stage").out
+        self.assertIn("\n  duration = > 0 [time]\n      time that the stage lasts\n      default: another end\n", told)
+        self.assertIn("\n  kind = 'static', 'dynamic'\n", told)
+
+    def test_commands_and_unknown_topics(self):
+        self.assertEqual(self.run_program("help", "run").out, self.run_program("run", "--help").out)
+        told = self.run_program("help", "stages")
+        self.assertFails(told, 2, "rockdda: error: no help on 'stages'; did you mean 'stage'?")
+
+
+if __name__ == "__main__":
+    unittest.main()
