@@ -18,6 +18,7 @@ module rockdda_contact_inheritance
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_intervals, only : is_facing
+   use rockdda_contact_new_lengths, only : new_lengths_type, free_new_lengths
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    implicit none
@@ -26,15 +27,17 @@ module rockdda_contact_inheritance
 
    !> Blocks further apart than this share of the smaller inradius do not touch at the start.
    real(wp), parameter :: touching_share = 1.0e-3_wp
-   !> An edge that bears more by less than this share has not grown.
-   real(wp), parameter :: least_growth = 1.0e-9_wp
+
+   !> A corner that is found deeper than this times the compression of its spring has not moved there: the blocks turn
+   !> by too little in a step.
+   real(wp), parameter :: most_deeper = 2.0_wp
 
    !> Scratch, kept from step to step.
    type :: inheritance_work_type
       integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
       logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
       integer, allocatable :: pressed(:)           !! (nv) row of the last step that is compressed most, of each edge
-      real(wp), allocatable :: before(:), now(:)   !! (nv) length of each edge that bears [length]
+      type(new_lengths_type) :: new_lengths
    end type inheritance_work_type
 
 contains
@@ -66,7 +69,8 @@ contains
                          touch, work, table)
       end do
       !$omp end parallel do
-      if (limits%by_length) call free_new_lengths(previous, work%before, work%now, table)
+      if (limits%by_length) &
+         call free_new_lengths(previous, work%source, work%is_taken, work%pressed, work%new_lengths, table)
       ! of two partners at most one is closed: the one with the larger gap stays
       do k = 1, table%n
          row = table%partner(k)
@@ -145,7 +149,8 @@ contains
       end if
       if (.not. allocated(work%is_taken)) allocate (work%is_taken(0:n_before + n_before/4 + 16))
       if (allocated(work%pressed)) return
-      allocate (work%pressed(n_vertices), work%before(n_vertices), work%now(n_vertices))
+      allocate (work%pressed(n_vertices))
+      call work%new_lengths%make_room(n_vertices)
    end subroutine make_room
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
@@ -209,53 +214,6 @@ contains
       table%total_slip(k) = previous%total_slip(row)
    end subroutine take_over
 
-   !> Length by which the joints of both edges have come to bear more than in the last step begins free of force:
-   !> springs that grow while they are compressed and sheared keep their energy. Where a block slides from one to the
-   !> next its edge bears as much as before, and nothing changes.
-   pure subroutine free_new_lengths(previous, before, now, table)
-      type(contact_table_type), intent(in) :: previous
-      real(wp), intent(inout) :: before(:), now(:)   !! (nv) length of each edge that bears [length]
-      type(contact_table_type), intent(inout) :: table
-      real(wp) :: growth, shift
-      integer :: k
-      call add_lengths(previous, before)
-      call add_lengths(table, now)
-      do k = 1, table%n
-         if (.not. is_bearing(table, k) .or. table%tied(k)) cycle
-         if (table%gap(k) >= 0) cycle
-         associate (f => table%vertex(k), e => table%edge(k))
-            if (.not. min(before(f), before(e)) > 0) cycle
-            growth = min(now(f)/before(f), now(e)/before(e))
-         end associate
-         if (growth < 1 + least_growth) cycle
-         shift = table%gap(k)*(1 - 1/sqrt(growth))
-         table%offset(k) = table%offset(k) + shift
-         table%gap(k) = table%gap(k) - shift
-         table%shear(k) = table%shear(k)/sqrt(growth)
-      end do
-   end subroutine free_new_lengths
-
-   !> Length of each edge that bears.
-   pure subroutine add_lengths(table, length)
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(inout) :: length(:)   !! (nv)
-      integer :: k
-      length = 0
-      do k = 1, table%n
-         if (.not. is_bearing(table, k)) cycle
-         length(table%vertex(k)) = length(table%vertex(k)) + table%length(k)
-         length(table%edge(k)) = length(table%edge(k)) + table%length(k)
-      end do
-   end subroutine add_lengths
-
-   !> Is a row a closed station of an interval?
-   pure logical function is_bearing(table, k)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: k
-      is_bearing = table%station(k) > 0 .and. table%station(k) /= corner_station .and. &
-                   table%state(k) /= contact_state%open
-   end function is_bearing
-
    !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
    !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
    pure subroutine keep_energy(previous, row, is_own, limits, k, table)
@@ -288,6 +246,11 @@ contains
          table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
          call follow_gap(is_closed, table%gap(k), table%offset(k))
+         if (.not. (limits%by_length .and. is_closed) .or. table%bonded(k)) return
+         if (table%station(k) /= 0 .and. table%station(k) /= corner_station) return
+         ! the normal between two corners has turned, or passed to another edge: the spring is compressed as it was
+         depth = max(0.0_wp, depth_of(previous, row))
+         if (table%gap(k) - table%offset(k) < -most_deeper*depth) table%offset(k) = table%gap(k) + depth
       end if
    end subroutine keep_energy
 
