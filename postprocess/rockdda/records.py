@@ -4,10 +4,10 @@
 >>> from rockdda import records
 >>> quake = records.read("station.at2")  # doctest: +SKIP
 >>> quake = records.correct_baseline(records.cut(quake, 2.0, 22.0))  # doctest: +SKIP
->>> records.write(quake, "quake.csv")  # doctest: +SKIP
+>>> records.write(quake, "quake.csv")  # for &quake record = 'quake.csv' # doctest: +SKIP
 
-Between its samples a record is linear, as the tables of the program: velocity, displacement, Arias
-intensity, response spectra and the sliding block are exact for these straight lines.
+Between its samples a record is linear, for the program and for every number here: velocity, displacement, Arias
+intensity, response spectra and the sliding block are the exact results for these straight lines.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def read(
     column: str | int | None = None,
     scale: float | None = None,
 ) -> Record:
-    """The record in a file.
+    """The record in a file, as the program reads it.
 
     `format` is 'csv' (the time in the first column; `column` names or numbers that of the acceleration, by default the
     second) or 'at2' (PEER); by default by the ending. `scale` multiplies the values: by default 1, for 'at2', which is
@@ -212,7 +212,7 @@ def _read_peer(text: str, path: Path) -> tuple[FloatArray, FloatArray]:
 
 
 def write(record: Record, path: str | os.PathLike[str]) -> Path:
-    """The record as a CSV file of times and accelerations that `read` reads back exactly."""
+    """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly."""
     path = Path(path)
     rows = "".join(f"{t!r},{a!r}\n" for t, a in zip(record.time.tolist(), record.acceleration.tolist(), strict=True))
     try:

@@ -13,7 +13,6 @@ module rockdda_interaction_boundary_springs
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type
-   use rockdda_model_options, only : boundary_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
@@ -174,13 +173,16 @@ contains
       end do
    end function start_energy
 
-   !> Displacement of a moving boundary at a time; zero for others.
-   pure function target_of(group, t) result(target)
-      type(boundary_type), intent(in) :: group
+   !> Displacement of a boundary at a time: of its own, and of the ground by records.
+   pure function target_of(context, g, t) result(target)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: g      !! boundary
       real(wp), intent(in) :: t     !! [time]
       real(wp) :: target(2)         !! [length]
-      target = 0
-      if (group%kind == 'moving') target = factor_integral(group%table, t)*group%velocity(:, 1)
+      target = context%ground_motion%displacement('base_motion', t - context%motion_start)
+      associate (group => context%parameters%boundaries(g))
+         if (group%kind == 'moving') target = target + factor_integral(group%table, t)*group%velocity(:, 1)
+      end associate
    end function target_of
 
    !> Springs of all blocks that are there.
@@ -190,8 +192,8 @@ contains
       type(equations_type), intent(inout) :: equations
       integer :: g, i
       do g = 1, size(self%target_end, 2)
-         self%target_start(:, g) = target_of(context%parameters%boundaries(g), context%state%time)
-         self%target_end(:, g) = target_of(context%parameters%boundaries(g), context%state%time + context%dt)
+         self%target_start(:, g) = target_of(context, g, context%state%time)
+         self%target_end(:, g) = target_of(context, g, context%state%time + context%dt)
       end do
       do i = 1, size(self%list)
          associate (s => self%list(i), b => self%list(i)%block)
@@ -211,8 +213,8 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp) :: moved(2)
       moved = context%state%vertices(:, spring%vertex) - context%blocks%vertices(:, spring%vertex)
-      x = dot_product(spring%direction, moved - target_of(context%parameters%boundaries(spring%group), &
-                                                          context%state%time)) - spring%start_force/spring%stiffness
+      x = dot_product(spring%direction, moved - target_of(context, spring%group, context%state%time)) - &
+          spring%start_force/spring%stiffness
    end function stretch_at_start
 
    !> How far the target of a spring moves in the step, along the spring.

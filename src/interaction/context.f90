@@ -10,6 +10,7 @@ module rockdda_interaction_context
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, &
       new_moved_block
+   use rockdda_interaction_ground_motion, only : ground_motion_type
    implicit none
    private
    public :: step_context_type
@@ -18,6 +19,7 @@ module rockdda_interaction_context
       ! the model
       type(block_system_type) :: blocks
       type(parameters_type) :: parameters
+      type(ground_motion_type) :: ground_motion !! by records
       ! the state
       type(block_state_type) :: state
       real(wp), allocatable :: line_ends(:, :)  !! (4, line loads) where they are now
@@ -37,6 +39,7 @@ module rockdda_interaction_context
       procedure :: expect
       procedure :: find_moved
       procedure :: follows_rotation
+      procedure :: motion_time
       procedure :: stress_at_start
       procedure :: model_blocks
    end type step_context_type
@@ -49,6 +52,13 @@ contains
       class(step_context_type), intent(in) :: self
       follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%peer_contacts
    end function follows_rotation
+
+   !> Time since base motion began, at the start of the step (share 0) to its end (1); far below zero: not yet.
+   pure real(wp) function motion_time(self, share)
+      class(step_context_type), intent(in) :: self
+      real(wp), intent(in) :: share
+      motion_time = (self%state%time - self%motion_start) + share*self%dt
+   end function motion_time
 
    !> Stress of a block at one of its points at time 0. Without a field it is uniform.
    pure function stress_at_start(self, block, point) result(stress)

@@ -51,6 +51,15 @@ contains
       f(1:2) = mass*acceleration
    end function body_force
 
+   !> Acceleration of the base in the step: of tables and harmonic terms that of the middle, of records the mean.
+   pure function base_motion(context) result(a)
+      type(step_context_type), intent(in) :: context
+      real(wp) :: a(2)                !! [length/time^2]
+      a = base_acceleration(context%parameters%base, context%motion_time(0.5_wp))
+      if (context%ground_motion%acts('base_acceleration')) a = a + context%ground_motion%mean_acceleration( &
+         'base_acceleration', context%motion_time(0.0_wp), context%motion_time(1.0_wp))
+   end function base_motion
+
    !> Room for the loads, and the blocks that carry the line loads.
    subroutine init(self, blocks, parameters, line_ends, messages)
       class(loads_type), intent(inout) :: self
@@ -76,8 +85,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: base(2), gravity
       integer :: i
-      base = -base_acceleration(context%parameters%base, (context%state%time - context%motion_start) + &
-                                0.5_wp*context%dt)
+      base = -base_motion(context)
       !$omp parallel do default(none) private(i, gravity) schedule(static) shared(self, context, base) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
@@ -180,8 +188,7 @@ contains
       real(wp) :: base(2), force(2), factor, f(6), t_end
       integer :: b, i, p
       t_end = context%state%time + context%dt
-      base = -base_acceleration(context%parameters%base, (context%state%time - context%motion_start) + &
-                                0.5_wp*context%dt)
+      base = -base_motion(context)
       do i = 1, context%blocks%n_blocks
          if (.not. context%state%active(i)) cycle
          call forces%add_load(i, self%weight(1:3, i))

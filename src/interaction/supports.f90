@@ -52,16 +52,17 @@ contains
       end do
    end subroutine init
 
-   !> Prescribed displacement of a fixed point at a time; zero without a table.
-   pure function fixed_target(parameters, point, t) result(target)
-      type(parameters_type), intent(in) :: parameters
+   !> Prescribed displacement of a fixed point at a time: of its table, and of the ground by records.
+   pure function fixed_target(context, point, t) result(target)
+      type(step_context_type), intent(in) :: context
       integer, intent(in) :: point
       real(wp), intent(in) :: t   !! [time]
       real(wp) :: target(2)       !! [length]
-      target = 0
-      if (.not. allocated(parameters%fixed_tables(point)%rows)) return
-      if (size(parameters%fixed_tables(point)%rows, 2) == 0) return
-      target = table_value(parameters%fixed_tables(point)%rows, t)
+      target = context%ground_motion%displacement('base_motion', t - context%motion_start)
+      associate (table => context%parameters%fixed_tables(point))
+         if (.not. allocated(table%rows)) return
+         if (size(table%rows, 2) > 0) target = target + table_value(table%rows, t)
+      end associate
    end function fixed_target
 
    !> Springs of all points that are not released.
@@ -72,8 +73,8 @@ contains
       real(wp) :: before(6), moved(2)
       integer :: p, b
       do p = 1, context%blocks%fixed%n
-         self%target_start(:, p) = fixed_target(context%parameters, p, context%state%time)
-         self%target_end(:, p) = fixed_target(context%parameters, p, context%state%time + context%dt)
+         self%target_start(:, p) = fixed_target(context, p, context%state%time)
+         self%target_end(:, p) = fixed_target(context, p, context%state%time + context%dt)
          if (context%released(p)) cycle
          b = context%blocks%fixed%block(p)
          before = equations%block_load(:, b)

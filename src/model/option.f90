@@ -66,6 +66,8 @@ module rockdda_model_option
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
       logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand
+      logical :: holds_record = .false.              !! a file: a record, of a format and column that other options give
+      character(len=:), allocatable :: form, column  !! of the record; empty: not given
       integer :: rule = 0                            !! one of list_rule%...
    end type option_type
 
@@ -110,6 +112,8 @@ contains
       row%preset_word = text(preset_word)
       row%default_text = text(default_text)
       row%remark = text(remark)
+      row%form = ''
+      row%column = ''
       if (present(default)) row%default = default
       if (present(preset_default)) row%preset_default = preset_default
       if (present(least)) row%least = least

@@ -9,6 +9,7 @@ module rockdda_model_option_table
    use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, region_type, &
       subdivision_type, dda_windows, old_dda_windows, most_threads
    use rockdda_model_boundary_options, only : describe_boundaries
+   use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
@@ -34,6 +35,7 @@ contains
       call describe_regions(table, options%regions, options%subdivisions)
       call describe_boundaries(table, options%boundaries, options%in_situ)
       call describe_water(table, options%water)
+      call describe_quakes(table, options%quakes)
    end subroutine describe_options
 
    !> Visit the groups that are not lists.

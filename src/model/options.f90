@@ -11,7 +11,7 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, change_type, line_load_type, base_motion_type, region_type, &
-             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type
+             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type, quake_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -149,6 +149,18 @@ module rockdda_model_options
       type(origin_type) :: origin                !! where it was read
    end type water_type
 
+   !> A record of ground acceleration, and what it moves.
+   type :: quake_type
+      character(len=:), allocatable :: file      !! of the record, as the options name it
+      character(len=:), allocatable :: form      !! 'csv' | 'at2'
+      character(len=:), allocatable :: column    !! of a csv file: name or number; not given: the second
+      real(wp) :: scale = unset_real             !! factor of the values; unset: 1, of at2 standard_gravity
+      character(len=:), allocatable :: direction !! 'x' | 'y'
+      character(len=:), allocatable :: apply     !! 'base_acceleration' | 'base_motion' | 'viscous_base'
+      real(wp), allocatable :: rows(:, :)        !! (2, m) t and values as they stand in the file
+      type(origin_type) :: origin                !! where it was read
+   end type quake_type
+
    type :: run_options_type
       ! &model: a labelled file, which names its geometry and describes the materials
       logical :: labelled = .false.
@@ -208,6 +220,7 @@ module rockdda_model_options
       type(boundary_type), allocatable :: boundaries(:)
       type(in_situ_type), allocatable :: in_situ(:)
       type(water_type), allocatable :: water(:)
+      type(quake_type), allocatable :: quakes(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

@@ -5,7 +5,7 @@ module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
    use rockdda_model_options, only : stage_type, change_type, line_load_type, base_motion_type, region_type, &
-      subdivision_type, boundary_type, in_situ_type, water_type
+      subdivision_type, boundary_type, in_situ_type, water_type, quake_type
    implicit none
    private
    public :: parameters_type
@@ -60,6 +60,7 @@ module rockdda_model_parameters
       type(boundary_type), allocatable :: boundaries(:)
       type(in_situ_type), allocatable :: in_situ(:)
       type(water_type), allocatable :: water(:)
+      type(quake_type), allocatable :: quakes(:)
       ! solver
       character(len=:), allocatable :: solver_method !! empty: default of the build
       character(len=:), allocatable :: preconditioner

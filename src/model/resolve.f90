@@ -17,6 +17,7 @@ module rockdda_model_resolve
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_quake_options, only : settle_quakes
    use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name
    implicit none
    private
@@ -57,6 +58,8 @@ contains
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
       parameters%changes = settings%changes
+      parameters%quakes = settings%quakes
+      call settle_quakes(parameters%quakes, messages)
       call note_stages(options, parameters, messages)
       if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
@@ -190,7 +193,7 @@ contains
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       integer :: i
-      if (.not. has_base_motion(parameters%base) .or. is_given(parameters%base%stage)) return
+      if (.not. has_base_motion(parameters%base, parameters%quakes) .or. is_given(parameters%base%stage)) return
       i = first_dynamic_stage(parameters%stages, parameters%k01)
       if (i < 2) return
       parameters%base%stage = stage_name(parameters%stages, i)

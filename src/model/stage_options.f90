@@ -4,7 +4,7 @@ module rockdda_model_stage_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_option, only : option_visitor_type, option
-   use rockdda_model_options, only : stage_type, change_type, base_motion_type, is_set
+   use rockdda_model_options, only : stage_type, change_type, base_motion_type, quake_type, is_set
    use rockdda_model_regions, only : same_name
    implicit none
    private
@@ -169,12 +169,14 @@ contains
       end if
    end function stage_k01
 
-   !> Does the base move at some time?
-   pure logical function has_base_motion(base)
+   !> Does the ground move at some time?
+   pure logical function has_base_motion(base, quakes)
       type(base_motion_type), intent(in) :: base
+      type(quake_type), allocatable, intent(in) :: quakes(:)
       has_base_motion = .false.
       if (allocated(base%table)) has_base_motion = size(base%table, 2) > 0
       if (allocated(base%harmonics)) has_base_motion = has_base_motion .or. size(base%harmonics, 2) > 0
+      if (allocated(quakes)) has_base_motion = has_base_motion .or. size(quakes) > 0
    end function has_base_motion
 
    !> Number of the first dynamic stage, 0: there is none.

@@ -22,15 +22,29 @@ contains
       character(len=:), allocatable :: text
       character(len=*), parameter :: nl = new_line('a')
       type(run_options_type) :: options
+      integer :: i
       options = input%options
       options%geometry = input%model_file
       options%model_title = input%parameters%title
       options%title = ''
       options%analysis = ''
       if (allocated(options%base%file)) options%base%file = beside(input%config_file, options%base%file)
-      if (.not. input%labelled .and. has_base_motion(options%base) .and. .not. is_given(options%base%stage)) then
+      if (.not. input%labelled .and. has_base_motion(options%base, options%quakes) .and. &
+          .not. is_given(options%base%stage)) then
          ! in a labelled file it would begin with the first dynamic stage
          if (size(options%stages) > 0) options%base%stage = stage_name(options%stages, 1)
+      end if
+      if (allocated(options%water)) then
+         do i = 1, size(options%water)
+            if (is_given(options%water(i)%file)) options%water(i)%file = beside(input%config_file, &
+                                                                                options%water(i)%file)
+         end do
+      end if
+      if (allocated(options%quakes)) then
+         do i = 1, size(options%quakes)
+            if (is_given(options%quakes(i)%file)) options%quakes(i)%file = beside(input%config_file, &
+                                                                                  options%quakes(i)%file)
+         end do
       end if
       if (options%method == default_solver()) options%method = ''
       if (allocated(input%analysis%block_materials)) call take_analysis(input%analysis, input%parameters, options)

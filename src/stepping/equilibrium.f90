@@ -40,6 +40,11 @@ contains
       end if
       if (motion_start > time) return
       varies = varies .or. goes_on(parameters%base%table, time - motion_start)
+      if (allocated(parameters%quakes)) then
+         do i = 1, size(parameters%quakes)
+            varies = varies .or. goes_on(parameters%quakes(i)%rows, time - motion_start)
+         end do
+      end if
       if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
 
    contains

@@ -50,7 +50,7 @@ contains
       character(len=:), allocatable :: since
       integer :: i, first
       if (.not. allocated(parameters%stages)) return
-      if (.not. has_base_motion(parameters%base)) return
+      if (.not. has_base_motion(parameters%base, parameters%quakes)) return
       first = 1
       since = 'time 0 of the run'
       if (is_given(parameters%base%stage)) then

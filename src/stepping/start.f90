@@ -44,6 +44,7 @@ contains
       if (allocated(error)) return
       call start_state(blocks, parameters, step%state, step%initial_stress)
       call construction%init(blocks, parameters, step%state)
+      call step%ground_motion%init(parameters%quakes)
       call new_step_control(parameters, blocks%fixed%n, step%control)
       step%water = step%control%water(parameters)
       call step%families%init(step%step_context_type)

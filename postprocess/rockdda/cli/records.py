@@ -49,7 +49,7 @@ def record_command(
 ) -> None:
     """Draw a record of ground acceleration and its response spectrum, and change it for a run.
 
-    The record is cut, resampled and corrected in this order; --write gives it as a CSV file.
+    The record is cut, resampled and corrected in this order; --write gives the file for `&quake record = 'OUT.csv'`.
 
     Examples:
 

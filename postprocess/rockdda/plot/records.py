@@ -35,13 +35,13 @@ def record(
     spectrum = response_spectrum(motion, periods, damping)
     with style():
         figure, axes = plt.subplots(
-            5, 1, figsize=(PAPER_WIDTH, 8.4), layout="constrained", height_ratios=[3, 3, 3, 2, 4]
+            5, 1, figsize=(PAPER_WIDTH, 7.4), layout="constrained", height_ratios=[3, 3, 3, 2, 4]
         )
         curves = (
             ("acceleration", motion.acceleration, "acceleration"),
             ("velocity", motion.velocity, "speed"),
             ("displacement", motion.displacement, "length"),
-            ("Arias", husid(motion, gravity), "speed"),
+            ("Arias intensity", husid(motion, gravity), "speed"),
         )
         for axis, (label, values, dimension), colour in zip(axes[:4], curves, PALETTE[1:5], strict=True):
             if motion.peak > 0:

@@ -7,12 +7,14 @@ module rockdda_io_option_reader
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_option, only : option_visitor_type, option_type, list_rule, choice, n_choices
    use rockdda_model_options, only : unset_real, unset_integer, is_set
+   use rockdda_model_quake_options, only : form_of
    use rockdda_io_csv_table, only : read_csv_table
    use rockdda_io_name_hints, only : group_hint, name_hint, name_length
    use rockdda_io_namelist_parser, only : namelist_type, entry_type, beside
    use rockdda_io_option_list, only : option_list_type, list_options
    use rockdda_io_option_values, only : get_real, get_integer, get_logical, get_text, get_choice, get_reals, &
                                         get_integers, demand
+   use rockdda_io_record_file, only : read_record
    implicit none
    private
    public :: option_reader_type
@@ -354,9 +356,14 @@ contains
          if (.not. allocated(file)) cycle
          if (present(name)) name = file
          call demand(self%namelist, entry, len_trim(file) > 0, 'must name a file', self%messages)
-         if (len_trim(file) > 0) call read_csv_table(beside(self%namelist%source%file, trim(file)), &
-                                                     column_names(row), given, self%messages, &
-                                                     in_any_order=row%rule == list_rule%any_order)
+         if (len_trim(file) == 0) cycle
+         if (row%holds_record) then
+            call read_record(beside(self%namelist%source%file, trim(file)), form_of(row%form, file), row%column, &
+                             given, self%messages)
+            cycle
+         end if
+         call read_csv_table(beside(self%namelist%source%file, trim(file)), column_names(row), given, self%messages, &
+                             in_any_order=row%rule == list_rule%any_order)
       end do
       associate (unused => allocated(used))
       end associate

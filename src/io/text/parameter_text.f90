@@ -11,6 +11,7 @@ module rockdda_io_parameter_text
    use rockdda_model_option_defaults, only : defaults_type
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
    use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    implicit none
@@ -77,6 +78,7 @@ contains
       call describe_regions(table, p%regions, p%subdivisions)
       call describe_boundaries(table, p%boundaries, p%in_situ)
       call describe_water(table, p%water)
+      call describe_quakes(table, p%quakes)
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text
@@ -298,7 +300,9 @@ contains
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
       character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      if (self%in_list) then
+      if (row%holds_record) then
+         if (allocated(given)) call self%put(row, record_text(given), .true.)
+      else if (self%in_list) then
          call put_rows(self, row, given)
       else
          call put_rows(self, row, used)
@@ -329,6 +333,16 @@ contains
          call self%put(row, '', .true.)
       end if
    end subroutine put_rows
+
+   !> "4000 rows from t = 0 to 19.995, largest value 2.1"
+   pure function record_text(rows) result(text)
+      real(wp), intent(in) :: rows(:, :)
+      character(len=:), allocatable :: text
+      text = counted(size(rows, 2), 'row')
+      if (size(rows, 2) == 0) return
+      text = text//' from t = '//number(rows(1, 1))//' to '//number(rows(1, size(rows, 2)))//', largest value '// &
+             number(maxval(abs(rows(2, :))))
+   end function record_text
 
    !> "3 rows of t, ax, ay: (0 0 0) (1 2 0.5) (2 0 0)"
    function rows_text(columns, rows) result(text)

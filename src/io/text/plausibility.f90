@@ -211,6 +211,9 @@ contains
       integer :: k
       if (self%unit_weight > 0 .or. size(parameters%line_loads) > 0) return
       if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
+      if (allocated(parameters%quakes)) then
+         if (size(parameters%quakes) > 0) return
+      end if
       if (acts(parameters%fixed_tables) .or. acts(parameters%loading_tables)) return
       if (allocated(parameters%in_situ)) then
          if (size(parameters%in_situ) > 0) return

@@ -54,6 +54,18 @@ contains
             call check%is_finite([w%unit_weight], name//'_unit_weight')
          end associate
       end do
+      do i = 1, size(p%quakes)
+         associate (q => p%quakes(i), name => 'quake_'//to_string(i))
+            call check%is_there(allocated(q%rows), name//'_record')
+            call check%is_there(allocated(q%direction) .and. allocated(q%apply), name//'_apply')
+            if (.not. check%passed()) return
+            call check_table(check, name//'_record', 2, q%rows)
+            call check%holds(size(q%rows, 2) > 0, name//'_record')
+            call check%is_finite([q%scale], name//'_scale')
+            call check%holds(q%direction == 'x' .or. q%direction == 'y', name//'_direction')
+            call check%holds(q%apply == 'base_acceleration' .or. q%apply == 'base_motion', name//'_apply')
+         end associate
+      end do
    end subroutine check_ground
 
    !> Check regions, which stress in the ground may name.

@@ -12,6 +12,7 @@ module rockdda_io_checkpoint_model
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions, describe_changes
    use rockdda_model_options, only : run_options_type
+   use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    use rockdda_io_archive, only : archive_type
@@ -83,6 +84,7 @@ contains
       call describe_regions(table, parameters%regions, parameters%subdivisions)
       call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
       call describe_water(table, parameters%water)
+      call describe_quakes(table, parameters%quakes)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters

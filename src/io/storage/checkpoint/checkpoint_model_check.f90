@@ -36,6 +36,7 @@ contains
       call check%is_there(allocated(p%in_situ), 'in_situ')
       call check%is_there(allocated(p%changes), 'changes')
       call check%is_there(allocated(p%water), 'water')
+      call check%is_there(allocated(p%quakes), 'quakes')
       call check%is_there(allocated(p%fixed_tables), 'fixed_table_rows')
       call check%is_there(allocated(p%loading_tables), 'loading_table_rows')
       call check%holds(p%n_steps >= 0, 'steps')

@@ -1,0 +1,110 @@
+! SPDX-License-Identifier: MIT
+!> Rows of the table of options for records of ground acceleration: &quake; and what they must fulfil.
+module rockdda_model_quake_options
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : lower_case, to_string
+   use rockdda_model_options, only : quake_type, is_set
+   use rockdda_model_option, only : option_visitor_type, option_type, option
+   implicit none
+   private
+   public :: describe_quakes, settle_quakes, form_of, acts_as
+
+   !> Files of the format at2 hold accelerations in g: where no scale is given, that of a model in metres and seconds.
+   real(wp), parameter :: gravity_of_metres = 9.81_wp
+
+contains
+
+   !> Visit &quake.
+   subroutine describe_quakes(table, quakes)
+      class(option_visitor_type), intent(inout) :: table
+      type(quake_type), allocatable, intent(inout) :: quakes(:)
+      type(quake_type), allocatable :: more(:)
+      integer :: i, n, kept
+      if (.not. allocated(quakes)) allocate (quakes(0))
+      call table%begin('quake', 'A record of ground acceleration in one direction. Several groups add up.', &
+                       is_list=.true.)
+      n = size(quakes)
+      call table%resize(n)
+      allocate (more(n))
+      kept = min(n, size(quakes))
+      more(1:kept) = quakes(1:kept)
+      call move_alloc(more, quakes)
+      do i = 1, n
+         call table%start_element(i, quakes(i)%origin)
+         call describe_quake(table, quakes(i))
+      end do
+   end subroutine describe_quakes
+
+   !> One group. The record comes last: how it is read depends on the options before it.
+   subroutine describe_quake(table, quake)
+      class(option_visitor_type), intent(inout) :: table
+      type(quake_type), intent(inout) :: quake
+      character(len=*), parameter :: page = 'user-guide.md#earthquakes'
+      type(option_type) :: record
+      real(wp), allocatable :: no_rows(:, :)
+      call table%add(option('format', 'csv: a row of numbers for each time, the time first; at2: PEER, '// &
+                            'equal steps, in g', choices='at2|csv', &
+                            default_text="at2 where the file's name ends in .at2, else csv"), quake%form)
+      call table%add(option('column', 'name (in the header) or number of the column of the accelerations', &
+                            applies='format csv', default_text='2', or_number=.true.), quake%column)
+      call table%add(option('scale', 'factor of the values of the file, also of their unit', &
+                            default_text='1; format at2: 9.81, for metres and seconds'), quake%scale)
+      call table%add(option('direction', 'direction of the motion', choices='x|y', default_word='x'), quake%direction)
+      call table%add(option('apply', 'base_acceleration: the load -m a on all blocks, whose motion is then that '// &
+                            'relative to the base; base_motion: fixed points and boundaries that hold move by '// &
+                            'the displacement of the record', &
+                            choices='base_acceleration|base_motion', default_word='base_acceleration', &
+                            remark="'viscous_base' is not available yet", see=page), quake%apply)
+      record = option('record', 'file of the record', columns='t, a', required=.true., see=page)
+      record%holds_record = .true.
+      if (allocated(quake%form)) record%form = trim(quake%form)
+      if (allocated(quake%column)) record%column = trim(adjustl(quake%column))
+      call table%add_file(record, quake%rows, no_rows, quake%file)
+   end subroutine describe_quake
+
+   !> Is the record applied in this way?
+   pure logical function acts_as(quake, apply)
+      type(quake_type), intent(in) :: quake
+      character(len=*), intent(in) :: apply
+      acts_as = apply == 'base_acceleration'
+      if (.not. allocated(quake%apply)) return
+      if (len_trim(quake%apply) > 0) acts_as = quake%apply == apply
+   end function acts_as
+
+   !> Format and factor of all records.
+   subroutine settle_quakes(quakes, messages)
+      type(quake_type), intent(inout) :: quakes(:)
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      do i = 1, size(quakes)
+         associate (quake => quakes(i), title => '&quake '//to_string(i))
+            if (allocated(quake%file)) quake%form = form_of(quake%form, quake%file)
+            if (quake%form == 'at2') then
+               if (len(quake%column) > 0) call messages%add(severity%error, title//": column belongs to format "// &
+                  "'csv': a file of PEER has one component", quake%origin)
+               if (.not. is_set(quake%scale)) then
+                  quake%scale = gravity_of_metres
+                  call messages%add(severity%note, title//': accelerations of format at2 are in g; they are '// &
+                                    'multiplied by '//to_string(quake%scale)//' (give scale where the model is not '// &
+                                    'in metres and seconds)', quake%origin)
+               end if
+            end if
+            if (.not. is_set(quake%scale)) quake%scale = 1
+         end associate
+      end do
+   end subroutine settle_quakes
+
+   !> The format that is given, or that of the name of the file.
+   pure function form_of(given, file) result(form)
+      character(len=*), intent(in) :: given    !! empty: not given
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: form
+      form = trim(given)
+      if (len(form) > 0) return
+      form = 'csv'
+      if (len_trim(file) < 4) return
+      if (lower_case(file(len_trim(file) - 3:len_trim(file))) == '.at2') form = 'at2'
+   end function form_of
+
+end module rockdda_model_quake_options

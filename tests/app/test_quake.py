@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""Records of ground acceleration: how files are read, what they move, and what is said of bad ones."""
+
+import re
+import unittest
+
+from results_case import ResultsTest
+from support import h5py
+
+if h5py is not None:
+    import numpy as np
+
+# A block 2 x 2 held at two points, and a loose one high above it; a measured point in each.
+GEOMETRY = """\
+0.001
+8 8
+0
+0
+2
+0
+2
+0
+0 0 2 0 1
+2 0 2 2 1
+2 2 0 2 1
+0 2 0 0 1
+0 9 2 9 1
+2 9 2 11 1
+2 11 0 11 1
+0 11 0 9 1
+0.2 0.2 0.2 0.2
+1.8 0.2 1.8 0.2
+1 1
+1 10
+"""
+MODEL = """\
+&model geometry = 'two.dc' /
+&block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /
+&joint_material number = 1, friction = 30 /
+&load gravity = 0 /
+&time dt_max = 0.01 /
+&run t_end = 0.5 /
+"""
+# 1 from the start to 0.25, then -1 to 0.5: at rest there, at a distance of 1/16
+CSV = "# station\ntime, E (m/s2), N\n0, 0, 1\n0.25, 0, 1\n0.25, 0, -1\n0.5, 0, -1\n"
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class Quake(ResultsTest):
+    def setUp(self):
+        super().setUp()
+        self.write("two.dc", GEOMETRY)
+        self.write("record.csv", CSV)
+
+    def moved(self, quake):
+        """History of the displacement of both points."""
+        self.write("two.nml", MODEL + quake)
+        data, _ = self.run_model("two.nml")
+        self.assertAlmostEqual(data["history/time"][-1], 0.5)
+        return data["history/time"], data["history/measured_displacement"]
+
+    def errors(self, quake):
+        self.write("two.nml", MODEL + quake)
+        outcome = self.run_program("check", "two.nml")
+        self.assertEqual(outcome.code, 2, outcome.err)
+        return [line for line in outcome.err.splitlines() if ": error: " in line]
+
+    def test_base_acceleration_moves_what_is_loose_backwards(self):
+        """Relative to the base: -u(t) of the ground, exactly, for a record that jumps between steps."""
+        time, moved = self.moved("&quake record = 'record.csv', column = 'n', scale = 2 /")
+        early = time <= 0.25 + 1e-9
+        expected = np.where(early, time**2, 2 * (0.0625 - 0.5 * (0.5 - time) ** 2))
+        np.testing.assert_allclose(moved[:, 1, 0], -expected, rtol=1e-9, atol=1e-12)
+        self.assertLess(np.abs(moved[:, 0, 0]).max(), 1e-5)
+
+    def test_base_motion_takes_the_supports_along(self):
+        """Fixed points follow the displacement of the ground (their springs yield by m a/k); loose blocks stay."""
+        time, moved = self.moved("&quake record = 'record.csv', column = 3, apply = 'base_motion', direction = 'y' /")
+        early = time <= 0.25 + 1e-9
+        expected = np.where(early, 0.5 * time**2, 0.0625 - 0.5 * (0.5 - time) ** 2)
+        np.testing.assert_allclose(moved[:, 0, 1], expected, atol=1e-5)
+        self.assertEqual(np.abs(moved[:, 1]).max(), 0)
+
+    def test_boundaries_follow_the_ground_too(self):
+        geometry = GEOMETRY.replace("\n2\n0\n2\n0\n0 0", "\n0\n0\n2\n0\n0 0").replace("0.2 0.2 0.2 0.2\n", "")
+        self.write("two.dc", geometry.replace("1.8 0.2 1.8 0.2\n", ""))
+        boundary = "&boundary along = 0,0, 2,0, kind = 'fixed' /\n"
+        _, moved = self.moved(boundary + "&quake record = 'record.csv', column = 3, apply = 'base_motion' /")
+        self.assertAlmostEqual(moved[-1, 0, 0], 0.0625, delta=1e-5)
+
+    def test_peer_file_is_in_g(self):
+        rows = ["0.1"] * 51
+        for head in ("NPTS=    51, DT=   .0100 SEC,", "51  .01  NPTS, DT", "npts=51,dt=1d-2"):
+            lines = ["PEER STRONG MOTION", "A place, 1/2/2003, 090", "ACCELERATION IN UNITS OF G", head]
+            self.write(
+                "record.AT2", "\n".join(lines) + "\n" + "\n".join("  ".join(rows[i : i + 5]) for i in range(0, 51, 5))
+            )
+            _, moved = self.moved("&quake record = 'record.AT2' /")
+            self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 0.981 * 0.25, delta=1e-9)
+        _, moved = self.moved("&quake record = 'record.AT2', scale = 1, direction = 'y' /")
+        self.assertAlmostEqual(moved[-1, 1, 1], -0.5 * 0.1 * 0.25, delta=1e-9)
+
+    def test_several_records_add_up(self):
+        one = "&quake record = 'record.csv', column = 3 /\n"
+        _, moved = self.moved(one + one + one.replace("/", ", direction = 'y' /"))
+        np.testing.assert_allclose(moved[-1, 1], [-0.125, -0.0625], rtol=1e-9)
+
+    def test_the_log_says_what_the_record_is(self):
+        self.moved("&quake record = 'record.csv', column = 'n', scale = 2 /")
+        log = self.path("out.log").read_text()
+        self.assertRegex(log, r"quake 1 += format csv, column n, scale 2, direction x, apply base_acceleration, "
+                              r"record 4 rows from t = 0 to 0\.5, largest value 1\n")  # fmt: skip
+
+    def test_a_resumed_run_has_the_record(self):
+        """In another folder, without the file."""
+        self.write("two.nml", MODEL + "&quake record = 'record.csv', column = 3, apply = 'base_motion' /")
+        whole, _ = self.run_model("two.nml")
+        outcome = self.run_program("run", "two.nml", "-o", "half.h5", "--max-wall", "1e-9", "--quiet")
+        self.assertEqual(outcome.code, 4, outcome.err)
+        self.path("record.csv").unlink()
+        outcome = self.run_program("resume", "half.ckpt.h5", "--quiet")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        with h5py.File(self.path("half.h5")) as file:
+            self.assertTrue(
+                np.array_equal(file["history/measured_displacement"][()], whole["history/measured_displacement"])
+            )
+
+    def test_bad_records_name_the_place(self):
+        for text, form, message in (
+            ("t,a\n0,1\n1,x\n", "csv", r"record:3:3: error: value of row 2: expected a number, found 'x'"),
+            ("0 1\n1\n", "csv", r"record:2:1: error: row 2: expected at least 2 numbers on this line, found 1"),
+            ("0 1\n1 2 3\n", "csv", r"record:2:5: error: row 2: expected 2 numbers .* found 3"),
+            ("0 1\n2 1\n1 1\n", "csv", r"record:3:1: error: time of row 3: must not be smaller .* found '1'"),
+            ("t,a\n", "csv", r"record:1:4: error: the record has no rows"),
+            ("a\nb\n", "at2", r"record:1:1: error: this is no file of PEER"),
+            ("a\nNPTS= 3, DT= .01\n1 2\n", "at2", r"record:3:4: error: the file ends after 2 values, NPTS is 3"),
+            ("a\nNPTS= 1, DT= .01\n1 2\n", "at2", r"record:3:3: error: the file has more than the 1 value of NPTS"),
+            ("a\nNPTS= x, DT= .01\n1 2\n", "at2", r"record:2:1: error: expected the number of values"),
+            ("a\nNPTS= 2, DT= .01\n1 NaN\n", "at2", r"record:3:3: error: value 2: expected a number, found 'NaN'"),
+        ):
+            with self.subTest(text=text):
+                self.write("record", text)
+                found = self.errors(f"&quake record = 'record', format = '{form}' /")
+                self.assertEqual(len(found), 1, found)
+                self.assertRegex(found[0], message)
+
+    def test_bad_options_name_the_place(self):
+        for options, message in (
+            ("record = 'none.csv'", r"none\.csv: error: no such file"),
+            ("column = 2", r"two\.nml:7:1: error: &quake: 'record' is missing"),
+            ("record = 'record.csv', column = 'e (m/s)'",
+             r"record\.csv:2:1: error: no column .* did you mean 'e \(m/s2\)'\?"),
+            ("record = 'record.csv', column = 1", r"column '1' is not possible"),
+            ("record = 'record.csv', column = 7", r"record\.csv:3:7: error: row 1: expected at least 7 numbers"),
+            ("record = 'record.csv', apply = 'viscous_base'", r"apply: .*viscous_base"),
+            ("record = 'record.csv', direction = 'z'", r"two\.nml:7:43: error: direction: "),
+        ):  # fmt: skip
+            with self.subTest(options=options):
+                found = self.errors(f"&quake {options} /")
+                self.assertRegex(found[0], message)
+
+    def test_namelist_of_a_legacy_pair_keeps_the_record(self):
+        self.write("two.nml", MODEL + "&quake record = 'record.csv', column = 'n' /")
+        outcome = self.run_program("check", "--as-namelist", "two.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertRegex(outcome.out, r"&quake[^/]*column = 'n'[^/]*record = '[^']*record\.csv'")
+        self.assertEqual(len(re.findall("&quake", outcome.out)), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
