@@ -33,7 +33,8 @@ module rockdda_interaction_bolts
       real(wp), allocatable :: force(:)        !! (n) axial force at the step's start
       logical, allocatable :: acts(:)          !! (n) both ends are in blocks that are there, or outside
       logical, allocatable :: yields(:)        !! (n) trial: force held at the strength
-      real(wp), allocatable :: stretch(:)      !! (n) predicted change of length
+      real(wp), allocatable :: stretch(:)      !! (n) predicted change of length up to where forces act, see `reach_end`
+      real(wp), private :: level = 1           !! share of the step's motion up to there
       real(wp), allocatable, private :: kept_stretch(:)   !! (n)
    contains
       procedure :: init
@@ -201,8 +202,7 @@ contains
    subroutine begin(self, context)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      associate (unused => context%dt)
-      end associate
+      self%level = context%scheme%level
       self%yields = .false.
       self%stretch = 0
    end subroutine begin
@@ -243,7 +243,7 @@ contains
       integer :: l
       logical :: yields
       do l = 1, self%n
-         stiffness = [self%stiffness(l), 0.0_wp]
+         stiffness = [self%level*self%stiffness(l), 0.0_wp]
          force = [-self%force(l), 0.0_wp]
          if (self%yields(l)) then
             call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force(1), yields, &
@@ -267,6 +267,7 @@ contains
             dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c)))
          if (equations%pair(2, c) > 0) self%stretch(l) = self%stretch(l) + &
             dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c)))
+         self%stretch(l) = self%level*self%stretch(l)
       end do
    end subroutine predict
 
@@ -308,7 +309,7 @@ contains
       do l = 1, self%n
          c = self%first_link + l
          ends = context%state%bolt_ends(:, l)
-         off = -norm2(ends(3:4) - ends(1:2)) - self%stretch(l)
+         off = -norm2(ends(3:4) - ends(1:2)) - self%stretch(l)/self%level
          ! without a direction it does not act
          if (all(abs(ends(3:4) - ends(1:2)) <= 0)) cycle
          load = huge(load)
@@ -347,7 +348,7 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: start_energy, end_energy, force, yielded, stored, lost, plastic
+      real(wp) :: start_energy, end_energy, force, yielded, stored, lost, plastic, work
       logical :: yields
       integer :: l
       associate (unused => context%dt, not_used => d)
@@ -357,6 +358,14 @@ contains
       do l = 1, self%n
          call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force, yields, yielded)
          call bolt_energy(self%stiffness(l), self%force(l), force, yielded, stored, lost, plastic)
+         if (self%level < 1) then
+            ! the force that has acted in the step, and that of its end
+            work = force*self%stretch(l)/self%level
+            call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l)/self%level, force, &
+                               yields, yielded)
+            lost = work - 0.5_wp*(force - self%force(l))*(force + self%force(l))/self%stiffness(l)
+            plastic = 0
+         end if
          start_energy = start_energy + 0.5_wp*self%force(l)**2/self%stiffness(l)
          end_energy = end_energy + 0.5_wp*force**2/self%stiffness(l)
          call balance%add(energy%dissipated, lost + plastic)
@@ -376,7 +385,8 @@ contains
       associate (unused => d)
       end associate
       do l = 1, self%n
-         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l), force, yields, yielded)
+         call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l)/self%level, force, &
+                            yields, yielded)
          context%state%bolt_plastic(l) = context%state%bolt_plastic(l) + yielded
       end do
    end subroutine commit

@@ -198,8 +198,8 @@ contains
       do i = 1, size(self%list)
          associate (s => self%list(i), b => self%list(i)%block)
             if (.not. context%state%active(b)) cycle
-            call add_line_spring(s%stiffness, s%direction, &
-                                 -s%stiffness*(stretch_at_start(s, context) - pulled_by(self, s)), &
+            call add_line_spring(context%scheme%level*s%stiffness, s%direction, -s%stiffness* &
+                                 (stretch_at_start(s, context) - context%scheme%level*pulled_by(self, s)), &
                                  context%state%vertices(:, s%vertex), context%moving(b), &
                                  equations%block_matrix(:, :, b), equations%block_load(:, b), &
                                  equations%block_magnitude(:, b))
@@ -265,7 +265,8 @@ contains
             x0 = stretch_at_start(s, context)
             x1 = stretch_at_end(self, s, context, d(:, s%block))
             dx = pulled_by(self, s)
-            call spring_step_energy(s%stiffness, [x0, 0.0_wp], [x1, 0.0_wp], [dx, 0.0_wp], stored, lost, external)
+            call spring_step_energy(s%stiffness, [x0, 0.0_wp], [x1, 0.0_wp], [dx, 0.0_wp], stored, lost, external, &
+                                    context%scheme%level)
             before(s%block) = before(s%block) + 0.5_wp*s%stiffness*x0**2
             after(s%block) = after(s%block) + (0.5_wp*s%stiffness*x0**2 + stored)
             call balance%add(energy%dissipated, lost)

@@ -94,7 +94,7 @@ contains
       else
          traction = -group%pressure*normal
       end if
-      traction = load_factor(group%table, context%state%time + context%dt)*traction
+      traction = load_factor(group%table, context%load_time())*traction
       edge%force = norm2(q - p)*traction
       edge%load = line_load(p, q, block, traction, traction)
    end subroutine find_traction_load

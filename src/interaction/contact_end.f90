@@ -71,7 +71,8 @@ contains
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: ends(piece)
-      real(wp) :: x1, s1, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4), gained
+      real(wp) :: x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: gained, where_acts
       integer :: c
       logical :: was_closed, was_held, dilates
       carried = 0
@@ -102,22 +103,29 @@ contains
             end if
             x1 = trial%gap(c)
             s1 = after%shear
+            half = trial%level(c) - 0.5_wp
             if (was_held .or. x0 < 0) then
-               dissipated = dissipated + 0.5_wp*kn*(x1 - x0)**2
+               dissipated = dissipated + half*kn*(x1 - x0)**2
                if (.not. was_closed) then
                   discarded = discarded - 0.5_wp*kn*x0**2
                   if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
                end if
             else
-               dissipated = dissipated + (kn*x1*(x1 - x0) - 0.5_wp*kn*x1**2)
+               where_acts = x1
+               if (trial%level(c) < 1) where_acts = x0 + trial%level(c)*(x1 - x0)
+               dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
-            dissipated = dissipated + joint%normal_drag*(x1 - x0)*(x1 - x0)
+            dissipated = dissipated + trial%level(c)*joint%normal_drag*(x1 - x0)*(x1 - x0)
             if (trial%state_used(c) == contact_state%locked) then
-               dissipated = dissipated + 0.5_wp*ks*(s1 - s0)**2
-               dissipated = dissipated + joint%drag*(s1 - s0)*(s1 - s0)
+               dissipated = dissipated + half*ks*(s1 - s0)**2
+               dissipated = dissipated + trial%level(c)*joint%drag*(s1 - s0)*(s1 - s0)
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
                           0.5_wp*ks*(s1**2 - s0**2)
+            end if
+            if (trial%opened(c)) then
+               discarded = discarded + after%energy
+               cycle
             end if
             stored = stored + after%energy
             if (.not. dilates) cycle
@@ -164,7 +172,7 @@ contains
       end if
       if (.not. allocated(before)) return
       do c = 1, table%n
-         if (trial%state_used(c) == contact_state%open) cycle
+         if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) cycle
          table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), table%k_n(c), trial%gap(c), &
                                                              before(c), table%total_slip(c) - before(c))
       end do

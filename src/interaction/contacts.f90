@@ -17,7 +17,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, new_joint_settings, linearise_joint
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_end_type, new_joint_settings, &
+      linearise_joint
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -51,6 +52,8 @@ module rockdda_interaction_contacts
       procedure :: commit
       procedure :: add_forces
       procedure :: slip_share
+      procedure :: reach_end
+      procedure :: add_impulses
    end type contacts_type
 
 contains
@@ -91,9 +94,9 @@ contains
    subroutine begin(self, context)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      self%settings = new_joint_settings(context%parameters, context%dt)
+      self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
       call self%trial%begin(self%table, self%laws, self%settings)
-      call set_dashpots(context, self%laws, self%table, self%trial%joint)
+      call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%joint)
    end subroutine begin
 
    !> Springs, dashpots and friction of the trial states. The links of contacts that stay open or locked since the last
@@ -109,7 +112,9 @@ contains
          if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
              self%trial%joint(c)%state /= contact_state%sliding) cycle
          call linearise_joint(self%trial%joint(c), stiffness, force)
-         call equations%set_link(self%first_link + c, stiffness, force)
+         associate (factor => self%trial%factor(c))
+            call equations%set_link(self%first_link + c, factor*self%trial%level(c)*stiffness, factor*force)
+         end associate
       end do
       !$omp end parallel do
    end subroutine add_to_links
@@ -124,7 +129,8 @@ contains
          c = self%friction%rows(i)
          l = self%first_link + c
          call equations%set_link(l, equations%stiffness(:, l), &
-                                 [equations%force(1, l), -self%trial%joint(c)%slip_sign*self%trial%joint(c)%friction])
+                                 [equations%force(1, l), -self%trial%factor(c)*self%trial%joint(c)%slip_sign* &
+                                  self%trial%joint(c)%friction])
       end do
       !$omp end parallel do
    end subroutine add_friction
@@ -136,7 +142,8 @@ contains
       integer :: c
       !$omp parallel do default(none) shared(self, equations) private(c) if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         call predict_contact(self%table%gap(c), equations, self%first_link + c, self%trial%gap(c), self%trial%slip(c))
+         call predict_contact(self%table%gap(c), self%trial%level(c), equations, self%first_link + c, &
+                              self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
    end subroutine predict
@@ -149,20 +156,22 @@ contains
       !$omp parallel do default(none) shared(self, equations) private(c, i) if (self%friction%n > parallel_contacts)
       do i = 1, self%friction%n
          c = self%friction%rows(i)
-         call predict_contact(self%table%gap(c), equations, self%first_link + c, self%trial%gap(c), self%trial%slip(c))
+         call predict_contact(self%table%gap(c), self%trial%level(c), equations, self%first_link + c, &
+                              self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
    end subroutine predict_sliding
 
-   !> Gap and slip of the contact of link l for the solution x.
-   pure subroutine predict_contact(start_gap, equations, l, gap, slip)
+   !> Gap and slip of the contact of link l for the solution x, where its forces act.
+   pure subroutine predict_contact(start_gap, level, equations, l, gap, slip)
       real(wp), intent(in) :: start_gap   !! [length]
+      real(wp), intent(in) :: level       !! share of the motion of the step
       type(equations_type), intent(in) :: equations
       integer, intent(in) :: l
       real(wp), intent(out) :: gap, slip  !! [length]
       associate (xa => equations%x(:, equations%pair(1, l)), xb => equations%x(:, equations%pair(2, l)))
-         gap = start_gap + along(equations%vector_a(:, 1, l), xa, equations%vector_b(:, 1, l), xb)
-         slip = along(equations%vector_a(:, 2, l), xa, equations%vector_b(:, 2, l), xb)
+         gap = start_gap + level*along(equations%vector_a(:, 1, l), xa, equations%vector_b(:, 1, l), xb)
+         slip = level*along(equations%vector_a(:, 2, l), xa, equations%vector_b(:, 2, l), xb)
       end associate
    end subroutine predict_contact
 
@@ -207,8 +216,13 @@ contains
       class(contacts_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
+      integer :: c
       call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
                                      force(:, self%first_link + 1:self%first_link + self%table%n))
+      if (abs(self%settings%impact - 1) <= 0) return
+      do c = 1, self%table%n
+         force(:, self%first_link + c) = self%trial%factor(c)*force(:, self%first_link + c)
+      end do
    end subroutine lawful_forces
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
@@ -218,6 +232,38 @@ contains
       type(equations_type), intent(inout) :: equations
       call measure_lengths(self%table, self%trial, self%first_link, context, equations)
    end subroutine measure_placement
+
+   !> From the motion where forces have acted to that of the end of the step.
+   subroutine reach_end(self)
+      class(contacts_type), intent(inout) :: self
+      call self%trial%reach_end(self%table, self%laws, self%settings)
+   end subroutine reach_end
+
+   !> Impulses on the blocks by contacts that have closed in the step.
+   subroutine add_impulses(self, equations, dt, impulse)
+      class(contacts_type), intent(in) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(in) :: dt                             !! step [time]
+      real(wp), intent(inout), contiguous :: impulse(:, :)   !! (6, nb)
+      type(joint_end_type) :: last(1)
+      real(wp) :: p(2)
+      integer :: c, l
+      do c = 1, self%table%n
+         if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
+         call self%trial%find_ends(c, c, last)
+         p = dt*[last(1)%normal_force, last(1)%shear_force]
+         associate (joint => self%trial%joint(c))
+            p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%gap)
+            if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
+         end associate
+         l = self%first_link + c
+         associate (a => equations%pair(1, l), b => equations%pair(2, l), of_a => equations%vector_a(:, :, l), &
+                    of_b => equations%vector_b(:, :, l))
+            impulse(:, a) = impulse(:, a) + (p(1)*of_a(:, 1) + p(2)*of_a(:, 2))
+            impulse(:, b) = impulse(:, b) + (p(1)*of_b(:, 1) + p(2)*of_b(:, 2))
+         end associate
+      end do
+   end subroutine add_impulses
 
    !> Judge all contacts. Whether their forces are settled is decided by `trial%count_unsettled`.
    subroutine judge(self, n_changes, n_unsettled)

@@ -11,6 +11,7 @@ module rockdda_interaction_context
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, &
       new_moved_block
    use rockdda_interaction_ground_motion, only : ground_motion_type
+   use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
    public :: step_context_type
@@ -26,6 +27,8 @@ module rockdda_interaction_context
       type(initial_stress_type) :: initial_stress   !! the field of which state%stress is the mean at time 0
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
+      type(time_scheme_type) :: scheme          !! of its integration in time
+      real(wp), allocatable :: jump(:, :)       !! (6, nb) of velocities, by contacts that close in the step
       real(wp) :: gravity = 1                   !! factor on all weights
       real(wp) :: motion_start = 0              !! time at which base motion begins; huge: not yet
       character(len=:), allocatable :: water    !! names of the groups of &water that act; empty: all
@@ -42,6 +45,7 @@ module rockdda_interaction_context
       procedure :: motion_time
       procedure :: stress_at_start
       procedure :: model_blocks
+      procedure :: load_time
    end type step_context_type
 
 contains
@@ -80,6 +84,11 @@ contains
       blocks = self%blocks
       call move_model(self%state%datum, blocks)
    end function model_blocks
+   !> Time at which loads of the step are taken.
+   pure real(wp) function load_time(self)
+      class(step_context_type), intent(in) :: self
+      load_time = self%state%time + self%scheme%level*self%dt
+   end function load_time
 
    !> What is expected next is new for all blocks.
    pure subroutine renew_all(self)
@@ -87,6 +96,7 @@ contains
       if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks), &
                                                   self%moved(self%blocks%n_blocks), &
                                                   self%renewed(self%blocks%n_blocks))
+      if (.not. allocated(self%jump)) allocate (self%jump(6, self%blocks%n_blocks), source=0.0_wp)
       self%renewed = .true.
    end subroutine renew_all
 

@@ -23,19 +23,21 @@ module rockdda_interaction_dashpots
 contains
 
    !> Dashpots of all contacts in an attempt, of which `context` has the step.
-   pure subroutine set_dashpots(context, laws, table, joint)
+   pure subroutine set_dashpots(context, laws, table, level, joint)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: level(:)                   !! (>= rows) share of the motion that gap and slip are
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
-      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, joint)
+      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, joint)
    end subroutine set_dashpots
 
    !> Dashpots of all contacts, for which the springs of each block are added up.
-   pure subroutine share_damping(context, laws, table, joint)
+   pure subroutine share_damping(context, laws, table, level, joint)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: level(:)                   !! (>= rows) share of the motion that gap and slip are
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       logical, allocatable :: held(:)                    !! (blocks)
@@ -54,7 +56,7 @@ contains
       end do
       do c = 1, table%n
          associate (ratio => laws(table%joint(c))%damping_ratio)
-            if (.not. ratio > 0) cycle
+            if (.not. (ratio > 0 .and. level(c) > 0)) cycle
             springs = [table%k_n(c), table%k_s(c)]
             squared = 0
             do k = 1, 2
@@ -62,8 +64,8 @@ contains
                if (held(block)) cycle
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
-            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/context%dt
-            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/context%dt
+            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(level(c)*context%dt)
+            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(level(c)*context%dt)
          end associate
       end do
    end subroutine share_damping

@@ -103,15 +103,18 @@ contains
 
    !> Energy of one step. The work done on the block, S s1.de with s1 = s0 + E de, is stored + dissipated:
    !> stored is the change of `strain_energy`, dissipated the numerical part of the implicit step.
-   pure subroutine elastic_energy(e, stress, strain, area, stored, dissipated)
+   !> With the stress at another level of the step, s0 + level E de, the numerical part is (2 level - 1) times that.
+   pure subroutine elastic_energy(e, stress, strain, area, stored, dissipated, level)
       real(wp), intent(in) :: e(3, 3)        !! elasticity matrix
       real(wp), intent(in) :: stress(3)      !! at the start of the step
       real(wp), intent(in) :: strain(3)      !! of the step: d(4:6)
       real(wp), intent(in) :: area           !! at the start of the step [length^2]
       real(wp), intent(out) :: stored        !! [energy]
       real(wp), intent(out) :: dissipated    !! [energy], >= 0
+      real(wp), intent(in), optional :: level   !! of the step whose stress acts in it; default 1, its end
       dissipated = 0.5_wp*area*dot_product(strain, matmul(e, strain))
       stored = area*dot_product(stress, strain) + dissipated
+      if (present(level)) dissipated = (2*level - 1)*dissipated
    end subroutine elastic_energy
 
    !> Elasticity and compliance of all block materials.
@@ -140,7 +143,8 @@ contains
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          associate (area => context%state%area(i), alpha => context%parameters%mass_damping)
-            call add_elastic(self%e(:, :, context%blocks%block_material(i)), area, equations%block_matrix(:, :, i))
+            call add_elastic(self%e(:, :, context%blocks%block_material(i)), context%scheme%level*area, &
+                             equations%block_matrix(:, :, i))
             call add_stress(context%state%stress(:, i), area, equations%block_load(:, i))
             equations%block_magnitude(4:6, i) = equations%block_magnitude(4:6, i) + area*abs(context%state%stress(:, i))
             if (alpha > 0) call add_mass_damping(alpha, mass_matrix(context%state%mass(i), area, &
@@ -168,7 +172,8 @@ contains
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
             associate (state => context%state, alpha => context%parameters%mass_damping)
                m = context%blocks%block_material(i)
-               call elastic_energy(self%e(:, :, m), state%stress(:, i), d(4:6, i), state%area(i), stored, lost)
+               call elastic_energy(self%e(:, :, m), state%stress(:, i), d(4:6, i), state%area(i), stored, lost, &
+                                   context%scheme%level)
                if (alpha > 0) lost = lost + mass_damping_dissipation(alpha, mass_matrix(state%mass(i), state%area(i), &
                                                                      state%moments(:, i)), context%dt, d(:, i))
                balance%sums(1, p) = balance%sums(1, p) + lost

@@ -21,10 +21,12 @@ module rockdda_interaction_families
    use rockdda_interaction_inertia, only : inertia_type
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_kinematics, only : mass_matrix
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_supports, only : supports_type
    use rockdda_interaction_water, only : water_family_type
    use rockdda_interaction_water_at_start, only : pressure_on_contacts, pressure_on_edges
+   use rockdda_linear_small_blocks, only : factorize_block, solve_block
    implicit none
    private
    public :: families_type
@@ -66,6 +68,7 @@ module rockdda_interaction_families
       procedure :: add_energies
       procedure :: add_moved_energies
       procedure :: add_forces
+      procedure :: reach_end
       procedure :: commit
       procedure :: exchange_state
       procedure :: check_state
@@ -288,6 +291,27 @@ contains
          n_unsettled = n_unsettled + unsettled
       end do
    end subroutine judge
+
+   !> From the motion of links where their forces act to that of the end of the step; velocity jumps of blocks by
+   !> contacts that have closed in it.
+   subroutine reach_end(self, context, equations)
+      class(families_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      type(equations_type), intent(in) :: equations
+      real(wp) :: l(6, 6)
+      integer :: i
+      logical :: ok
+      if (.not. context%scheme%second_order) return
+      context%jump = 0
+      call self%contacts%add_impulses(equations, context%dt, context%jump)
+      do i = 1, context%blocks%n_blocks
+         if (.not. any(abs(context%jump(:, i)) > 0)) cycle
+         call factorize_block(mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i)), &
+                              l, ok)
+         if (ok) call solve_block(l, context%jump(:, i))
+      end do
+      call self%contacts%reach_end()
+   end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.
    subroutine add_energies(self, context, d, balance)

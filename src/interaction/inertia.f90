@@ -12,6 +12,7 @@
 module rockdda_interaction_inertia
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -40,6 +41,19 @@ contains
       k = k + (2/dt**2)*m
       f = f + (2/dt)*matmul(m, velocity)
    end subroutine add_inertia
+
+   !> The same in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load.
+   pure subroutine add_carried_inertia(m, context, i, k, f)
+      real(wp), intent(in) :: m(6, 6)        !! mass matrix
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: i               !! block
+      real(wp), intent(inout) :: k(6, 6)     !! diagonal block
+      real(wp), intent(inout) :: f(6)        !! load
+      associate (c => context%scheme%inertia, dt => context%dt)
+         k = k + (c/dt**2)*m
+         f = f + matmul(m, (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%state%acceleration(:, i))
+      end associate
+   end subroutine add_carried_inertia
 
    !> Velocity at the end of the step.
    pure function new_velocity(d, velocity, dt) result(v)
@@ -82,14 +96,19 @@ contains
       do i = 1, context%blocks%n_blocks
          m = mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i))
          f = 0
-         call add_inertia(m, context%state%velocity(:, i), context%dt, equations%block_matrix(:, :, i), f)
+         if (context%scheme%second_order) then
+            call add_carried_inertia(m, context, i, equations%block_matrix(:, :, i), f)
+         else
+            call add_inertia(m, context%state%velocity(:, i), context%dt, equations%block_matrix(:, :, i), f)
+         end if
          equations%block_load(:, i) = equations%block_load(:, i) + f
          equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
       end do
       !$omp end parallel do
    end subroutine add_to_blocks
 
-   !> Kinetic energy at the end of the step with the masses of its start.
+   !> Kinetic energy at the end of the step with the masses of its start; in a scheme of second order what the work of
+   !> all forces exceeds its change by is numerical dissipation.
    subroutine add_energies(self, context, d, balance)
       class(inertia_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -102,14 +121,20 @@ contains
       !$omp parallel do default(none) shared(context, d, balance) private(i, p) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n_pieces(context%blocks%n_blocks)
-         balance%sums(1, p) = 0
+         balance%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
-            call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), context%dt), &
-                             balance%sums(1, p))
+            if (context%scheme%second_order) then
+               call add_carried(i, context, d(:, i), balance%sums(1, p), balance%sums(2, p))
+            else
+               call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), context%dt), &
+                                balance%sums(1, p))
+            end if
          end do
       end do
       !$omp end parallel do
       balance%predicted(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
+      if (context%scheme%second_order) call balance%add(energy%dissipated, &
+                                                        sum(balance%sums(2, 1:n_pieces(context%blocks%n_blocks))))
    end subroutine add_energies
 
    !> Kinetic energy of the state.
@@ -132,6 +157,27 @@ contains
       !$omp end parallel do
       balance%moved(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
    end subroutine add_moved_energies
+
+   !> Kinetic energy of block i at the end of a step of second order, and what the scheme dissipates.
+   pure subroutine add_carried(i, context, d, kinetic, lost)
+      integer, intent(in) :: i
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: d(6)           !! motion of the step
+      real(wp), intent(inout) :: kinetic, lost
+      real(wp) :: a(6), v(6), momentum(6), before, after
+      associate (state => context%state, jump => context%jump(:, i))
+         a = context%scheme%new_acceleration(d, state%velocity(:, i), state%acceleration(:, i), jump, context%dt)
+         v = state%velocity(:, i) + context%scheme%velocity_change(state%acceleration(:, i), a, jump, context%dt)
+         momentum = mass_times(state%mass(i), state%area(i), state%moments(:, i), d)
+         before = 0
+         after = 0
+         call add_kinetic(i, context, state%velocity(:, i), before)
+         call add_kinetic(i, context, v, after)
+         kinetic = kinetic + after
+         lost = lost + context%scheme%inertia_work(momentum, state%acceleration(:, i), a, jump, context%dt) &
+                - (after - before)
+      end associate
+   end subroutine add_carried
 
    !> Kinetic energy of block i with a given velocity.
    pure subroutine add_kinetic(i, context, velocity, total)

@@ -36,6 +36,7 @@ module rockdda_interaction_joint_law
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
+   use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
    public :: joint_settings_type, new_joint_settings, joint_type, joint_response_type, joint_end_type
@@ -52,6 +53,8 @@ module rockdda_interaction_joint_law
       real(wp) :: round_off = 0        !! changes of length below this are round-off [length]
       logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
       real(wp) :: dt = 1               !! step, for slip rates
+      real(wp) :: level = 1            !! share of the step after which forces of closed contacts act
+      real(wp) :: impact = 1           !! factor, in the equations, of forces of contacts that close
    end type joint_settings_type
 
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
@@ -93,14 +96,17 @@ module rockdda_interaction_joint_law
 contains
 
    !> Margins of an attempt at a step of length dt.
-   pure type(joint_settings_type) function new_joint_settings(parameters, dt) result(settings)
+   pure type(joint_settings_type) function new_joint_settings(parameters, dt, scheme) result(settings)
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt               !! [time]
+      type(time_scheme_type), intent(in) :: scheme
       settings%close_tolerance = parameters%close_tolerance
       settings%open_tolerance = parameters%open_tolerance
       settings%round_off = round_off*parameters%w0
       settings%peer = parameters%peer_contacts
       settings%dt = dt
+      settings%level = scheme%level
+      settings%impact = scheme%impact
    end function new_joint_settings
 
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory

@@ -52,12 +52,15 @@ contains
    end function body_force
 
    !> Acceleration of the base in the step: of tables and harmonic terms that of the middle, of records the mean.
+   !> A scheme that takes forces at another level of the step has the middle there.
    pure function base_motion(context) result(a)
       type(step_context_type), intent(in) :: context
       real(wp) :: a(2)                !! [length/time^2]
-      a = base_acceleration(context%parameters%base, context%motion_time(0.5_wp))
+      real(wp) :: middle              !! share of the step
+      middle = context%scheme%middle()
+      a = base_acceleration(context%parameters%base, context%motion_time(middle))
       if (context%ground_motion%acts('base_acceleration')) a = a + context%ground_motion%mean_acceleration( &
-         'base_acceleration', context%motion_time(0.0_wp), context%motion_time(1.0_wp))
+         'base_acceleration', context%motion_time(middle - 0.5_wp), context%motion_time(middle + 0.5_wp))
    end function base_motion
 
    !> Room for the loads, and the blocks that carry the line loads.
@@ -112,13 +115,13 @@ contains
       !$omp end parallel do
    end subroutine add_to_blocks
 
-   !> Point loads and line loads at the end of the step.
+   !> Point loads and line loads at the time of the step for which forces are taken, its end in Shi's scheme.
    pure subroutine add_points_and_lines(self, context)
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       real(wp) :: force(2), factor, t_end
       integer :: p, b
-      t_end = context%state%time + context%dt
+      t_end = context%load_time()
       do p = 1, context%blocks%loading%n
          associate (table => context%parameters%loading_tables(p))
             if (.not. allocated(table%rows)) cycle

@@ -30,6 +30,11 @@ module rockdda_interaction_open_close
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
+      logical, allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
+      !> Share of the step's motion after which the forces of a contact act: that of the scheme where it is closed at
+      !> the start, else 1; gap and slip are those there until `reach_end`. And the factor of its forces in the
+      !> equations.
+      real(wp), allocatable :: level(:), factor(:)
    contains
       procedure :: begin
       procedure :: judge
@@ -39,6 +44,8 @@ module rockdda_interaction_open_close
       procedure :: forces_between
       procedure :: friction_limit
       procedure :: find_ends
+      procedure :: gap_at_end
+      procedure :: reach_end
       procedure, private :: joint_used
       procedure :: commit
    end type open_close_type
@@ -77,6 +84,14 @@ contains
          self%slip(c) = 0
          self%changes(c) = 0
          self%miss(c) = 0
+         self%opened(c) = .false.
+         ! one that is open at the start and closes does not know when: its force at the end is an impulse
+         self%level(c) = 1
+         self%factor(c) = settings%impact
+         if (self%joint(c)%state /= contact_state%open) then
+            self%level(c) = settings%level
+            self%factor(c) = 1
+         end if
          self%state_used(c) = no_state
          if (self%joint(c)%state == contact_state%sliding) self%joint(c)%friction = sliding_friction( &
             laws(table%joint(c)), settings, self%joint(c), self%normal_force(c), 0.0_wp)
@@ -230,6 +245,34 @@ contains
                       self%slip(first:last), ends)
    end subroutine find_ends
 
+   !> Gap at the end of the step, by the gap where the forces act.
+   pure real(wp) function gap_at_end(self, c) result(gap)
+      class(open_close_type), intent(in) :: self
+      integer, intent(in) :: c                       !! row
+      gap = self%gap(c)
+      if (self%level(c) < 1) gap = self%joint(c)%gap + (gap - self%joint(c)%gap)/self%level(c)
+   end function gap_at_end
+
+   !> From the motion where forces have acted to that of the end of the step. What is apart there is open from then on.
+   subroutine reach_end(self, table, laws, settings)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      real(wp) :: limit
+      integer :: c
+      do c = 1, table%n
+         self%gap(c) = self%gap_at_end(c)
+         self%slip(c) = self%slip(c)/self%level(c)
+         if (self%state_used(c) == contact_state%open .or. table%tied(c)) cycle
+         associate (law => laws(table%joint(c)))
+            limit = settings%open_tolerance
+            if (self%joint(c)%bonded .or. law%residual_tension > 0) limit = opening_gap(law, settings, self%joint(c))
+         end associate
+         self%opened(c) = self%gap(c) > limit
+      end do
+   end subroutine reach_end
+
    !> Memory of a contact with the state that the last solve had.
    pure type(joint_type) function joint_used(self, c) result(joint)
       class(open_close_type), intent(in) :: self
@@ -282,7 +325,7 @@ contains
       call self%find_ends(first, last, ends)
       do c = first, last
          table%bonded(c) = self%joint(c)%bonded
-         if (self%state_used(c) == contact_state%open) then
+         if (self%state_used(c) == contact_state%open .or. self%opened(c)) then
             ! a contact that would close after the last solve has no spring yet
             call table%open_row(c)
             cycle
@@ -487,11 +530,13 @@ contains
       if (allocated(self%joint)) then
          if (size(self%joint) >= n) return
          deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, self%changes, self%state_used, &
-                     self%sign_used, self%friction_used)
+                     self%sign_used, self%friction_used, self%opened, self%level, self%factor)
       end if
       m = n + n/4 + 16
       allocate (self%joint(m))
       allocate (self%changes(m), self%state_used(m), self%sign_used(m), source=0)
+      allocate (self%opened(m), source=.false.)
+      allocate (self%level(m), self%factor(m), source=1.0_wp)
       allocate (self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), self%friction_used(m), source=0.0_wp)
    end subroutine make_room
 

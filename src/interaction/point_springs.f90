@@ -17,7 +17,7 @@ contains
 
    !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;
    !> potential 1/2 p |moved + T d - target|**2.
-   pure subroutine add_point_spring(p, point, block, moved, target, k, f)
+   pure subroutine add_point_spring(p, point, block, moved, target, k, f, level)
       real(wp), intent(in) :: p             !! stiffness [force/length], > 0
       real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
       type(moving_block_type), intent(in) :: block
@@ -25,17 +25,20 @@ contains
       real(wp), intent(in) :: target(2)     !! prescribed displacement at the end of the step [length]
       real(wp), intent(inout) :: k(6, 6)    !! diagonal block
       real(wp), intent(inout) :: f(6)       !! load
-      real(wp) :: t(2, 6)
+      real(wp), intent(in), optional :: level   !! share of the step's motion after which the force acts; default 1
+      real(wp) :: t(2, 6), share
       integer :: j
+      share = 1
+      if (present(level)) share = level
       t(1, :) = mean_load([1.0_wp, 0.0_wp], point, block)
       t(2, :) = mean_load([0.0_wp, 1.0_wp], point, block)
       do j = 1, 6
-         k(:, j) = k(:, j) + p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
+         k(:, j) = k(:, j) + share*p*(t(1, :)*t(1, j) + t(2, :)*t(2, j))
       end do
       f = f + mean_load(p*(target - moved), point, block)
    end subroutine add_point_spring
 
-   !> Spring along one line, of which the force at the end of the step is `force` less p times the motion of the point:
+   !> Spring along one line, whose force is `force` less p times the motion of the point:
    !> p (T^T n) (T^T n)^T to the stiffness, force T^T n to the load.
    pure subroutine add_line_spring(p, direction, force, point, block, k, f, magnitude)
       real(wp), intent(in) :: p             !! stiffness [force/length], > 0
@@ -77,7 +80,7 @@ contains
    !> force -p x1 of the spring on the block in the step,
    !>
    !>     external - (work on the block) = -p x1.dx + p x1.(x1 - x0 + dx) = stored + dissipated.
-   pure subroutine spring_step_energy(p, x0, x1, dx, stored, dissipated, external)
+   pure subroutine spring_step_energy(p, x0, x1, dx, stored, dissipated, external, level)
       real(wp), intent(in) :: p             !! stiffness [force/length]
       real(wp), intent(in) :: x0(2)         !! moved - target at the start of the step, old target [length]
       real(wp), intent(in) :: x1(2)         !! moved + T d - target at the end of the step, new target [length]
@@ -85,9 +88,15 @@ contains
       real(wp), intent(out) :: stored       !! 1/2 p (x1**2 - x0**2) [energy]
       real(wp), intent(out) :: dissipated   !! 1/2 p (x1 - x0)**2 [energy], >= 0
       real(wp), intent(out) :: external     !! work of whoever moves the target [energy]
+      real(wp), intent(in), optional :: level   !! share of the step after which the force acts; default 1, its end
+      real(wp) :: after(2)                  !! change of the stretch from there on [length]
       stored = 0.5_wp*p*dot_product(x1 - x0, x1 + x0)
       dissipated = 0.5_wp*p*dot_product(x1 - x0, x1 - x0)
       external = -p*dot_product(x1, dx)
+      if (.not. present(level)) return
+      after = (1 - level)*(x1 - x0)
+      dissipated = dissipated - p*dot_product(after, x1 - x0)
+      external = external + p*dot_product(after, dx)
    end subroutine spring_step_energy
 
 end module rockdda_interaction_point_springs

@@ -70,7 +70,7 @@ contains
       class(supports_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: before(6), moved(2)
+      real(wp) :: before(6), moved(2), target(2)
       integer :: p, b
       do p = 1, context%blocks%fixed%n
          self%target_start(:, p) = fixed_target(context, p, context%state%time)
@@ -79,9 +79,12 @@ contains
          b = context%blocks%fixed%block(p)
          before = equations%block_load(:, b)
          moved = context%state%fixed_position(:, p) - context%blocks%fixed%position(:, p)
+         target = self%target_end(:, p)
+         if (context%scheme%level < 1) target = self%target_start(:, p) + &
+                                                context%scheme%level*(target - self%target_start(:, p))
          call add_point_spring(self%stiffness(p), context%state%fixed_position(:, p), &
-                               context%moving(b), moved, self%target_end(:, p), &
-                               equations%block_matrix(:, :, b), equations%block_load(:, b))
+                               context%moving(b), moved, target, equations%block_matrix(:, :, b), &
+                               equations%block_load(:, b), context%scheme%level)
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
       end do
    end subroutine add_to_blocks
@@ -131,7 +134,7 @@ contains
          end if
          call support_stretch(self, p, context, d, x0, x1)
          pulled = self%target_end(:, p) - self%target_start(:, p)
-         call spring_step_energy(self%stiffness(p), x0, x1, pulled, stored, lost, external)
+         call spring_step_energy(self%stiffness(p), x0, x1, pulled, stored, lost, external, context%scheme%level)
          start_energy = 0.5_wp*self%stiffness(p)*(x0(1)**2 + x0(2)**2)
          call balance%add(energy%geometry, start_energy - balance%fixed_energy(p))
          balance%fixed_energy(p) = start_energy + stored

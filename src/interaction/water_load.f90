@@ -59,7 +59,7 @@ contains
       real(wp) :: rises(n)
       integer :: g
       do g = 1, n
-         rises(g) = rise_of(context%parameters%water(g), context%state%time + context%dt)
+         rises(g) = rise_of(context%parameters%water(g), context%load_time())
       end do
    end function all_rises
 

@@ -247,6 +247,13 @@ contains
                             preset_default=8.0_wp, &
                             remark='contacts that have not settled after 1000 rounds do not settle'), &
                      o%max_open_close, p%max_open_close)
+      call table%add_choice(option('integrator', 'time integration of dynamic steps (k01 = 1); others have shi', &
+                                   choices='shi|generalized_alpha', default_word='shi', &
+                                   see='theory.md#generalised-alpha-scheme'), o%integrator, p%second_order, 2)
+      call table%add(option('rho_infinity', 'factor by which oscillations far too fast for the step decay in '// &
+                            'each step', least=0.0_wp, most=1.0_wp, default=0.8_wp, &
+                            applies='integrator generalized_alpha'), &
+                     o%rho_infinity, p%rho_infinity)
       call table%add(option('max_growth', 'largest static step over dt_max in a stage until equilibrium', &
                             least=1.0_wp, default=1000.0_wp, see='user-guide.md#stages'), &
                      o%max_growth, p%max_growth)

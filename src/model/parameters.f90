@@ -24,6 +24,8 @@ module rockdda_model_parameters
       real(wp) :: displacement_ratio = 0      !! g2
       real(wp) :: w0 = 0                      !! half the model's height or larger extent [length]
       logical :: exact_rotation = .true.
+      logical :: second_order = .false.       !! dynamic steps by the generalised-alpha scheme, not Shi's
+      real(wp) :: rho_infinity = 0.8_wp       !! its spectral radius at high frequencies
       ! contacts
       logical :: peer_contacts = .false.      !! closing rule and tolerances of DDA for Windows
       logical :: by_length = .false.          !! formulation 'length': joints are intervals of edges

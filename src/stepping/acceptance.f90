@@ -32,11 +32,14 @@ contains
                                        step%equations%x)
       end associate
       if (impact%happened) call step%families%predict(step%equations)
+      call step%families%reach_end(step%step_context_type, step%equations)
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
       call step%families%commit(step%step_context_type, step%equations%x)
-      call move_blocks(step%blocks, step%parameters, step%families%elasticity, step%dt, step%equations%x, step%state)
-      if (impact%happened) call impact%finish(step%step_context_type, step%families%contacts%table, &
-                                              step%families%contacts%trial)
+      call move(step)
+      if (impact%happened) then
+         call impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
+         step%state%accelerates = .false.   ! the motion of the step is not that of its equations
+      end if
       if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, impact%happened)
       call forces%clear(step%blocks%n_blocks)
       call step%families%add_forces(step%step_context_type, forces)
@@ -56,6 +59,19 @@ contains
       step%times%solver_iterations = step%times%solver_iterations + report%iterations
       call step%times%lap(phase%update)
    end subroutine accept_step
+
+   !> Move the blocks. Accelerations are known afterwards when the scheme carries them.
+   subroutine move(step)
+      type(trial_step_type), intent(inout) :: step
+      associate (elasticity => step%families%elasticity, d => step%equations%x)
+         if (step%scheme%second_order) then
+            call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state, step%scheme, step%jump)
+         else
+            call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state)
+         end if
+      end associate
+      step%state%accelerates = step%scheme%second_order
+   end subroutine move
 
    !> dt of the next step.
    subroutine choose_next_dt(step, report, k01)

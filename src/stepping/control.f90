@@ -14,6 +14,7 @@ module rockdda_stepping_control
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
    implicit none
@@ -70,6 +71,7 @@ module rockdda_stepping_control
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
+      procedure :: scheme
       procedure :: gravity
       procedure :: water
       procedure :: step_size
@@ -105,6 +107,15 @@ contains
       k01 = parameters%k01
       if (self%stage <= size(parameters%stages)) k01 = stage_k01(parameters%stages(self%stage), k01)
    end function k01
+
+   !> Time integration of the present stage: static stages, and those that lose velocity, have Shi's.
+   pure type(time_scheme_type) function scheme(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      scheme = shi_scheme()
+      if (parameters%second_order .and. .not. self%k01(parameters) < 1) &
+         scheme = generalized_alpha(parameters%rho_infinity)
+   end function scheme
 
    !> Does a static stage search equilibrium with steps that may grow?
    pure logical function is_static_search(self, parameters)

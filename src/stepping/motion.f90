@@ -13,6 +13,7 @@ module rockdda_stepping_motion
       displacement_at
    use rockdda_interaction_elasticity, only : elasticity_type, stress_of, strain_energy
    use rockdda_interaction_inertia, only : new_velocity
+   use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
    public :: reset_measured, start_state, move_blocks, measure_points, largest_displacement, is_finite_motion, &
@@ -36,6 +37,7 @@ contains
       allocate (state%centroid(2, nb), state%rotation(nb), state%velocity(6, nb), state%area(nb), &
                 state%moments(3, nb), state%mass(nb))
       allocate (state%active(nb), source=.true.)
+      allocate (state%acceleration(6, nb), source=0.0_wp)
       do i = 1, nb
          associate (m => parameters%block_materials(blocks%block_material(i)))
             call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
@@ -108,17 +110,21 @@ contains
    !>
    !> Velocity: v = (2/dt) d - v_old. With exact rotation its strain rates turn with the block, and the spin is
    !> scaled so that the angular momentum about the centroid, (M v)_3, survives the change of the moments of inertia
-   !> by strain. `velocity` is the full new velocity; the caller applies k01.
-   subroutine move_blocks(blocks, parameters, elasticity, dt, d, state)
+   !> by strain. `velocity` is the full new velocity; the caller applies k01. With a scheme of second order the
+   !> acceleration follows, too.
+   subroutine move_blocks(blocks, parameters, elasticity, dt, d, state, scheme, jump)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(elasticity_type), intent(in) :: elasticity
       real(wp), intent(in) :: dt   !! step [time]
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
       type(block_state_type), intent(inout) :: state
-      real(wp) :: momentum(6), v(6), spin, polar
+      type(time_scheme_type), intent(in), optional :: scheme   !! of second order; absent: Shi's
+      real(wp), intent(in), optional :: jump(:, :)             !! (6, nb) of velocities, with the scheme
+      real(wp) :: momentum(6), v(6), a(6), spin, polar
       integer :: i, p, first, last, side, b
-      logical :: exact
+      logical :: exact, carries
+      carries = present(scheme) .and. present(jump)
       exact = parameters%exact_rotation
       do p = 1, blocks%fixed%n
          call move_point(d(:, blocks%fixed%block(p)), state%centroid(:, blocks%fixed%block(p)), exact, &
@@ -141,12 +147,20 @@ contains
          state%bolt_elongation(p) = norm2(state%bolt_ends(3:4, p) - state%bolt_ends(1:2, p)) &
                                     - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
       end do
-      !$omp parallel do default(none) shared(blocks, parameters, elasticity, dt, d, state, exact) &
-      !$omp private(i, first, last, momentum, v, spin, polar) schedule(static) if (blocks%n_blocks > parallel_blocks)
+      !$omp parallel do default(none) shared(blocks, parameters, elasticity, dt, d, state, exact, carries) &
+      !$omp shared(scheme, jump) private(i, first, last, momentum, v, a, spin, polar) schedule(static) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
-         v = new_velocity(d(:, i), state%velocity(:, i), dt)
+         if (carries) then
+            a = scheme%new_acceleration(d(:, i), state%velocity(:, i), state%acceleration(:, i), jump(:, i), dt)
+            v = state%velocity(:, i) + scheme%velocity_change(state%acceleration(:, i), a, jump(:, i), dt)
+            if (exact) a(4:6) = rotate_strain_rate(a(4:6), d(3, i))
+            state%acceleration(:, i) = a
+         else
+            v = new_velocity(d(:, i), state%velocity(:, i), dt)
+         end if
          momentum = mass_times(state%mass(i), state%area(i), state%moments(:, i), v)
          spin = momentum(3)
          call move_points(d(:, i), state%centroid(:, i), exact, state%vertices(:, first:last))

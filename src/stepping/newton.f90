@@ -70,6 +70,7 @@ module rockdda_stepping_newton
       real(wp), allocatable, private :: largest(:)   !! (nb) work
    contains
       procedure :: find_equilibrium
+      procedure :: solve_once
       procedure, private :: predict_motion
    end type newton_type
 
@@ -244,6 +245,25 @@ contains
          call families%predict(equations)
       end if
    end subroutine solve
+
+   !> Solve the assembled equations for a load.
+   subroutine solve_once(self, equations, load, solver, report, error)
+      class(newton_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(in), contiguous :: load(:, :)        !! (6, nb)
+      class(linear_solver_type), intent(inout) :: solver
+      type(newton_report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      type(solve_report_type) :: solution
+      logical :: solved
+      associate (unused => self%at_floor)
+      end associate
+      report%detail = ''
+      solver%reference_load = equations%magnitude
+      call solver%solve(equations%matrix, load, equations%x, solution, error)
+      call check_solution(solution, equations%x, report, solved, error)
+      if (solved) report%outcome = attempt%converged
+   end subroutine solve_once
 
    !> Is a solution one to go on with? A failure that a shorter step may avoid is no error.
    subroutine check_solution(solution, x, report, solved, error)

@@ -60,6 +60,7 @@ contains
          call take_new_materials(step, construction, s, balance)
          if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
          step%control%begun = s
+         step%state%accelerates = .false.
       end do
       call step%finder%show_blocks(step%state%active, construction%newborn, places)
    end subroutine begin_stages

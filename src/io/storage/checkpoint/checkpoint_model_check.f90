@@ -48,6 +48,7 @@ contains
       call check%holds(p%max_open_close >= 1 .and. p%max_open_close <= 1000, 'max_open_close')
       call check%holds(p%max_growth >= 1 .and. p%max_growth <= huge(1.0_wp), 'max_growth')
       call check%holds(p%displacement_ratio > 0 .and. p%displacement_ratio <= huge(1.0_wp), 'displacement_ratio')
+      call check%holds(p%rho_infinity >= 0 .and. p%rho_infinity <= 1, 'rho_infinity')
       call check%holds(p%w0 > 0 .and. p%w0 <= largest_coordinate, 'w0')
       call check%holds(p%normal_stiffness > 0 .and. p%normal_stiffness <= huge(1.0_wp), 'stiffness')
       call check%holds(p%shear_stiffness > 0 .and. p%shear_stiffness <= huge(1.0_wp), 'shear_stiffness')

@@ -29,6 +29,8 @@ contains
       call archive%item('rotation', state%rotation)
       call archive%item('stress', state%stress)
       call archive%item('velocity', state%velocity)
+      call archive%item('acceleration', state%acceleration)
+      call archive%item('accelerates', state%accelerates)
       call archive%item('area', state%area)
       call archive%item('moments', state%moments)
       call archive%item('mass', state%mass)

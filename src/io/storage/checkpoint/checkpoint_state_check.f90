@@ -160,6 +160,7 @@ contains
       call check%list(state%rotation, nb, 'rotation')
       call check%table(state%stress, 3, nb, 'stress')
       call check%table(state%velocity, 6, nb, 'velocity')
+      call check%table(state%acceleration, 6, nb, 'acceleration')
       call check%list(state%area, nb, 'area')
       call check%table(state%moments, 3, nb, 'moments')
       call check%list(state%mass, nb, 'mass')
