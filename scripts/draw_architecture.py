@@ -100,7 +100,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
     ("k01 reduces the velocity", [("accept_step", "step%state%velocity = k01*step%state%velocity")]),
-    ("the blocks move", [("accept_step", "call move_blocks(")]),
+    ("the blocks move", [("accept_step", "call move(step")]),
 ]
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "postprocess"))
-from rockdda.validation.integrator import fit_recurrence
+from rockdda.validation.integrator import fit_recurrence  # noqa: E402
 
 PROGRAM = os.environ.get("ROCKDDA_PROGRAM", str(ROOT / "build" / "bin" / "rockdda"))
 STIFFNESS, DENSITY = 1e6, 1000.0
@@ -62,7 +62,9 @@ def motion(folder: Path, scheme: str, rho: float, dt: float, steps: int) -> np.n
     """Displacements of the block, from the start on."""
     (folder / "block.dc").write_text(GEOMETRY)
     (folder / "block.nml").write_text(MODEL.format(dt=float(dt), scheme=scheme, rho=rho, steps=steps))
-    subprocess.run([PROGRAM, "run", "block.nml", "--force", "--quiet"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [PROGRAM, "run", "block.nml", "--force", "--quiet"], cwd=folder, check=True, stdout=subprocess.DEVNULL
+    )
     with h5py.File(folder / "block.h5") as file:
         return np.concatenate([[0.0], file["history/measured_displacement"][:, 0, 1]])
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Boundaries: outer edges of blocks along polylines that are held by springs (rockdda_interaction_boundary_springs) or
-!> loaded (rockdda_interaction_boundary_tractions).
+!> loaded (rockdda_interaction_boundary_tractions), or take up waves (rockdda_interaction_boundary_dashpots).
 module rockdda_interaction_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -11,6 +11,7 @@ module rockdda_interaction_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_boundary_dashpots, only : boundary_dashpots_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, nearest_outer_edge, next_vertex
    use rockdda_interaction_boundary_springs, only : boundary_springs_type
    use rockdda_interaction_boundary_tractions, only : boundary_tractions_type
@@ -24,10 +25,12 @@ module rockdda_interaction_boundaries
    type, extends(interaction_type) :: boundaries_type
       type(boundary_springs_type) :: springs
       type(boundary_tractions_type) :: tractions
+      type(boundary_dashpots_type) :: dashpots
       integer, allocatable :: edges(:, :)           !! (2, edges) boundary and first vertex
       real(wp), allocatable :: force(:, :)          !! (2, boundaries) on the blocks, of the last accepted step
    contains
       procedure :: init
+      procedure :: become_quiet
       procedure :: add_to_blocks
       procedure :: measure_placement
       procedure :: add_energies
@@ -56,6 +59,7 @@ contains
       if (allocated(parameters%boundaries)) n = size(parameters%boundaries)
       call self%springs%clear(n)
       call self%tractions%clear()
+      call self%dashpots%clear()
       if (allocated(self%edges)) deallocate (self%edges, self%force)
       allocate (self%edges(2, 0))
       allocate (self%force(2, n), source=0.0_wp)
@@ -89,6 +93,8 @@ contains
                      exit
                   end if
                   holder(k) = g
+                  if (group%kind == 'viscous') call self%dashpots%append_edge(blocks, parameters, g, b, &
+                                                                              [k, next_vertex(blocks, b, k)])
                   call self%springs%append_edge(blocks, parameters, field, g, b, k, normals(:, i))
                   if (present(pressure)) call self%springs%leave_to_water(blocks, b, k, pressure(:, k))
                end associate
@@ -96,7 +102,19 @@ contains
          end associate
       end do
       call self%springs%release(active)
+      call self%dashpots%choose_base()
    end subroutine init
+
+   !> Before the first dynamic step: from now on quiet boundaries keep the forces that they have, and their dashpots
+   !> act.
+   subroutine become_quiet(self, context, balance)
+      class(boundaries_type), intent(in) :: self
+      type(step_context_type), intent(inout) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      if (context%state%quiet) return
+      call self%springs%hold_forces(context, balance)
+      context%state%quiet = .true.
+   end subroutine become_quiet
 
    !> A boundary without an edge.
    subroutine report_missing(blocks, outer, group, g, tolerance, messages)
@@ -138,6 +156,7 @@ contains
       type(equations_type), intent(inout) :: equations
       call self%springs%add_to_blocks(context, equations)
       call self%tractions%add_to_blocks(context, equations)
+      call self%dashpots%add_to_blocks(context, equations)
    end subroutine add_to_blocks
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
@@ -157,6 +176,7 @@ contains
       if (size(self%edges, 2) == 0) return
       call self%springs%add_energies(context, d, balance)
       call self%tractions%add_work(d, balance)
+      call self%dashpots%add_energies(context, d, balance)
    end subroutine add_energies
 
    !> Forces of the boundaries at the end of the step.
@@ -167,6 +187,7 @@ contains
       self%force = 0
       call self%springs%sum_forces(context, d, self%force)
       call self%tractions%sum_forces(self%force)
+      call self%dashpots%sum_forces(context, d, self%force)
    end subroutine commit
 
    !> Forces on the moved blocks.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Springs of boundaries that are fixed, move or are rollers, at both ends of each edge: along x and y, or, on a roller,
-!> along the normal of the polyline's segment, which stays as it is.
+!> Springs of boundaries that are fixed, move, are rollers, or quiet in static steps, at both ends of each edge: along x
+!> and y, or, on a roller or a quiet boundary, along the normal of the polyline's segment, which stays as it is.
 !>
 !> A spring is as long as moved - target, as that of a fixed point, and begins with the force that the stress of the
 !> block exerts on the edge. The traction of a stress that is linear along the edge has the work of two forces at its
@@ -34,6 +34,7 @@ module rockdda_interaction_boundary_springs
       integer :: block = 0
       integer :: vertex = 0
       logical :: both = .false.      !! one of two, along x and y
+      logical :: quiet = .false.     !! holds in static steps only; then it keeps its force
       real(wp) :: direction(2) = 0
       real(wp) :: stiffness = 0      !! [force/length]
       real(wp) :: start_force = 0    !! on the block, along the direction
@@ -50,6 +51,7 @@ module rockdda_interaction_boundary_springs
       procedure :: held_blocks
       procedure :: start_energy
       procedure :: leave_to_water
+      procedure :: hold_forces
       procedure :: add_to_blocks
       procedure :: measure_placement
       procedure :: add_energies
@@ -86,7 +88,8 @@ contains
       spring%stiffness = support_stiffness(blocks, parameters, b)
       directions = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       n = 2
-      if (parameters%boundaries(g)%kind == 'roller') then
+      spring%quiet = parameters%boundaries(g)%kind == 'viscous'
+      if (parameters%boundaries(g)%kind == 'roller' .or. spring%quiet) then
          n = 1
          directions(:, 1) = normal
       end if
@@ -185,6 +188,35 @@ contains
       end associate
    end function target_of
 
+   !> Before the first dynamic step: the forces that springs of quiet boundaries keep. What they have stored
+   !> is discarded.
+   subroutine hold_forces(self, context, balance)
+      class(boundary_springs_type), intent(in) :: self
+      type(step_context_type), intent(inout) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: force(size(self%list)), stored
+      integer :: i
+      force = 0
+      do i = 1, size(self%list)
+         associate (s => self%list(i))
+            if (.not. s%quiet .or. .not. context%state%active(s%block)) cycle
+            force(i) = -s%stiffness*stretch_at_start(s, context)
+            stored = 0.5_wp*force(i)**2/s%stiffness
+            balance%boundary_energy(s%block) = balance%boundary_energy(s%block) - stored
+            call balance%add(energy%discarded, stored)
+         end associate
+      end do
+      context%state%quiet_force = force
+   end subroutine hold_forces
+
+   !> Is the spring one of a quiet boundary that only keeps its force?
+   pure logical function is_held(self, i, context)
+      class(boundary_springs_type), intent(in) :: self
+      integer, intent(in) :: i       !! spring
+      type(step_context_type), intent(in) :: context
+      is_held = self%list(i)%quiet .and. context%state%quiet
+   end function is_held
+
    !> Springs of all blocks that are there.
    subroutine add_to_blocks(self, context, equations)
       class(boundary_springs_type), intent(inout) :: self
@@ -198,6 +230,13 @@ contains
       do i = 1, size(self%list)
          associate (s => self%list(i), b => self%list(i)%block)
             if (.not. context%state%active(b)) cycle
+            if (is_held(self, i, context)) then
+               call add_line_spring(0.0_wp, s%direction, context%state%quiet_force(i), &
+                                    context%state%vertices(:, s%vertex), context%moving(b), &
+                                    equations%block_matrix(:, :, b), equations%block_load(:, b), &
+                                    equations%block_magnitude(:, b))
+               cycle
+            end if
             call add_line_spring(context%scheme%level*s%stiffness, s%direction, -s%stiffness* &
                                  (stretch_at_start(s, context) - context%scheme%level*pulled_by(self, s)), &
                                  context%state%vertices(:, s%vertex), context%moving(b), &
@@ -230,10 +269,17 @@ contains
       type(boundary_spring_type), intent(in) :: spring
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(6)    !! motion of the block
-      x = stretch_at_start(spring, context) - pulled_by(self, spring) + &
-          dot_product(spring%direction, mean_displacement(d, context%state%vertices(:, spring%vertex), &
-                                                          context%moving(spring%block)))
+      x = stretch_at_start(spring, context) - pulled_by(self, spring) + moved_along(spring, context, d)
    end function stretch_at_end
+
+   !> Motion of the point of a spring in the step, along it.
+   pure real(wp) function moved_along(spring, context, d) result(u)
+      type(boundary_spring_type), intent(in) :: spring
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: d(6)    !! motion of the block
+      u = dot_product(spring%direction, mean_displacement(d, context%state%vertices(:, spring%vertex), &
+                                                          context%moving(spring%block)))
+   end function moved_along
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
    subroutine measure_placement(self, context, equations)
@@ -242,6 +288,7 @@ contains
       type(equations_type), intent(inout) :: equations
       integer :: i
       do i = 1, size(self%list)
+         if (is_held(self, i, context)) cycle
          associate (s => self%list(i))
             call measure_point(context, s%stiffness, context%state%vertices(:, s%vertex), s%block, equations, &
                                s%direction)
@@ -262,6 +309,10 @@ contains
       do i = 1, size(self%list)
          if (.not. context%state%active(self%list(i)%block)) cycle
          associate (s => self%list(i))
+            if (is_held(self, i, context)) then
+               call balance%add(energy%external, context%state%quiet_force(i)*moved_along(s, context, d(:, s%block)))
+               cycle
+            end if
             x0 = stretch_at_start(s, context)
             x1 = stretch_at_end(self, s, context, d(:, s%block))
             dx = pulled_by(self, s)
@@ -294,6 +345,10 @@ contains
       do i = 1, size(self%list)
          if (.not. context%state%active(self%list(i)%block)) cycle
          associate (s => self%list(i))
+            if (is_held(self, i, context)) then
+               force(:, s%group) = force(:, s%group) + context%state%quiet_force(i)*s%direction
+               cycle
+            end if
             force(:, s%group) = force(:, s%group) - &
                                 s%stiffness*stretch_at_end(self, s, context, d(:, s%block))*s%direction
          end associate
@@ -313,6 +368,7 @@ contains
          associate (s => self%list(i))
             moved = context%state%vertices(:, s%vertex) - context%blocks%vertices(:, s%vertex)
             stretch = dot_product(s%direction, moved - self%target_end(:, s%group)) - s%start_force/s%stiffness
+            if (is_held(self, i, context)) stretch = -context%state%quiet_force(i)/s%stiffness
             call forces%add_force(s%block, -s%stiffness*stretch*s%direction, &
                                   context%state%vertices(:, s%vertex) - context%state%centroid(:, s%block))
             ! two springs at a vertex hold it, one of them is along x

@@ -51,6 +51,7 @@ contains
          associate (record => self%records(i), quake => quakes(i))
             record%apply = 'base_acceleration'
             if (acts_as(quake, 'base_motion')) record%apply = 'base_motion'
+            if (acts_as(quake, 'viscous_base')) record%apply = 'viscous_base'
             record%direction = [1.0_wp, 0.0_wp]
             if (quake%direction == 'y') record%direction = [0.0_wp, 1.0_wp]
             record%time = quake%rows(1, :)

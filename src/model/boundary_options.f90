@@ -58,8 +58,10 @@ contains
       call table%add(option('along', 'points of the polyline', unit='length', columns='x, y', required=.true.), &
                      boundary%along)
       call table%add(option('kind', 'fixed: no motion; roller: none along the normal of the segment; moving: with '// &
-                            'a velocity; traction: loaded', choices='fixed|roller|moving|traction', required=.true., &
-                            remark="'viscous' and 'free_field' are not available yet", see=page), boundary%kind)
+                            'a velocity; traction: loaded; viscous: a roller in static steps, dashpots that take '// &
+                            'up waves from the first dynamic one on', &
+                            choices='fixed|roller|moving|traction|viscous', required=.true., &
+                            remark="'free_field' is not available yet", see=page), boundary%kind)
       call table%add(option('velocity', 'velocity', unit='length/time', columns='vx, vy', applies='kind moving', &
                             default_text='kind moving needs it'), boundary%velocity)
       call table%add(option('stress', 'stress whose traction acts on the edges, tension positive', unit='stress', &

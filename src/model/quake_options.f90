@@ -53,9 +53,10 @@ contains
       call table%add(option('direction', 'direction of the motion', choices='x|y', default_word='x'), quake%direction)
       call table%add(option('apply', 'base_acceleration: the load -m a on all blocks, whose motion is then that '// &
                             'relative to the base; base_motion: fixed points and boundaries that hold move by '// &
-                            'the displacement of the record', &
-                            choices='base_acceleration|base_motion', default_word='base_acceleration', &
-                            remark="'viscous_base' is not available yet", see=page), quake%apply)
+                            'the displacement of the record; viscous_base: a wave that comes in at viscous '// &
+                            'boundaries which face down (where none does: at all), with this acceleration', &
+                            choices='base_acceleration|base_motion|viscous_base', default_word='base_acceleration', &
+                            see=page), quake%apply)
       record = option('record', 'file of the record', columns='t, a', required=.true., see=page)
       record%holds_record = .true.
       if (allocated(quake%form)) record%form = trim(quake%form)
@@ -73,8 +74,9 @@ contains
    end function acts_as
 
    !> Format and factor of all records.
-   subroutine settle_quakes(quakes, messages)
+   subroutine settle_quakes(quakes, has_quiet, messages)
       type(quake_type), intent(inout) :: quakes(:)
+      logical, intent(in) :: has_quiet         !! there are viscous boundaries
       type(diagnostics_type), intent(inout) :: messages
       integer :: i
       do i = 1, size(quakes)
@@ -91,6 +93,8 @@ contains
                end if
             end if
             if (.not. is_set(quake%scale)) quake%scale = 1
+            if (acts_as(quake, 'viscous_base') .and. .not. has_quiet) call messages%add(severity%error, title// &
+               ": apply = 'viscous_base' needs a &boundary of kind 'viscous'", quake%origin)
          end associate
       end do
    end subroutine settle_quakes

@@ -37,6 +37,7 @@ contains
       type(transfer_type) :: transfer
       logical :: is_windows
       logical :: alone                                  !! a labelled file without an analysis file
+      integer :: i
 
       is_windows = analysis%dialect == dialect%peer
       alone = .not. allocated(analysis%block_materials)
@@ -58,8 +59,10 @@ contains
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
       parameters%changes = settings%changes
+      parameters%boundaries = settings%boundaries
       parameters%quakes = settings%quakes
-      call settle_quakes(parameters%quakes, messages)
+      call settle_quakes(parameters%quakes, any([(parameters%boundaries(i)%kind == 'viscous', &
+                                                  i=1, size(parameters%boundaries))]), messages)
       call note_stages(options, parameters, messages)
       if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
@@ -67,7 +70,6 @@ contains
       call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
       parameters%regions = settings%regions
       parameters%subdivisions = settings%subdivisions
-      parameters%boundaries = settings%boundaries
       parameters%in_situ = settings%in_situ
       parameters%water = settings%water
 

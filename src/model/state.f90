@@ -37,6 +37,8 @@ module rockdda_model_state
       real(wp), allocatable :: velocity(:, :)  !! (6, nb) of (u0 v0 r0 ex ey gxy), as carried into the next step
       real(wp), allocatable :: acceleration(:, :)  !! (6, nb) of the same, of the scheme of second order
       logical :: accelerates = .false.         !! accelerations are those of this time; else they have to be found
+      logical :: quiet = .false.               !! quiet boundaries no longer hold: a dynamic step has begun
+      real(wp), allocatable :: quiet_force(:)  !! (springs of boundaries) that quiet ones keep
       real(wp), allocatable :: area(:)         !! (nb)
       real(wp), allocatable :: moments(:, :)   !! (3, nb) Sxx Syy Sxy about the centroid
       real(wp), allocatable :: mass(:)         !! (nb)

@@ -38,6 +38,7 @@ contains
                 state%moments(3, nb), state%mass(nb))
       allocate (state%active(nb), source=.true.)
       allocate (state%acceleration(6, nb), source=0.0_wp)
+      allocate (state%quiet_force(0))
       do i = 1, nb
          associate (m => parameters%block_materials(blocks%block_material(i)))
             call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &

@@ -42,6 +42,8 @@ contains
          return
       end if
       call begin_stages(step, construction, balance)
+      if (.not. step%control%k01(step%parameters) < 1) &
+         call step%families%boundaries%become_quiet(step%step_context_type, balance)
    end subroutine change_stage
 
    !> Carry out the start of all stages that have begun since the last step.

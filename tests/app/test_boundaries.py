@@ -127,7 +127,7 @@ class Boundaries(ResultsTest):
 
     def test_all_mistakes_come_in_one_pass(self):
         found = self.check(
-            "&boundary along = 0,4, 0,0, kind = 'viscous' /\n"
+            "&boundary along = 0,4, 0,0, kind = 'free_field' /\n"
             "&boundary along = 0,4, 0,0, kind = 'rollr' /\n"
             "&boundary along = 0,4, 0, kind = 'fixed' /\n"
             "&boundary along = 0,4, 0,0, kind = 'moving', table = 1,1, 0,0 /\n"
@@ -140,7 +140,7 @@ class Boundaries(ResultsTest):
         )
         places = {line.split(": error: ")[0].removeprefix("column.nml:"): line.split(": error: ")[1] for line in found}
         expected = {
-            "1:36": "'viscous' and 'free_field' are not available yet",
+            "1:36": "'free_field' is not available yet",
             "2:36": "did you mean 'roller'?",
             "3:11": "expected a multiple of 2 numbers, found 3",
             "4:59": "the times must not decrease",

@@ -152,7 +152,8 @@ class Quake(ResultsTest):
              r"record\.csv:2:1: error: no column .* did you mean 'e \(m/s2\)'\?"),
             ("record = 'record.csv', column = 1", r"column '1' is not possible"),
             ("record = 'record.csv', column = 7", r"record\.csv:3:7: error: row 1: expected at least 7 numbers"),
-            ("record = 'record.csv', apply = 'viscous_base'", r"apply: .*viscous_base"),
+            ("record = 'record.csv', apply = 'viscous_base'",
+             r"two\.nml:7:1: error: &quake 1: apply = 'viscous_base' needs a &boundary"),
             ("record = 'record.csv', direction = 'z'", r"two\.nml:7:43: error: direction: "),
         ):  # fmt: skip
             with self.subTest(options=options):

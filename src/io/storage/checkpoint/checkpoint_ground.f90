@@ -24,7 +24,7 @@ contains
             if (.not. check%passed()) return
             call check%has_shape(size(b%along, 1) == 2, name//'_along')
             call check%holds(all(abs(b%along) <= huge(1.0_wp)), name//'_along')
-            call check%holds(any(b%kind == ['fixed   ', 'roller  ', 'moving  ', 'traction']), name//'_kind')
+            call check%holds(any(b%kind == ['fixed   ', 'roller  ', 'moving  ', 'traction', 'viscous ']), name//'_kind')
             call check_rows(check, name//'_velocity', 2, b%velocity)
             call check_rows(check, name//'_stress', 3, b%stress)
             call check_rows(check, name//'_traction', 2, b%traction)
@@ -63,7 +63,9 @@ contains
             call check%holds(size(q%rows, 2) > 0, name//'_record')
             call check%is_finite([q%scale], name//'_scale')
             call check%holds(q%direction == 'x' .or. q%direction == 'y', name//'_direction')
-            call check%holds(q%apply == 'base_acceleration' .or. q%apply == 'base_motion', name//'_apply')
+            call check%holds(any(q%apply == &
+                             [character(len=17) :: 'base_acceleration', 'base_motion', 'viscous_base']), &
+                             name//'_apply')
          end associate
       end do
    end subroutine check_ground

@@ -31,6 +31,8 @@ contains
       call archive%item('velocity', state%velocity)
       call archive%item('acceleration', state%acceleration)
       call archive%item('accelerates', state%accelerates)
+      call archive%item('quiet', state%quiet)
+      call archive%item('quiet_force', state%quiet_force)
       call archive%item('area', state%area)
       call archive%item('moments', state%moments)
       call archive%item('mass', state%mass)

@@ -161,6 +161,8 @@ contains
       call check%table(state%stress, 3, nb, 'stress')
       call check%table(state%velocity, 6, nb, 'velocity')
       call check%table(state%acceleration, 6, nb, 'acceleration')
+      call check%is_there(allocated(state%quiet_force), 'quiet_force')
+      if (check%passed()) call check%is_finite(state%quiet_force, 'quiet_force')
       call check%list(state%area, nb, 'area')
       call check%table(state%moments, 3, nb, 'moments')
       call check%list(state%mass, nb, 'mass')
