@@ -10,12 +10,12 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, spring_energy
+   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, opening_gap, spring_energy
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    implicit none
    private
-   public :: measure_energies, end_contacts
+   public :: reach_end, measure_energies, end_contacts
 
 contains
 
@@ -151,6 +151,21 @@ contains
       gained = 0.5_wp*kn*((gap - opened)**2 - gap**2)
    end function dilation_energy
 
+   !> From the motion where forces have acted to that of the end of the step. What is apart there is open from then on.
+   subroutine reach_end(trial, table, laws, settings)
+      type(open_close_type), intent(inout) :: trial
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer :: c
+      do c = 1, table%n
+         trial%gap(c) = trial%gap_at_end(c)
+         trial%slip(c) = trial%slip(c)/trial%level(c)
+         if (trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
+         trial%opened(c) = trial%gap(c) > opening_gap(laws(table%joint(c)), settings, trial%joint(c))
+      end do
+   end subroutine reach_end
+
    !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
    !> dilation is theirs from here on.
    subroutine end_contacts(trial, laws, context, d, table)
@@ -162,7 +177,7 @@ contains
       real(wp), allocatable :: before(:), stiffness(:, :)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
-      call trial%commit(table)
+      call commit(trial, table)
       if (context%parameters%by_length) call context%find_moved(d)
       call move_contacts(trial%gap, context%moved, table)
       if (any(context%parameters%joint_materials%tie)) then
@@ -177,5 +192,44 @@ contains
                                                              before(c), table%total_slip(c) - before(c))
       end do
    end subroutine end_contacts
+
+   !> States, forces and memory of the contacts at the step's end.
+   subroutine commit(trial, table)
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(inout) :: table
+      integer :: p
+      !$omp parallel do default(none) shared(trial, table) private(p) schedule(static) if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), trial, table)
+      end do
+      !$omp end parallel do
+   end subroutine commit
+
+   !> `commit` for some of the rows.
+   pure subroutine commit_rows(first, last, trial, table)
+      integer, intent(in) :: first, last
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(inout) :: table
+      type(joint_end_type) :: ends(piece)
+      integer :: c
+      call trial%find_ends(first, last, ends)
+      do c = first, last
+         table%bonded(c) = trial%joint(c)%bonded
+         if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then
+            ! a contact that would close after the last solve has no spring yet
+            call table%open_row(c)
+            cycle
+         end if
+         associate (joint_end => ends(c - first + 1))
+            table%state(c) = trial%joint(c)%state
+            table%slip_sign(c) = trial%joint(c)%slip_sign
+            table%shear(c) = joint_end%shear
+            table%normal_force(c) = joint_end%normal_force
+            table%shear_force(c) = joint_end%shear_force
+            table%total_slip(c) = table%total_slip(c) + joint_end%slipped
+            table%energy(c) = joint_end%energy
+         end associate
+      end do
+   end subroutine commit_rows
 
 end module rockdda_interaction_contact_end

@@ -9,7 +9,7 @@ module rockdda_interaction_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_end, only : measure_energies, end_contacts
+   use rockdda_interaction_contact_end, only : end_motion => reach_end, measure_energies, end_contacts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
    use rockdda_interaction_contact_start, only : start_contacts, set_dashpots
@@ -236,7 +236,7 @@ contains
    !> From the motion where forces have acted to that of the end of the step.
    subroutine reach_end(self)
       class(contacts_type), intent(inout) :: self
-      call self%trial%reach_end(self%table, self%laws, self%settings)
+      call end_motion(self%trial, self%table, self%laws, self%settings)
    end subroutine reach_end
 
    !> Impulses on the blocks by contacts that have closed in the step.

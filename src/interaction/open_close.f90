@@ -2,7 +2,7 @@
 !> Trial states of the contacts of a step: the open-close iteration judges each by the motion of the last solve.
 !>
 !> Whether a contact is open follows from its gap, and that of its partner, here; forces and states of closed contacts
-!> come from their law (rockdda_interaction_joint_law). Only `commit` changes the contact table.
+!> come from their law (rockdda_interaction_joint_law). They do not change the contact table.
 module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
@@ -45,9 +45,7 @@ module rockdda_interaction_open_close
       procedure :: friction_limit
       procedure :: find_ends
       procedure :: gap_at_end
-      procedure :: reach_end
       procedure, private :: joint_used
-      procedure :: commit
    end type open_close_type
 
 contains
@@ -253,26 +251,6 @@ contains
       if (self%level(c) < 1) gap = self%joint(c)%gap + (gap - self%joint(c)%gap)/self%level(c)
    end function gap_at_end
 
-   !> From the motion where forces have acted to that of the end of the step. What is apart there is open from then on.
-   subroutine reach_end(self, table, laws, settings)
-      class(open_close_type), intent(inout) :: self
-      type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
-      type(joint_settings_type), intent(in) :: settings
-      real(wp) :: limit
-      integer :: c
-      do c = 1, table%n
-         self%gap(c) = self%gap_at_end(c)
-         self%slip(c) = self%slip(c)/self%level(c)
-         if (self%state_used(c) == contact_state%open .or. table%tied(c)) cycle
-         associate (law => laws(table%joint(c)))
-            limit = settings%open_tolerance
-            if (self%joint(c)%bonded .or. law%residual_tension > 0) limit = opening_gap(law, settings, self%joint(c))
-         end associate
-         self%opened(c) = self%gap(c) > limit
-      end do
-   end subroutine reach_end
-
    !> Memory of a contact with the state that the last solve had.
    pure type(joint_type) function joint_used(self, c) result(joint)
       class(open_close_type), intent(in) :: self
@@ -302,45 +280,6 @@ contains
       joint%bonded = table%bonded(c)
       joint%tied = table%tied(c)
    end subroutine remember
-
-   !> The accepted step: the table then holds the contacts at the step's end.
-   subroutine commit(self, table)
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(inout) :: table
-      integer :: p
-      !$omp parallel do default(none) shared(self, table) private(p) schedule(static) if (table%n > parallel_contacts)
-      do p = 1, n_pieces(table%n)
-         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), self, table)
-      end do
-      !$omp end parallel do
-   end subroutine commit
-
-   !> `commit` for some of the rows.
-   pure subroutine commit_rows(first, last, self, table)
-      integer, intent(in) :: first, last
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(inout) :: table
-      type(joint_end_type) :: ends(piece)
-      integer :: c
-      call self%find_ends(first, last, ends)
-      do c = first, last
-         table%bonded(c) = self%joint(c)%bonded
-         if (self%state_used(c) == contact_state%open .or. self%opened(c)) then
-            ! a contact that would close after the last solve has no spring yet
-            call table%open_row(c)
-            cycle
-         end if
-         associate (joint_end => ends(c - first + 1))
-            table%state(c) = self%joint(c)%state
-            table%slip_sign(c) = self%joint(c)%slip_sign
-            table%shear(c) = joint_end%shear
-            table%normal_force(c) = joint_end%normal_force
-            table%shear_force(c) = joint_end%shear_force
-            table%total_slip(c) = table%total_slip(c) + joint_end%slipped
-            table%energy(c) = joint_end%energy
-         end associate
-      end do
-   end subroutine commit_rows
 
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
    !> by more than `tolerance` times the largest normal force on the less loaded of their two blocks, and, if it

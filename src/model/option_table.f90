@@ -348,7 +348,8 @@ contains
                             'phase in rad; may hold several terms, or be given again', columns='ax, ay, f, phase, t0', &
                             quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
                      o%base%harmonics, p%base%harmonics)
-      call table%add(option('base_stage', 'name of the stage with whose start base_acceleration and harmonic begin', &
+      call table%add(option('base_stage', 'name of the stage with whose start base_acceleration, harmonic and '// &
+                            '&quake begin', &
                             quantity='stage with which base motion begins', default_text='the first dynamic '// &
                             'stage in a file with &model, else time 0 of the run', not_blank=.true.), &
                      o%base%stage, p%base%stage)
