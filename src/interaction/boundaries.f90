@@ -7,12 +7,12 @@ module rockdda_interaction_boundaries
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type
-   use rockdda_model_options, only : boundary_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_dashpots, only : boundary_dashpots_type
-   use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, nearest_outer_edge, next_vertex
+   use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, next_vertex, place, &
+      report_missing
    use rockdda_interaction_boundary_springs, only : boundary_springs_type
    use rockdda_interaction_boundary_tractions, only : boundary_tractions_type
    use rockdda_interaction_context, only : step_context_type
@@ -115,39 +115,6 @@ contains
       call self%springs%hold_forces(context, balance)
       context%state%quiet = .true.
    end subroutine become_quiet
-
-   !> A boundary without an edge.
-   subroutine report_missing(blocks, outer, group, g, tolerance, messages)
-      type(block_system_type), intent(in) :: blocks
-      logical, intent(in) :: outer(:)
-      type(boundary_type), intent(in) :: group
-      integer, intent(in) :: g
-      real(wp), intent(in) :: tolerance          !! [length]
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: text
-      real(wp) :: distance
-      integer :: edge, block
-      text = '&boundary '//to_string(g)//': no outer edge of a block has both ends within '//to_string(tolerance)// &
-             ' of the polyline'
-      call nearest_outer_edge(blocks, outer, group%along, edge, block, distance)
-      if (edge > 0) then
-         text = text//'; the nearest one leads from '//place(blocks%vertices(:, edge))//' to '// &
-                place(blocks%vertices(:, next_vertex(blocks, block, edge)))//', '
-         if (distance > tolerance) then
-            text = text//to_string(distance, 4)//' away'
-         else
-            text = text//'across it'
-         end if
-      end if
-      call messages%add(severity%error, text, group%origin)
-   end subroutine report_missing
-
-   !> "(1, 2.5)"
-   pure function place(point) result(text)
-      real(wp), intent(in) :: point(2)
-      character(len=:), allocatable :: text
-      text = '('//to_string(point(1), 6)//', '//to_string(point(2), 6)//')'
-   end function place
 
    !> Springs and tractions.
    subroutine add_to_blocks(self, context, equations)

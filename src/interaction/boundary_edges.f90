@@ -6,12 +6,15 @@
 !> curve count, but no edge that leads from one end of a bent polyline to the other.
 module rockdda_interaction_boundary_edges
    use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
    use rockdda_geometry_segments, only : distance_to_segment
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : boundary_type
    implicit none
    private
-   public :: find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex
+   public :: find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex, report_missing, place
 
    !> Cosine of the largest angle between an edge and the polyline.
    real(wp), parameter :: least_cosine = 0.86602540378443865_wp
@@ -182,5 +185,38 @@ contains
       end function distance_to
 
    end subroutine nearest_outer_edge
+
+   !> A boundary without an edge.
+   subroutine report_missing(blocks, outer, group, g, tolerance, messages)
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: outer(:)
+      type(boundary_type), intent(in) :: group
+      integer, intent(in) :: g
+      real(wp), intent(in) :: tolerance          !! [length]
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: text
+      real(wp) :: distance
+      integer :: edge, block
+      text = '&boundary '//to_string(g)//': no outer edge of a block has both ends within '//to_string(tolerance)// &
+             ' of the polyline'
+      call nearest_outer_edge(blocks, outer, group%along, edge, block, distance)
+      if (edge > 0) then
+         text = text//'; the nearest one leads from '//place(blocks%vertices(:, edge))//' to '// &
+                place(blocks%vertices(:, next_vertex(blocks, block, edge)))//', '
+         if (distance > tolerance) then
+            text = text//to_string(distance, 4)//' away'
+         else
+            text = text//'across it'
+         end if
+      end if
+      call messages%add(severity%error, text, group%origin)
+   end subroutine report_missing
+
+   !> "(1, 2.5)"
+   pure function place(point) result(text)
+      real(wp), intent(in) :: point(2)
+      character(len=:), allocatable :: text
+      text = '('//to_string(point(1), 6)//', '//to_string(point(2), 6)//')'
+   end function place
 
 end module rockdda_interaction_boundary_edges

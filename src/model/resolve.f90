@@ -9,8 +9,7 @@ module rockdda_model_resolve
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_model_automatic_numbers, only : choose_numbers
    use rockdda_model_formulation, only : choose_formulation, report_unused
-   use rockdda_model_joint_options, only : take_joint_options
-   use rockdda_model_material_options, only : take_block_options, take_point_tables
+   use rockdda_model_given_materials, only : put_materials_together, put_tables_together
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice, springs_of_joint
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
@@ -21,7 +20,7 @@ module rockdda_model_resolve
    use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name
    implicit none
    private
-   public :: resolve_parameters, put_materials_together, length_scale
+   public :: resolve_parameters, length_scale
 
 contains
 
@@ -66,8 +65,7 @@ contains
       call note_stages(options, parameters, messages)
       if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
-      call take_point_tables('fixed point', settings%fixed_points, parameters%fixed_tables, messages)
-      call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
+      call put_tables_together(settings, parameters, messages)
       parameters%regions = settings%regions
       parameters%subdivisions = settings%subdivisions
       parameters%in_situ = settings%in_situ
@@ -113,26 +111,6 @@ contains
       end if
    end subroutine take_analysis
 
-   !> Materials of the analysis file and the options; without an analysis file also the end of the run.
-   subroutine put_materials_together(analysis, options, parameters, messages)
-      type(analysis_input_type), intent(in) :: analysis
-      type(run_options_type), intent(in) :: options             !! with all lists
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      if (allocated(analysis%block_materials)) then
-         parameters%block_materials = analysis%block_materials
-         parameters%joint_materials = analysis%joint_materials
-      else
-         if (allocated(parameters%block_materials)) deallocate (parameters%block_materials, parameters%joint_materials)
-         allocate (parameters%block_materials(0), parameters%joint_materials(0))
-         call find_extent(options, parameters, messages)
-      end if
-      call take_block_options(options%block_materials, options%labelled, parameters%gravity, &
-                              parameters%block_materials, messages)
-      call take_joint_options(options%joint_materials, options%joint_laws, options%labelled, &
-                              parameters%joint_materials, messages)
-   end subroutine put_materials_together
-
    !> Options whose default is another one in a labelled file.
    pure subroutine take_labelled_defaults(settings)
       type(run_options_type), intent(inout) :: settings
@@ -141,24 +119,6 @@ contains
       if (.not. allocated(settings%title)) settings%title = ''
       if (len_trim(settings%title) == 0 .and. allocated(settings%model_title)) settings%title = settings%model_title
    end subroutine take_labelled_defaults
-
-   !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
-   subroutine find_extent(options, parameters, messages)
-      type(run_options_type), intent(in) :: options
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      if (.not. is_set(options%steps)) parameters%n_steps = huge(1)
-      if (allocated(options%stages)) then
-         if (size(options%stages) > 0) then
-            associate (last => options%stages(size(options%stages)))
-               if (has_end(last)) return
-            end associate
-         end if
-      end if
-      if (is_set(options%steps) .or. is_set(options%t_end)) return
-      call messages%add(severity%error, 'the run has no end: give &run steps or t_end, or an end to the last &stage', &
-                        options%model_origin)
-   end subroutine find_extent
 
    !> Remove the limit of the number of steps where only an end time is given.
    subroutine note_extent(analysis, options, parameters, messages)

@@ -5,7 +5,7 @@ module rockdda_run_described_materials
    use rockdda_model_joint_options, only : described_joints
    use rockdda_model_material_options, only : described_blocks
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_resolve, only : put_materials_together
+   use rockdda_model_given_materials, only : put_materials_together
    use rockdda_io_material_check, only : check_geometry_materials, check_block_materials
    use rockdda_io_material_use, only : check_lines_described, check_blocks_described
    use rockdda_io_recognise, only : file_kind
