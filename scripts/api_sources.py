@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prepares what scripts/docs gives to FORD and MkDocs.
+"""Prepares what scripts/docs gives to FORD.
 
-    scripts/api_sources.py FORTRAN PAGES
+    scripts/api_sources.py FORTRAN
 
 FORTRAN becomes a copy of src in which FORD finds nothing that it misreads:
 - a comment that begins with one word and a colon, which FORD takes for metadata and drops;
 - a name that a module imports and makes public again, which FORD does not know.
-PAGES gets one page for each module of the Python package.
+The pages of the Python package are made here, too, for scripts/site_pages.py: one for each module.
 """
 
 import re
@@ -71,7 +71,6 @@ def write_pages(target: Path) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
-        sys.exit("scripts/api_sources.py FORTRAN PAGES")
+    if len(sys.argv) != 2:
+        sys.exit("scripts/api_sources.py FORTRAN")
     copy_source(Path(sys.argv[1]))
-    write_pages(Path(sys.argv[2]))

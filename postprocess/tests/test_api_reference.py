@@ -3,6 +3,7 @@
 
 import importlib.util
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -67,17 +68,63 @@ def test_settings_name_folders_that_scripts_docs_makes():
     script = (ROOT / "scripts/docs").read_text()
     ford = (ROOT / "scripts/ford.md").read_text()
     mkdocs = (ROOT / "scripts/mkdocs.yml").read_text()
-    assert "docs=build/docs" in script and "api_sources.py $docs/source $docs/pages" in script
-    assert "src_dir: ../build/docs/source" in ford and "output_dir: ../build/docs/fortran" in ford
-    assert "docs_dir: ../build/docs/pages" in mkdocs and "site_dir: ../build/docs/python" in mkdocs
+    assert "docs=build/docs" in script and "api_sources.py $docs/source" in script
+    assert "site_pages.py $docs/pages" in script
+    assert "src_dir: ../build/docs/source" in ford and "output_dir: ../build/docs/site/fortran" in ford
+    assert "docs_dir: ../build/docs/pages" in mkdocs and "site_dir: ../build/docs/site" in mkdocs
     assert "paths: [../postprocess]" in mkdocs
     assert ford.startswith("---\n") and ford.count("\n---\n") == 1
 
 
-def test_tools_have_bounds():
-    """FORD and mkdocstrings are pinned: another version may warn of other things."""
+@pytest.mark.parametrize("name", ["docs", "site"])
+def test_tools_have_bounds(name):
+    """FORD is pinned: another version may warn of other things."""
     lines = [
-        x for x in (ROOT / "scripts/requirements-docs.txt").read_text().splitlines() if x and not x.startswith("#")
+        x for x in (ROOT / f"scripts/requirements-{name}.txt").read_text().splitlines() if x and not x.startswith("#")
     ]
-    assert len(lines) >= 3
+    assert lines
     assert all(re.fullmatch(r"[\w-]+(\[\w+\])? (==[\d.]+|>=[\d.]+, <[\d.]+)", line) for line in lines), lines
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The module that gathers the pages of the site, and the folder that it has filled."""
+    sys.path.insert(0, str(ROOT / "scripts"))
+    try:
+        import site_pages
+    finally:
+        sys.path.pop(0)
+    target = tmp_path_factory.mktemp("site") / "pages"
+    site_pages.write_site(target)
+    return site_pages, target
+
+
+def test_all_pages_and_models_are_in_the_site(site):
+    module, pages = site
+    for file in [*(ROOT / "docs").rglob("*.md"), *(ROOT / "inputs").rglob("README.md"), ROOT / "README.md"]:
+        assert (pages / file.relative_to(ROOT)).is_file()
+    shown = (pages / "models.md").read_text(encoding="utf-8")
+    pictures = re.findall(r"\]\(inputs/(\w+)/README\.md\)$", shown, re.M)
+    assert pictures == sorted(file.parent.name for file in (ROOT / "inputs").glob("*/end.png"))
+    for name, _ in module.models():
+        assert module.commands_of((ROOT / "inputs" / name / "README.md").read_text(encoding="utf-8")), name
+
+
+def test_navigation_names_pages_that_exist(site):
+    text = (ROOT / "scripts/mkdocs.yml").read_text()
+    named = re.findall(r"(?:- |: )([\w/.-]+\.(?:md|ipynb))$", text, re.M)
+    assert len(named) > 30
+    assert [name for name in named if not (site[1] / name).is_file()] == []
+    listed = {f"docs/{file.name}" for file in (ROOT / "docs").glob("*.md")}
+    assert listed - set(named) == set()
+
+
+def test_equations_become_mathml(site):
+    module, pages = site
+    theory = (pages / "docs/theory.md").read_text(encoding="utf-8")
+    n = (ROOT / "docs/theory.md").read_text(encoding="utf-8").count("```math")
+    assert theory.count("<math") == n > 20
+    assert "```math" not in theory and "\\mathbf" not in theory
+    assert "<mfrac><mn>1</mn><mn>2</mn></mfrac>" in module.mathml(r"\frac12", "inline")
+    notebook = '{"cells": [{"cell_type": "markdown", "source": ["a $x$\\n", "$$y$$"]}, {"cell_type": "code"}]}'
+    assert module.typeset_notebook(notebook).count("<math") == 2
