@@ -14,7 +14,7 @@ module rockdda_interaction_kinematics
    implicit none
    private
    public :: displacement_rows, displacement_at, point_load, displacement_gradient, move_point, move_points
-   public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate
+   public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate, logarithmic_strain
 
 contains
 
@@ -112,6 +112,26 @@ contains
          points(:, i) = points(:, i) + d(1:2) + matmul(h, points(:, i) - centroid)
       end do
    end subroutine move_points
+
+   !> Logarithm of the stretch I + e of a step, e - e^2/2 + e^3/3.
+   !>
+   !> Stretches of steps multiply, their logarithms add up: with these as strains the stress of a block that is
+   !> stretched along the same axes follows from its shape at the end and not from the number of steps. With e itself
+   !> the shapes of one and of many steps to the same stress differ by half the strain.
+   pure function logarithmic_strain(strain) result(log_strain)
+      real(wp), intent(in) :: strain(3)   !! ex ey gxy of the step
+      real(wp) :: log_strain(3)           !! the same components
+      real(wp) :: ex, ey, exy, xx, yy, xy
+      ex = strain(1)
+      ey = strain(2)
+      exy = 0.5_wp*strain(3)
+      xx = ex*ex + exy*exy
+      yy = ey*ey + exy*exy
+      xy = exy*(ex + ey)
+      log_strain(1) = ex - 0.5_wp*xx + (xx*ex + xy*exy)/3
+      log_strain(2) = ey - 0.5_wp*yy + (xy*exy + yy*ey)/3
+      log_strain(3) = strain(3) - xy + 2*(xx*exy + xy*ey)/3
+   end function logarithmic_strain
 
    !> Mass matrix M = (m/S) integral of T^T T over the block (thesis Eq. 3.10.3), exact: the first moments
    !> about the centroid are zero, the second moments are those of the polygon.

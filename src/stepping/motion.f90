@@ -10,7 +10,7 @@ module rockdda_stepping_motion
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_interaction_kinematics, only : mass_times, move_points, move_point, rotate_stress, rotate_strain_rate, &
-      displacement_at
+      displacement_at, logarithmic_strain
    use rockdda_interaction_elasticity, only : elasticity_type, stress_of, strain_energy
    use rockdda_interaction_inertia, only : new_velocity
    use rockdda_interaction_time_scheme, only : time_scheme_type
@@ -122,7 +122,7 @@ contains
       type(block_state_type), intent(inout) :: state
       type(time_scheme_type), intent(in), optional :: scheme   !! of second order; absent: Shi's
       real(wp), intent(in), optional :: jump(:, :)             !! (6, nb) of velocities, with the scheme
-      real(wp) :: momentum(6), v(6), a(6), spin, polar
+      real(wp) :: momentum(6), v(6), a(6), strain(3), spin, polar
       integer :: i, p, first, last, side, b
       logical :: exact, carries
       carries = present(scheme) .and. present(jump)
@@ -149,7 +149,8 @@ contains
                                     - norm2(blocks%bolts%ends(3:4, p) - blocks%bolts%ends(1:2, p))
       end do
       !$omp parallel do default(none) shared(blocks, parameters, elasticity, dt, d, state, exact, carries) &
-      !$omp shared(scheme, jump) private(i, first, last, momentum, v, a, spin, polar) schedule(static) &
+      !$omp shared(scheme, jump) private(i, first, last, momentum, v, a, strain, spin, polar) &
+      !$omp schedule(static) &
       !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
@@ -168,7 +169,9 @@ contains
          call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
                                  state%moments(:, i))
          state%rotation(i) = state%rotation(i) + d(3, i)
-         state%stress(:, i) = state%stress(:, i) + stress_of(elasticity%e(:, :, blocks%block_material(i)), d(4:6, i))
+         strain = d(4:6, i)
+         if (exact) strain = logarithmic_strain(strain)
+         state%stress(:, i) = state%stress(:, i) + stress_of(elasticity%e(:, :, blocks%block_material(i)), strain)
          if (parameters%mass_from_area) state%mass(i) = &
             parameters%block_materials(blocks%block_material(i))%density*state%area(i)
          if (exact) then

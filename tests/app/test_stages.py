@@ -189,18 +189,19 @@ class Building(StageTest):
         np.testing.assert_allclose(ends, [9, 8.75, 8.75, 8.25], rtol=1e-4)
 
     def test_one_step_or_ten_stages_lead_to_the_same_place(self):
-        # rock and joints a thousand times stiffer than those of the model: strains of 1e-8, by the square of which the
-        # way matters
-        stiff = "&contact stiffness = 1e13 /\n&change stage = 'weight', block_material = 1, young = 1e13 /\n"
+        # at strains of 1e-5 and 1e-4: stresses follow from the shape of a block at the end, not from its steps. With
+        # strains that only add up the places differ by a third of the strain
         steps = ["excavate = 'upper', relax = 0.1", *(f"relax = {k / 10}" for k in range(2, 11))]
-        self.compute(column("excavate = 'upper', relax_steps = 1") + stiff, out="one", more=("--quiet",))
-        self.compute(column(*steps) + stiff, out="ten", more=("--quiet",))
-        one, ten = self.read("one"), self.read("ten")
-        stays = np.repeat(one["frames/active"][-1] == 1, np.diff(one["model/vertex_offset"]))
-        moved = (one["frames/vertices"][-1] - one["model/vertices"])[stays]
-        other = (ten["frames/vertices"][-1] - ten["model/vertices"])[stays]
-        self.assertEqual(stays.sum(), 12)
-        self.assertLess(np.abs(moved - other).max(), 1e-6 * np.abs(moved).max())
+        for young in ("1e10", "1e9"):
+            soft = f"&contact stiffness = {young} /\n&change stage = 'weight', block_material = 1, young = {young} /\n"
+            self.compute(column("excavate = 'upper', relax_steps = 1") + soft, out="one", more=("--quiet",))
+            self.compute(column(*steps) + soft, out="ten", more=("--quiet",))
+            one, ten = self.read("one"), self.read("ten")
+            stays = np.repeat(one["frames/active"][-1] == 1, np.diff(one["model/vertex_offset"]))
+            moved = (one["frames/vertices"][-1] - one["model/vertices"])[stays]
+            other = (ten["frames/vertices"][-1] - ten["model/vertices"])[stays]
+            self.assertEqual(stays.sum(), 12)
+            self.assertLess(np.abs(moved - other).max(), 1e-6 * np.abs(moved).max(), young)
 
     def test_placed_blocks_are_free_of_stress_where_they_were_drawn(self):
         for formulation in ("length", "vertex"):
