@@ -70,9 +70,15 @@ def test_the_ground_reaction_of_an_elastic_column_is_a_line(dug):
     way = convergence[:, 3]
     assert way[-1] > 0
     np.testing.assert_allclose(way[ends], way[-1] * share[ends], rtol=1e-4)
+    # each step of the release is at rest: the first ones, too, which once lagged behind by their inertia
+    np.testing.assert_allclose(way, way[-1] * share, atol=1e-3 * way[-1])
     # σ = 24525 Pa off three whole blocks and half of the fourth, and off the joints below: four of 2.5 E/m and more
     assert 3.5 * 24525 / 1e10 < way[-1] < 3 * 3.5 * 24525 / 1e10
     axes = plot.plot(dug, kind="ground-reaction", stage="half")
+    # point 5 is on the excavated block
+    assert [line.get_label() for line in axes.lines if not line.get_label().startswith("_")] == [
+        f"point {k}" for k in range(1, 5)
+    ]
     assert axes.get_ylabel() == "relaxation"
     with pytest.raises(InputError, match="there is no stage 'quarter'"):
         plot.plot(dug, kind="ground-reaction", stage="quarter")

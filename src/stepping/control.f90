@@ -265,8 +265,8 @@ contains
             if (stage_number(parameters%stages, parameters%base%stage) == self%stage) self%motion_start = time
          end if
          self%balanced = 0
-         ! a static stage may have grown its steps
-         self%dt = min(self%dt, parameters%dt_max)
+         ! a static stage may have grown its steps; another one goes on with them
+         if (.not. self%is_static_search(parameters)) self%dt = min(self%dt, parameters%dt_max)
       end do
 
    contains

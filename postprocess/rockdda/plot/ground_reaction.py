@@ -101,13 +101,17 @@ def ground_reaction(
 ) -> Axes:
     """Released share of the forces of excavated blocks over the convergence of the measured points.
 
-    `stage` names the excavation (by default the first one); dots mark the ends of stages.
+    `stage` names the excavation (by default the first one); dots mark the ends of stages. Points on excavated blocks
+    are left out.
     """
     units = Units.parse(units)
     share, convergence, ends = ground_reaction_data(results, stage)
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
+        moves = np.abs(convergence).max(axis=0) > 0
         for i, number in enumerate(results.point_numbers("measured")):
+            if not moves[i] and moves.any():  # on a block that is no more
+                continue
             colour = PALETTE[i % len(PALETTE)]
             axes.plot(convergence[:, i], share, color=colour, label=f"point {number}")
             axes.plot(convergence[ends, i], share[ends], "o", color=colour, markersize=3.5)
