@@ -11,7 +11,7 @@ module rockdda_interaction_boundary_tractions
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block
    use rockdda_interaction_line_loads, only : line_load
-   use rockdda_interaction_time_tables, only : load_factor
+   use rockdda_interaction_time_tables, only : load_factor, table_changes
    implicit none
    private
    public :: boundary_tractions_type
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine sum_forces
 
-   !> Forces on the moved blocks.
+   !> Forces on the moved blocks; while they change there is no equilibrium.
    subroutine add_forces(self, context, forces)
       class(boundary_tractions_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -136,6 +136,8 @@ contains
          block = new_moving_block(context%state%centroid(:, edge%block), spread(0.0_wp, 1, 6))
          call find_traction_load(context, context%parameters%boundaries(edge%group), block, edge)
          call forces%add_load(edge%block, edge%load(1:3))
+         if (table_changes(context%parameters%boundaries(edge%group)%table, context%state%time, &
+                           context%state%time + context%dt)) forces%driven = .true.
       end do
    end subroutine add_forces
 

@@ -20,7 +20,7 @@ module rockdda_interaction_loads
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
    use rockdda_interaction_line_loads, only : line_load, find_carriers
-   use rockdda_interaction_time_tables, only : table_value, load_factor, base_acceleration
+   use rockdda_interaction_time_tables, only : table_value, table_changes, load_factor, base_acceleration
    implicit none
    private
    public :: loads_type, body_force
@@ -182,7 +182,7 @@ contains
       end do
    end subroutine commit
 
-   !> Loads on the moved blocks.
+   !> Loads on the moved blocks; while points or lines are loaded more or less there is no equilibrium.
    subroutine add_forces(self, context, forces)
       class(loads_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -204,6 +204,7 @@ contains
             b = context%blocks%loading%block(p)
             if (.not. context%state%active(b)) cycle
             force = table_value(table%rows, t_end)
+            if (table_changes(table%rows, context%state%time, t_end)) forces%driven = .true.
          end associate
          call forces%add_force(b, force, context%state%loading_position(:, p) - context%state%centroid(:, b))
       end do
@@ -212,6 +213,7 @@ contains
          if (.not. context%state%active(b)) cycle
          associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
             factor = load_factor(load%table, t_end)
+            if (table_changes(load%table, context%state%time, t_end)) forces%driven = .true.
             block = new_moving_block(context%state%centroid(:, b), spread(0.0_wp, 1, 6))
             f = line_load(ends(1:2), ends(3:4), block, factor*load%force_start, factor*load%force_end)
          end associate

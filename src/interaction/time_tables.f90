@@ -5,7 +5,7 @@ module rockdda_interaction_time_tables
    use rockdda_model_options, only : base_motion_type
    implicit none
    private
-   public :: table_value, load_factor, factor_integral, base_acceleration
+   public :: table_value, table_changes, load_factor, factor_integral, base_acceleration
 
 contains
 
@@ -39,6 +39,23 @@ contains
          value = (1 - w)*rows(2:, low) + w*rows(2:, high)
       end if
    end function table_value
+
+   !> Does a table have different values between two times?
+   pure logical function table_changes(rows, from, to) result(changes)
+      real(wp), allocatable, intent(in) :: rows(:, :)   !! time first; may be unallocated
+      real(wp), intent(in) :: from
+      real(wp), intent(in), optional :: to              !! default: any later time
+      integer :: k
+      changes = .false.
+      if (.not. allocated(rows)) return
+      do k = 2, size(rows, 2)
+         if (.not. rows(1, k) > from) cycle
+         if (present(to)) then
+            if (.not. (rows(1, k - 1) < to .or. rows(1, k) <= to)) exit
+         end if
+         changes = changes .or. any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)
+      end do
+   end function table_changes
 
    !> Factor of a line load at a time; 1 when there is no table.
    pure real(wp) function load_factor(table, t)

@@ -40,7 +40,7 @@ contains
       if (.not. found%has_errors()) call messages%append(counts)
       call messages%append(found)
       call number_changes(input%options%block_materials, input%options%changes, messages)
-      call check_stage_regions(input%blocks, input%options%stages, input%options%changes, input%options%regions, n(1), &
+      call check_stage_regions(input%options%stages, input%options%changes, input%options%regions, n(1), &
                                n(2), [input%options%joint_materials, input%options%joint_laws], messages)
    end subroutine make_parts
 

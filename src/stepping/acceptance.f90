@@ -80,8 +80,9 @@ contains
       real(wp), intent(in) :: k01   !! of the step
       logical :: may_grow
       may_grow = step%control%is_static_search(step%parameters)
-      if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%state%time, &
-                                                           step%control%motion_start)
+      if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
+                                                      step%families%loads%line_blocks, step%state%time, &
+                                                      step%control%motion_start)
       call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
                                  report%rounds*report%attempts, may_grow)
    end subroutine choose_next_dt

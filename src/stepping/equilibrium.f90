@@ -4,10 +4,12 @@ module rockdda_stepping_equilibrium
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string, counted
+   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : stage_name, confirming_steps
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_time_tables, only : table_changes
    implicit none
    private
    public :: varies_with_time, report_no_equilibrium
@@ -17,53 +19,39 @@ module rockdda_stepping_equilibrium
 
 contains
 
-   !> Do loads or supports still change at a time? Steps are then no longer than dt_max.
-   pure logical function varies_with_time(parameters, time, motion_start) result(varies)
+   !> Do loads or supports of blocks that are there still change at a time? Steps are then no longer than dt_max.
+   pure logical function varies_with_time(parameters, blocks, active, line_blocks, time, motion_start) result(varies)
       type(parameters_type), intent(in) :: parameters
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: active(:)          !! (nb)
+      integer, intent(in) :: line_blocks(:)     !! blocks that carry the line loads
       real(wp), intent(in) :: time
       real(wp), intent(in) :: motion_start      !! of the base; huge: not in this stage
       integer :: i
       varies = .false.
       do i = 1, size(parameters%fixed_tables)
-         varies = varies .or. goes_on(parameters%fixed_tables(i)%rows)
+         if (active(blocks%fixed%block(i))) varies = varies .or. table_changes(parameters%fixed_tables(i)%rows, time)
       end do
       do i = 1, size(parameters%loading_tables)
-         varies = varies .or. goes_on(parameters%loading_tables(i)%rows)
+         if (active(blocks%loading%block(i))) varies = varies .or. &
+                                                       table_changes(parameters%loading_tables(i)%rows, time)
       end do
       do i = 1, size(parameters%line_loads)
-         varies = varies .or. goes_on(parameters%line_loads(i)%table)
+         if (active(line_blocks(i))) varies = varies .or. table_changes(parameters%line_loads(i)%table, time)
       end do
       if (allocated(parameters%boundaries)) then
          do i = 1, size(parameters%boundaries)
-            varies = varies .or. goes_on(parameters%boundaries(i)%table)
+            varies = varies .or. table_changes(parameters%boundaries(i)%table, time)
          end do
       end if
       if (motion_start > time) return
-      varies = varies .or. goes_on(parameters%base%table, time - motion_start)
+      varies = varies .or. table_changes(parameters%base%table, time - motion_start)
       if (allocated(parameters%quakes)) then
          do i = 1, size(parameters%quakes)
-            varies = varies .or. goes_on(parameters%quakes(i)%rows, time - motion_start)
+            varies = varies .or. table_changes(parameters%quakes(i)%rows, time - motion_start)
          end do
       end if
       if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
-
-   contains
-
-      !> Does a table have different values after this time?
-      pure logical function goes_on(rows, at)
-         real(wp), allocatable, intent(in) :: rows(:, :)   !! time first
-         real(wp), intent(in), optional :: at              !! instead of `time`
-         real(wp) :: now
-         integer :: k
-         goes_on = .false.
-         now = time
-         if (present(at)) now = at
-         if (.not. allocated(rows)) return
-         do k = 2, size(rows, 2)
-            if (rows(1, k) > now .and. any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)) goes_on = .true.
-         end do
-      end function goes_on
-
    end function varies_with_time
 
    !> The error of a stage that has had all its steps: its name, how far it is from equilibrium, and the blocks that are

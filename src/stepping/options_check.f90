@@ -12,6 +12,7 @@ module rockdda_stepping_options_check
    use rockdda_stepping_ground_check, only : check_ground
    use rockdda_interaction_loads, only : loads_type
    use rockdda_stepping_parameter_check, only : check_parameters
+   use rockdda_stepping_stage_effects, only : report_stage_effects
    implicit none
    private
    public :: check_start, check_options, check_joints
@@ -41,6 +42,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       call check_start(blocks, parameters, messages)
       call warn_of_time(parameters, messages)
+      if (.not. messages%has_errors()) call report_stage_effects(blocks, parameters, messages)
    end subroutine check_options
 
    !> Warn of base motion that passes while blocks come to rest.
