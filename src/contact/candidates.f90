@@ -20,6 +20,7 @@ module rockdda_contact_candidates
    !> Growing list of candidate rows and the scratch of the pair search.
    type :: candidate_list_type
       integer :: n = 0
+      integer :: room = 0                                        !! size of `rows`
       type(candidate_type), allocatable :: rows(:)
       integer :: n_intervals = 0
       type(interval_type), allocatable :: intervals(:)           !! in the order of the rows of their first stations
@@ -35,7 +36,6 @@ module rockdda_contact_candidates
       procedure :: keep_near
       procedure :: recall_near
       procedure :: add_corners
-      procedure :: has_corners
       procedure :: collect
       procedure :: sort
    end type candidate_list_type
@@ -46,16 +46,20 @@ contains
    pure subroutine append(self, row)
       class(candidate_list_type), intent(inout) :: self
       type(candidate_type), intent(in) :: row
-      type(candidate_type), allocatable :: larger(:)
-      if (.not. allocated(self%rows)) allocate (self%rows(64))
-      if (self%n == size(self%rows)) then
-         allocate (larger(2*self%n))
-         larger(1:self%n) = self%rows
-         call move_alloc(larger, self%rows)
-      end if
+      if (self%n == self%room) call make_room(self)
       self%n = self%n + 1
       self%rows(self%n) = row
    end subroutine append
+
+   !> Room for more rows. (Not in `append`, which is called for each row.)
+   pure subroutine make_room(self)
+      type(candidate_list_type), intent(inout) :: self
+      type(candidate_type), allocatable :: larger(:)
+      allocate (larger(max(64, 2*self%n)))
+      if (self%n > 0) larger(1:self%n) = self%rows(1:self%n)
+      call move_alloc(larger, self%rows)
+      self%room = size(self%rows)
+   end subroutine make_room
 
    !> Append the interval of which the rows that follow are stations.
    pure subroutine append_interval(self, interval)
@@ -148,23 +152,6 @@ contains
       self%corner_pairs(:, self%n_corners) = [a, b]
    end subroutine add_corners
 
-   !> Was this vertex already paired with that corner?
-   pure logical function has_corners(self, v, corner, side)
-      class(candidate_list_type), intent(in) :: self
-      integer, intent(in) :: v, corner
-      integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
-      integer :: k
-      has_corners = .false.
-      do k = 1, self%n_corners
-         if (side == 1) then
-            has_corners = self%corner_pairs(1, k) == v .and. self%corner_pairs(2, k) == corner
-         else
-            has_corners = self%corner_pairs(2, k) == v .and. self%corner_pairs(1, k) == corner
-         end if
-         if (has_corners) return
-      end do
-   end function has_corners
-
    !> The rows of several lists, one after the other.
    subroutine collect(self, lists)
       class(candidate_list_type), intent(inout) :: self
@@ -179,6 +166,7 @@ contains
          if (size(self%rows) < n) deallocate (self%rows)
       end if
       if (.not. allocated(self%rows)) allocate (self%rows(n + n/4 + 16))
+      self%room = size(self%rows)
       self%n = n
       !$omp parallel do default(none) shared(self, lists, first) private(k) schedule(static) &
       !$omp if (n > parallel_contacts)

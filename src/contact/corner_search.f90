@@ -19,7 +19,7 @@ module rockdda_contact_corner_search
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
-   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
+   use rockdda_contact_outlines, only : outlines_type, outward
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
@@ -35,6 +35,20 @@ module rockdda_contact_corner_search
    !> Edges face to face that overlap beyond two corners by less than this share of their length have one row there: in
    !> rock cut by two continuous joint sets diagonal blocks overlap by what the joints have slipped.
    real(wp), parameter :: least_overlap = 1.0e-3_wp
+
+   !> The four lines that may be the entrance of two corners, in the order of `try_corner`, each with its row to be.
+   type :: corner_lines_type
+      real(wp) :: r(2)             !! vertex a against vertex b [length]
+      integer :: vertex(4), edge(4)
+      integer :: row(4)            !! of the last step, 0 none
+      real(wp) :: tangent(2, 4)    !! of the edges
+      real(wp) :: length(4)        !! of the edges [length]
+      real(wp) :: foot(4)          !! how far the foot of the other corner lies inside the edge [length]
+      real(wp) :: normal(2, 4)     !! for r
+      real(wp) :: gap(4)           !! r along the normal [length]
+      integer :: group(4)          !! lines whose normals agree: 1, 2 or 0 (not an entrance line)
+      integer :: n_groups
+   end type corner_lines_type
 
 contains
 
@@ -86,8 +100,6 @@ contains
    !>          1 /     \ 2               One group gives one row, two groups give two rows that are partners.
    !>              block b
    !>
-   !> Of a group the line with the foot furthest inside is taken, unless a contact closed in the last step is in it.
-   !> Long, for the choice of rows is one decision with one set of numbers.
    pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, exposure, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)
@@ -98,107 +110,164 @@ contains
       type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), in_a(2), out_a(2), in_b(2), out_b(2), length(4), normal(2, 4), foot(4), overlap
-      integer :: vertex(4), edge(4), group(4), chosen(2), closed(2), alias_vertex(2), alias_edge(2)
-      integer :: ends(2), k, g, n_groups, row
+      type(corner_lines_type) :: lines
+      integer :: k
       logical :: passes(4)
-
-      r = vertices(:, a) - vertices(:, b)
       if (outlines%concave(a) .or. outlines%concave(b)) return
-      in_a = outlines%tangent(:, topology%edge_in(a))
-      out_a = outlines%tangent(:, topology%edge_out(a))
-      in_b = outlines%tangent(:, topology%edge_in(b))
-      out_b = outlines%tangent(:, topology%edge_out(b))
-      length = outlines%length([topology%edge_in(a), topology%edge_out(a), topology%edge_in(b), topology%edge_out(b)])
-      ! each vertex in the other's corner region
-      if (dot_product(r, out_b) > min(limits%zone, 0.25_wp*length(4))) return
-      if (-dot_product(r, in_b) > min(limits%zone, 0.25_wp*length(3))) return
-      if (-dot_product(r, out_a) > min(limits%zone, 0.25_wp*length(2))) return
-      if (dot_product(r, in_a) > min(limits%zone, 0.25_wp*length(1))) return
-
-      ! the four possible entrance lines; normals are for the relative position r of a against b
-      vertex = [a, a, b, b]
-      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
-      normal(:, 1) = [out_b(2), -out_b(1)]
-      normal(:, 2) = [in_b(2), -in_b(1)]
-      normal(:, 3) = [-out_a(2), out_a(1)]
-      normal(:, 4) = [-in_a(2), in_a(1)]
-      do k = 1, 2
-         passes(k) = is_outside(in_a, out_a, normal(:, k), limits%sine)
-         passes(k + 2) = is_outside(in_b, out_b, -normal(:, k + 2), limits%sine)
+      lines%r = vertices(:, a) - vertices(:, b)
+      lines%vertex = [a, a, b, b]
+      lines%edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      do k = 1, 4
+         lines%tangent(:, k) = outlines%tangent(:, lines%edge(k))
+         lines%length(k) = outlines%length(lines%edge(k))
+         lines%foot(k) = lines%r(1)*lines%tangent(1, k) + lines%r(2)*lines%tangent(2, k)
+         if (k == 2 .or. k == 3) lines%foot(k) = -lines%foot(k)
+         ! each vertex in the other's corner region
+         if (lines%foot(k) > min(limits%zone, 0.25_wp*lines%length(k))) return
       end do
+      call set_normals(limits%sine, lines, passes)
       if (limits%corrected) then
          do k = 1, 4
-            if (passes(k)) passes(k) = .not. exposure%is_passed(vertex(k), edge(k), vertices, topology, outlines, &
-                                                                limits%cosine, previous, history)
+            if (passes(k)) passes(k) = .not. exposure%is_passed(lines%vertex(k), lines%edge(k), vertices, topology, &
+                                                                outlines, limits%cosine, previous, history)
          end do
       end if
-      if (.not. any(passes)) return
-      if (maxval(matmul(r, normal), mask=passes) < -limits%penetration) return
-      call group_lines(normal, passes, limits%cosine, group, n_groups)
-
-      foot = [dot_product(r, out_b), -dot_product(r, in_b), -dot_product(r, out_a), dot_product(r, in_a)]
-      chosen = 0
-      closed = 0
+      if (.not. any(passes .and. lines%gap >= -limits%penetration)) return
+      call group_lines(lines%normal, passes, limits%cosine, lines%group, lines%n_groups)
       do k = 1, 4
-         if (group(k) == 0) cycle
-         row = history%find(previous, vertex(k), edge(k))
-         if (row > 0) then
-            if (previous%state(row) /= contact_state%open .and. closed(group(k)) == 0) closed(group(k)) = k
-         end if
-         if (chosen(group(k)) == 0) then
-            chosen(group(k)) = k
-         else if (foot(k) > foot(chosen(group(k)))) then
-            chosen(group(k)) = k
-         end if
-      end do
-      alias_vertex = 0
-      alias_edge = 0
-      do k = 1, n_groups
-         if (closed(k) == 0) cycle
-         if (foot(closed(k)) >= -1.0e-9_wp*maxval(length)) then
-            chosen(k) = closed(k)
-         else if (chosen(k) /= closed(k)) then
-            alias_vertex(k) = vertex(closed(k))
-            alias_edge(k) = edge(closed(k))
-         end if
+         lines%row(k) = 0
+         if (lines%group(k) > 0) lines%row(k) = history%find(previous, lines%vertex(k), lines%edge(k))
       end do
       call list%add_corners(a, b)
-      ! edges that run away from the two corners in opposite directions and overlap have a row at each end
-      ends = 0
-      do g = 1, n_groups
-         k = opposite(chosen(g))
-         if (group(k) /= g) cycle
-         overlap = min(foot(k), foot(chosen(g)))
-         if (overlap <= 0) cycle
-         if (overlap <= least_overlap*min(length(5 - k), length(5 - chosen(g)))) cycle
-         if (closed(g) > 0 .and. dot_product(r, normal(:, k)) < 0) then
-            if (history%find(previous, vertex(k), edge(k)) == 0) then
-               ! a spring would come into being at depth: the deeper end alone, with the one spring there is
-               if (chosen(g) == closed(g) .and. dot_product(r, normal(:, k) - normal(:, chosen(g))) < 0) then
-                  chosen(g) = k
-                  alias_vertex(g) = vertex(closed(g))
-                  alias_edge(g) = edge(closed(g))
-               end if
-               cycle
-            end if
-         end if
-         ends(g) = k
-      end do
-      if (n_groups == 1) then
-         call list%append(candidate_type(vertex(chosen(1)), edge(chosen(1)), 0, 0, alias_vertex(1), alias_edge(1)))
-         if (ends(1) > 0) call list%append(candidate_type(vertex(ends(1)), edge(ends(1))))
-      else
-         call list%append(candidate_type(vertex(chosen(1)), edge(chosen(1)), vertex(chosen(2)), edge(chosen(2)), &
-                                          alias_vertex(1), alias_edge(1)))
-         call list%append(candidate_type(vertex(chosen(2)), edge(chosen(2)), vertex(chosen(1)), edge(chosen(1)), &
-                                          alias_vertex(2), alias_edge(2)))
-         do g = 1, 2
-            if (ends(g) > 0) call list%append(candidate_type(vertex(ends(g)), edge(ends(g)), &
-                                                              vertex(chosen(3 - g)), edge(chosen(3 - g))))
-         end do
-      end if
+      call append_rows(lines, previous, list)
    end subroutine try_corner
+
+   !> Normals of the four lines, for the relative position r of a against b, and gaps; a line passes when both edges of
+   !> the other corner lie outside of it.
+   pure subroutine set_normals(sine, lines, passes)
+      real(wp), intent(in) :: sine           !! of the angle tolerance
+      type(corner_lines_type), intent(inout) :: lines
+      logical, intent(out) :: passes(4)
+      real(wp) :: leaving, reaching
+      integer :: k
+      do k = 1, 4
+         associate (t => lines%tangent, n => lines%normal(:, k))
+            if (k <= 2) then
+               n = [t(2, k), -t(1, k)]
+               leaving = t(1, 3)*n(1) + t(2, 3)*n(2)
+               reaching = t(1, 4)*n(1) + t(2, 4)*n(2)
+            else
+               n = [-t(2, k), t(1, k)]
+               leaving = -(t(1, 1)*n(1) + t(2, 1)*n(2))
+               reaching = -(t(1, 2)*n(1) + t(2, 2)*n(2))
+            end if
+            lines%gap(k) = lines%r(1)*n(1) + lines%r(2)*n(2)
+         end associate
+         ! `is_outside`, in place
+         passes(k) = leaving >= -sine .and. -reaching >= -sine
+      end do
+   end subroutine set_normals
+
+   !> Rows of two corners that meet: those of the lines chosen, then those at the far ends of edges that overlap.
+   pure subroutine append_rows(lines, previous, list)
+      type(corner_lines_type), intent(in) :: lines
+      type(contact_table_type), intent(in) :: previous
+      type(candidate_list_type), intent(inout) :: list
+      type(candidate_type) :: row
+      integer :: chosen(2), alias(2), far_end(2), g
+      do g = 1, lines%n_groups
+         call choose_line(g, lines, previous, chosen(g), alias(g))
+         call find_far_end(g, lines, previous, chosen(g), alias(g), far_end(g))
+      end do
+      do g = 1, lines%n_groups
+         row = line_row(chosen(g))
+         if (alias(g) > 0) row%alias_vertex = lines%vertex(alias(g))
+         if (alias(g) > 0) row%alias_edge = lines%edge(alias(g))
+         call list%append(row)
+      end do
+      do g = 1, lines%n_groups
+         if (far_end(g) > 0) call list%append(line_row(far_end(g)))
+      end do
+
+   contains
+
+      !> Row along line k of group g, with the row of the other group as partner.
+      pure type(candidate_type) function line_row(k)
+         integer, intent(in) :: k
+         line_row = candidate_type(lines%vertex(k), lines%edge(k))
+         if (lines%n_groups == 1) return
+         line_row%partner_vertex = lines%vertex(chosen(3 - g))
+         line_row%partner_edge = lines%edge(chosen(3 - g))
+      end function line_row
+
+   end subroutine append_rows
+
+   !> Of a group the line with the foot furthest inside is taken, unless a contact closed in the last step is in it and
+   !> its foot has not left the edge: else the row goes on with that one as its alias.
+   pure subroutine choose_line(g, lines, previous, chosen, alias)
+      integer, intent(in) :: g               !! group
+      type(corner_lines_type), intent(in) :: lines
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(out) :: chosen, alias  !! lines; alias 0: none
+      integer :: k, closed
+      chosen = 0
+      do k = 1, 4
+         if (lines%group(k) /= g) cycle
+         if (chosen == 0) then
+            chosen = k
+         else if (lines%foot(k) > lines%foot(chosen)) then
+            chosen = k
+         end if
+      end do
+      alias = 0
+      closed = closed_line(g, lines, previous)
+      if (closed == 0) return
+      if (lines%foot(closed) >= -1.0e-9_wp*maxval(lines%length)) then
+         chosen = closed
+      else if (chosen /= closed) then
+         alias = closed
+      end if
+   end subroutine choose_line
+
+   !> First line of a group whose contact was closed in the last step, 0 none.
+   pure integer function closed_line(g, lines, previous) result(k)
+      integer, intent(in) :: g               !! group
+      type(corner_lines_type), intent(in) :: lines
+      type(contact_table_type), intent(in) :: previous
+      do k = 1, 4
+         if (lines%group(k) /= g .or. lines%row(k) == 0) cycle
+         if (previous%state(lines%row(k)) /= contact_state%open) return
+      end do
+      k = 0
+   end function closed_line
+
+   !> Edges that run away from the two corners in opposite directions and overlap have a row at each end: the line of
+   !> the second one, 0 none. A spring that would come into being at depth does not: the deeper end is chosen alone,
+   !> with the one spring that there is.
+   pure subroutine find_far_end(g, lines, previous, chosen, alias, far_end)
+      integer, intent(in) :: g               !! group
+      type(corner_lines_type), intent(in) :: lines
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(inout) :: chosen, alias
+      integer, intent(out) :: far_end
+      real(wp) :: overlap
+      integer :: k, closed
+      far_end = 0
+      k = opposite(chosen)
+      if (lines%group(k) /= g) return
+      overlap = min(lines%foot(k), lines%foot(chosen))
+      if (overlap <= 0) return
+      if (overlap <= least_overlap*min(lines%length(k), lines%length(chosen))) return
+      closed = closed_line(g, lines, previous)
+      if (closed > 0 .and. lines%gap(k) < 0 .and. lines%row(k) == 0) then
+         if (chosen == closed .and. dot_product(lines%r, lines%normal(:, k) - lines%normal(:, chosen)) < 0) then
+            chosen = k
+            alias = closed
+         end if
+      else
+         far_end = k
+      end if
+   end subroutine find_far_end
 
    !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other,
    !> or lie in one plane so that one corner passes over the other, or a side is hidden.

@@ -12,7 +12,7 @@ module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, is_outside
+   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
@@ -202,9 +202,9 @@ contains
       type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: t(2), n(2), length, zone, in_v(2), out_v(2)
-      integer :: first, last
-      logical :: concave_first, concave_last
+      real(wp) :: t(2), n(2), r(2), length, zone, in_v(2), out_v(2), gap_there, s_there
+      integer :: first, last, other, k, row
+      logical :: concave_first, concave_last, was_closed
 
       length = lengths(e)
       first = topology%owner(e)
@@ -213,10 +213,10 @@ contains
          zone = min(limits%zone, 0.25_wp*length)
          if (limits%by_length) zone = length
          if (s <= zone) then
-            if (list%has_corners(v, first, side)) return
+            if (are_paired(v, first, side, list%n_corners, list%corner_pairs)) return
          end if
          if (length - s <= zone) then
-            if (list%has_corners(v, last, side)) return
+            if (are_paired(v, last, side, list%n_corners, list%corner_pairs)) return
          end if
       end if
       concave_first = outlines%concave(first)
@@ -232,44 +232,38 @@ contains
                  -(in_v(1)*n(1) + in_v(2)*n(2)) >= -limits%sine)) return
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
-         if (.not. concave_first) then
-            if (neighbour_decides(topology%edge_in(first))) return
-         end if
-         if (.not. concave_last) then
-            if (neighbour_decides(topology%edge_out(last))) return
-         end if
-      end if
-      if (gap < 0) then
-         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, was_closed())) return
-      end if
-      call list%append(candidate_type(v, e))
-
-   contains
-
-      !> Was the contact closed at the end of the last step?
-      pure logical function was_closed()
-         integer :: row
+         do k = 1, 2
+            if (merge(concave_first, concave_last, k == 1)) cycle
+            other = merge(topology%edge_in(first), topology%edge_out(last), k == 1)
+            r = vertices(:, v) - vertices(:, other)
+            t = tangent(:, other)
+            gap_there = r(1)*t(2) - r(2)*t(1)
+            if (gap_there <= gap .or. gap_there > limits%reach) cycle
+            ! a corner that touches the end of that edge may lie beyond it by an overlap
+            s_there = r(1)*t(1) + r(2)*t(2)
+            if (s_there < -limits%zone .or. s_there > lengths(other) + limits%zone) cycle
+            if (is_outside(in_v, out_v, outward(t), limits%sine)) return
+         end do
          row = history%find(previous, v, e)
          was_closed = .false.
          if (row > 0) was_closed = previous%state(row) /= contact_state%open
-      end function was_closed
-
-      !> Is the vertex less deep behind this neighbouring edge, and can it touch it?
-      pure logical function neighbour_decides(other)
-         integer, intent(in) :: other
-         real(wp) :: t2(2), n2(2), r2(2), gap2, s2
-         neighbour_decides = .false.
-         t2 = tangent(:, other)
-         n2 = [t2(2), -t2(1)]
-         r2 = vertices(:, v) - vertices(:, other)
-         gap2 = dot_product(r2, n2)
-         if (gap2 <= gap .or. gap2 > limits%reach) return
-         s2 = dot_product(r2, t2)
-         ! a corner that touches the end of that edge may lie beyond it by an overlap
-         if (s2 < -limits%zone .or. s2 > lengths(other) + limits%zone) return
-         neighbour_decides = is_outside(in_v, out_v, n2, limits%sine)
-      end function neighbour_decides
-
+         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, was_closed)) return
+      end if
+      call list%append(candidate_type(v, e))
    end subroutine try_edge
+
+   !> Was this vertex already paired with that corner of the other block?
+   pure logical function are_paired(v, corner, side, n, pairs)
+      integer, intent(in) :: v, corner
+      integer, intent(in) :: side      !! 1: v is on the first block of the pair; 2: on the second
+      integer, intent(in) :: n
+      integer, intent(in) :: pairs(2, n)
+      integer :: k
+      are_paired = .true.
+      do k = 1, n
+         if (pairs(side, k) == v .and. pairs(3 - side, k) == corner) return
+      end do
+      are_paired = .false.
+   end function are_paired
 
 end module rockdda_contact_narrow_phase

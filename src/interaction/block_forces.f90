@@ -24,7 +24,7 @@ module rockdda_interaction_block_forces
    contains
       procedure :: clear
       procedure :: add_force
-      procedure :: add_pair
+      procedure :: add_pairs
       procedure :: add_load
       procedure :: counts
       procedure :: force_of
@@ -58,21 +58,37 @@ contains
       self%magnitude(block) = self%magnitude(block) + sqrt(force(1)**2 + force(2)**2)
    end subroutine add_force
 
-   !> Add a force at a point of block a, and its reaction at the same point of block b.
-   pure subroutine add_pair(self, a, b, force, arm_a, arm_b)
+   !> Add forces at points of blocks a, and their reactions at the same points of blocks b.
+   pure subroutine add_pairs(self, n, a, b, force, point, centroid)
       class(block_forces_type), intent(inout) :: self
-      integer, intent(in) :: a, b
-      real(wp), intent(in) :: force(2)               !! on block a
-      real(wp), intent(in) :: arm_a(2), arm_b(2)     !! from the centroids to the point [length]
-      real(wp) :: magnitude
-      magnitude = sqrt(force(1)**2 + force(2)**2)
-      self%resultant(1:2, a) = self%resultant(1:2, a) + force
-      self%resultant(3, a) = self%resultant(3, a) + (arm_a(1)*force(2) - arm_a(2)*force(1))
-      self%magnitude(a) = self%magnitude(a) + magnitude
-      self%resultant(1:2, b) = self%resultant(1:2, b) - force
-      self%resultant(3, b) = self%resultant(3, b) - (arm_b(1)*force(2) - arm_b(2)*force(1))
-      self%magnitude(b) = self%magnitude(b) + magnitude
-   end subroutine add_pair
+      integer, intent(in) :: n
+      integer, intent(in) :: a(n), b(n)              !! blocks
+      real(wp), intent(in) :: force(2, n)            !! on blocks a
+      real(wp), intent(in) :: point(2, n)            !! where they act [length]
+      real(wp), intent(in), contiguous :: centroid(:, :)   !! (2, nb) [length]
+      call sum_pairs(n, a, b, force, point, size(self%magnitude), centroid, self%resultant, self%magnitude)
+   end subroutine add_pairs
+
+   !> `add_pairs` with its arrays. (Constant shapes spare the compiler to work out where an element lies, each time.)
+   pure subroutine sum_pairs(n, a, b, force, point, nb, centroid, resultant, magnitude)
+      integer, intent(in) :: n, nb
+      integer, intent(in) :: a(n), b(n)
+      real(wp), intent(in) :: force(2, n), point(2, n), centroid(2, nb)
+      real(wp), intent(inout) :: resultant(3, nb), magnitude(nb)
+      real(wp) :: size_of_force
+      integer :: k
+      do k = 1, n
+         associate (f => force(:, k), p => point(:, k), i => a(k), j => b(k))
+            size_of_force = sqrt(f(1)**2 + f(2)**2)
+            resultant(1:2, i) = resultant(1:2, i) + f
+            resultant(3, i) = resultant(3, i) + ((p(1) - centroid(1, i))*f(2) - (p(2) - centroid(2, i))*f(1))
+            magnitude(i) = magnitude(i) + size_of_force
+            resultant(1:2, j) = resultant(1:2, j) - f
+            resultant(3, j) = resultant(3, j) - ((p(1) - centroid(1, j))*f(2) - (p(2) - centroid(2, j))*f(1))
+            magnitude(j) = magnitude(j) + size_of_force
+         end associate
+      end do
+   end subroutine sum_pairs
 
    !> Add a load whose first three terms are force and moment.
    pure subroutine add_load(self, block, load)

@@ -40,7 +40,13 @@ contains
          if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
          l = first_link + c
          associate (a => context%moving(table%block_a(c)), b => context%moving(table%block_b(c)))
-            call contact_vectors(table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+            if (table%share(c) > 0 .or. abs(a%angle) > 0 .or. abs(b%angle) > 0) then
+               call contact_vectors(table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+            else
+               ! the same for a vertex on an edge, straight on
+               call spring_vectors(table%point(:, c), table%distance(c), table%normal(:, c), a%centroid, b%centroid, &
+                                   equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+            end if
          end associate
       end do
       !$omp end parallel do

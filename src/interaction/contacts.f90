@@ -5,7 +5,7 @@
 !> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
 module rockdda_interaction_contacts
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -304,18 +304,24 @@ contains
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
-      real(wp) :: force(2), point(2)
-      integer :: a, b, c
+      real(wp) :: force(2, piece), point(2, piece)
+      integer :: a(piece), b(piece), c, k, p
       associate (table => self%table)
-         do c = 1, table%n
-            if (table%state(c) == contact_state%open) cycle
-            a = table%block_a(c)
-            b = table%block_b(c)
-            force = force_on_a(table, c)
-            point = table%point(:, c)
-            if (table%station(c) == 0) point = context%state%vertices(:, table%vertex(c))
-            call forces%add_pair(a, b, force, point - context%state%centroid(:, a), &
-                                 point - context%state%centroid(:, b))
+         do p = 1, n_pieces(table%n)
+            k = 0
+            do c = (p - 1)*piece + 1, min(p*piece, table%n)
+               if (table%state(c) == contact_state%open) cycle
+               k = k + 1
+               a(k) = table%block_a(c)
+               b(k) = table%block_b(c)
+               force(:, k) = force_on_a(table, c)
+               if (table%station(c) == 0) then
+                  point(:, k) = context%state%vertices(:, table%vertex(c))
+               else
+                  point(:, k) = table%point(:, c)
+               end if
+            end do
+            call forces%add_pairs(k, a, b, force, point, context%state%centroid)
          end do
       end associate
    end subroutine add_forces

@@ -411,7 +411,8 @@ contains
          stays_closed = closes(self, table, settings, c, gap, partner_gap)
       else
          limit = settings%open_tolerance
-         if (joint%bonded .or. law%residual_tension > 0) limit = opening_gap(law, settings, joint)
+         if ((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) &
+            limit = opening_gap(law, settings, joint)
          stays_closed = .not. gap > limit
          ! outside the partner's line: the corner has been passed
          p = table%partner(c)
