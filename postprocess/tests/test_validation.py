@@ -153,6 +153,26 @@ def test_both_formulations_stand_beside_each_other(tmp_path):
     assert changed["quantity"] in text.split("## What differs by length")[1].split("\n## ")[0]
 
 
+def test_first_page_says_whether_a_closing_rule_gives_the_published_verdicts():
+    from rockdda.validation.report_entry import Entry
+    from rockdda.validation.report_first import first_page
+
+    def entry(identifier, quantity, computed, found=""):
+        values = {"quantity": quantity, "computed": computed, "unit": "of 13", "published": 13.0, "found": found}
+        return Entry({"identifier": identifier, "runs": 7, "comparisons": [values]})
+
+    tunnels = entry("7.2.1-closing-family", "members of the family that agree", 13.0)
+    for verdicts, answer in ((11.0, "None of the members computed does"), (13.0, "One does")):
+        layer = entry("6.6.3-closing-family", "verdicts on the single layer, best member of the family", verdicts)
+        gap = entry("6.6.3-opening-gap", "angle, opening gap 2e-07 w₀", float("nan"), "between 74 and 75°")
+        other = entry("6.6.3-opening-gap", "angle, opening gap 1e-05 w₀", 3.0)
+        text = "\n".join(first_page([layer, gap, tunnels])).replace("\xa0", " ").split("## Is there a closing rule")[1]
+        assert answer in text and "7 runs" in text and f"family {verdicts:g} of 13, published 13 of 13" in text
+        assert "opening gap 2e-07 w₀ between 74 and 75°, published 13" in text
+        assert "1e-05" not in "\n".join(first_page([other])).split("## Is there a closing rule")[1]
+    assert "closing rule" not in "\n".join(first_page([entry("7.2-other", "angle", 1.0)]))
+
+
 def test_truths_of_corner_springs_promise_nothing_by_length():
     from rockdda.validation.corner_springs import CORNERS, as_promised
 

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 
 from . import report_words as words
 from .case import Comparison
@@ -11,6 +12,13 @@ from .report_entry import Entry
 
 __all__ = ["first_page"]
 
+#: cases that ask for a closing rule, and the quantities that answer
+CLOSING_RULES = {
+    "6.6.3-closing-family": "verdicts on the single layer",
+    "6.6.3-opening-gap": ".*opening gap 2e-07",  # that of DDA for Windows
+    "7.2.1-closing-family": "members of the family",
+    "7.2-fifty-tunnels": "stable tunnels",
+}
 MOST_LETTERS = 170  # of a reason
 
 
@@ -21,6 +29,7 @@ def first_page(entries: Sequence[Entry]) -> list[str]:
     lines += ["## Reproduced", "", *_reproduced(entries), ""]
     lines += ["## Explained", "", *_explained(entries), ""]
     lines += ["## Not explained", "", *_unexplained(entries), ""]
+    lines += _closing_rules({entry.identifier: entry for entry in entries})
     if failed:
         lines += [f"**Not computed:** {', '.join(entry.link for entry in failed)}.", ""]
     return lines
@@ -105,6 +114,34 @@ def _unexplained(entries: Sequence[Entry]) -> list[str]:
         if broken:
             lines.append(f"- {entry.link}: **{words.counted(broken, 'broken promise')}**, see the case.")
     return lines or ["Nothing: no published value differs without a note of why."]
+
+
+def _closing_rules(entries: Mapping[str, Entry]) -> list[str]:
+    """Does a closing rule give the verdicts of the thesis? A list where it was asked."""
+    asked = [entries[name] for name in CLOSING_RULES if name in entries and entries[name].comparisons]
+    if not asked:
+        return []
+    lines = ["## Is there a closing rule that gives the verdicts of the thesis?", ""]
+    lines.append(
+        "Between the closing rule of RockDDA and that of DDA for Windows lies a family: the penetration beyond which "
+        "a contact closes, the gap beyond which it opens, joints closed or open at the start. "
+        f"**{'None of the members computed does.' if _best_misses(asked) else 'One does, see the cases.'}**"
+    )
+    lines.append("")
+    for entry in asked:
+        found = "; ".join(
+            f"{c.quantity} {c.found or words.computed_number(c)}, published {words.number(c.published, c.unit)}"
+            for c in entry.comparisons
+            if c.published is not None and re.match(CLOSING_RULES[entry.identifier], c.quantity)
+        )
+        lines.append(f"- {entry.link}, {words.counted(int(entry.record['runs']), 'run')}: {found}.")
+    return [*lines, ""]
+
+
+def _best_misses(asked: Sequence[Entry]) -> bool:
+    """Does the best member of a family miss a published count?"""
+    counts = [c for entry in asked for c in entry.comparisons if "family" in c.quantity and c.published is not None]
+    return any(c.computed < (c.published or 0.0) for c in counts)
 
 
 def _short(text: str) -> str:
