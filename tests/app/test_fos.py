@@ -2,6 +2,7 @@
 """`rockdda fos`: the factor at which models lose their equilibrium, and the promises of the command around it."""
 
 import math
+import re
 import signal
 import subprocess
 import unittest
@@ -213,6 +214,38 @@ class Refusals(FosTest):
         text = self.error(self.block(slope(30), friction=20, more=more), code=3)
         self.assertIn("did not come to equilibrium", text)
         self.assertIn("a search begins at rest", text)
+
+    def test_a_block_that_slides_for_ever_is_refused_early(self):
+        """30° of slope, 20° of friction: it would use all 5,000 steps of the stage."""
+        outcome = self.run_program("fos", str(MODELS / "incline"), "--quiet", "--json")
+        self.assertEqual(outcome.code, 3)
+        message = outcome.json["messages"][0]["message"]
+        self.assertIn("did not come to equilibrium", message)
+        self.assertIn("does not fall", message)
+        self.assertIn("give joints more strength", message)
+
+    def test_a_state_at_rest_far_from_the_drawing_is_told(self):
+        """A block that is drawn 0.2 m above its base falls on it before the search begins."""
+        base = [(0, 0), (6, 0), (6, 1), (0, 1)]
+        self.write("block.dc", geometry([base, [(2, 1.2), (2, 2.2), (4, 2.2), (4, 1.2)]], [(0.5, 0.5), (5.5, 0.5)]))
+        self.write("block.nml", options())
+        found = self.run_program("fos", "block.nml", "--search", "tilt")
+        self.assertEqual(found.code, 0, found.err)
+        self.assertIn("is not the one that was drawn: block 2 has moved by 0.2", found.err)
+        self.block(LEVEL)
+        self.assertNotIn("drawn", self.run_program("fos", "block.nml", "--search", "tilt").err)
+
+    def test_a_change_of_the_pressure_file_begins_anew(self):
+        """The trials kept of a search belong to the water that they had."""
+        water = "&water name = 'w', pressure_file = 'p.csv' /\n"
+        self.block(LEVEL, more=water)
+        kept = set()
+        for pressure in (0, 1000):
+            self.write("p.csv", "\n".join(["x,y,p", *(f"{x},{y},{pressure}" for x in (-9, 9) for y in (-9, 9))]) + "\n")
+            outcome = self.run_program("fos", "block.nml", "--search", "tilt", "--max-wall", "1e-6")
+            self.assertEqual(outcome.code, 4, outcome.err)
+            kept.add(re.search(r"fos-([0-9a-f]{8})", outcome.err)[1])
+        self.assertEqual(len(kept), 2)
 
     def test_names_that_do_not_exist(self):
         more = "&stage name = 'weight', kind = 'static', until = 'equilibrium' /\n"

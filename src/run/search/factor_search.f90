@@ -11,14 +11,13 @@ module rockdda_run_factor_search
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_version, only : build_description
    use rockdda_model_options, only : is_set
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_io_digest, only : digest_of_text, digest_length, hexadecimal
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
-   use rockdda_run_search_journal, only : search_journal_type
-   use rockdda_run_search_options, only : search_options_type, search_kind, search_names, usual_max_steps
+   use rockdda_run_search_journal, only : search_journal_type, search_digest
+   use rockdda_run_search_notes, only : describe_motion, no_factor
+   use rockdda_run_search_options, only : search_options_type, usual_max_steps
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
    use rockdda_run_search_check, only : choose_joints, check_values
    use rockdda_run_settled_run, only : find_settled_state
@@ -56,7 +55,6 @@ contains
       type(search_options_type), intent(in) :: options
       character(len=*), intent(in) :: stem              !! of the results: the journal stands beside them
       type(error_type), allocatable, intent(out) :: error
-      character(len=2*digest_length) :: digest
       self%options = options
       if (.not. is_set(self%options%max_steps)) self%options%max_steps = usual_max_steps
       self%path = new_search_path(options)
@@ -64,11 +62,7 @@ contains
       if (.not. allocated(error)) call check_values(self%options, self%path%tolerance, error)
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
       if (allocated(error)) return
-      digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
-         input%config_text//achar(0)//build_description()//achar(0)//search_names(options%kind)//achar(0)// &
-         options%joints//achar(0)//options%stage//achar(0)//to_string(self%options%max_steps)//achar(0)// &
-         input%parameters%solver_method))
-      self%journal%stem = stem//'.fos-'//digest(1:8)
+      self%journal%stem = stem//'.fos-'//search_digest(input, self%options)
    end subroutine prepare
 
    !> Path of the journal, without its ending.
@@ -86,6 +80,7 @@ contains
       type(model_input_type), intent(in) :: input
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: note
       integer :: i
       allocate (self%known(0))
       call find_settled_state(input, self%journal, observer, self%settled, self%known, self%interrupted, error)
@@ -102,32 +97,11 @@ contains
             ' neither came to rest nor moved on in '//to_string(self%trials(i)%steps)//' steps: it counts as '// &
             'failing; --max-steps gives it more')
       end do
+      note = describe_motion(self%trials, self%settled, self%path)
+      if (len(note) > 0) call observer%warn(note)
       if (self%state%outcome == search_end%found) return
-      call make_error(error, error_code%computation, no_factor(self))
+      call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
    end subroutine run_search
-
-   !> Why there is no factor, and what to do.
-   function no_factor(self) result(text)
-      type(factor_search_type), intent(in) :: self
-      character(len=:), allocatable :: text
-      real(wp) :: value
-      value = self%trials(size(self%trials))%value
-      if (self%state%outcome == search_end%never_stable) then
-         text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
-      else
-         text = 'stable at '//to_string(value, 6)//', the upper end of the search of the '
-      end if
-      select case (self%options%kind)
-      case (search_kind%tilt); text = text//'tilt'
-      case (search_kind%push); text = text//'push'
-      case default; text = text//trim(search_names(self%options%kind))
-      end select
-      if (self%state%outcome == search_end%never_stable) then
-         text = text//': begin lower with --from, or make the model stable there'
-      else
-         text = text//': look further with --to, or check that something can fail (joints, cohesion, supports)'
-      end if
-   end function no_factor
 
    !> Compute the next trial, and as many of those that may follow it as there are jobs.
    subroutine compute_some(self, observer, error)

@@ -2,8 +2,13 @@
 !> Which blocks a failing trial moves, and how.
 !>
 !>     falling    nothing holds the block: its pull is its weight, and it moves along it
-!>     toppling   the block, and with it those that stay together with it, turns about a point near them
+!>     toppling   the block, and with it those that stay together with it, turns on what holds it: its joints to the
+!>                blocks that move least open at one end by more than they slip
 !>     sliding    else
+!>
+!> Motion is that since the settled state, as of rigid bodies. Along a straight joint the slip is the same everywhere;
+!> the difference between the openings of its ends is the difference of the rotations times its length. So a voussoir
+!> between hinges turns, although it may turn about a point far away, and a wedge between two planes slides.
 module rockdda_run_mechanism
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_state
@@ -25,12 +30,18 @@ module rockdda_run_mechanism
    real(wp), parameter :: least_share = 0.05_wp
    !> A pull of at least this share of the weight: nothing holds the block.
    real(wp), parameter :: held_by_nothing = 0.9_wp
-   !> The centre of what turns lies within so many of its diagonals.
-   real(wp), parameter :: near = 2
-   !> Blocks in contact stay together when their rotations differ by less than this share of the larger one.
-   real(wp), parameter :: together = 0.2_wp
+   !> Blocks in contact stay together when they slip on each other, and open at an end, by less than this share of what
+   !> the faster one moves.
+   real(wp), parameter :: together = 0.1_wp
    !> One kind of motion for the mechanism when at least this share of its blocks has it.
    real(wp), parameter :: most = 0.75_wp
+
+   !> A joint: rows of the contact table between the same two edges.
+   type :: joint_type
+      integer :: a = 0, b = 0        !! blocks
+      real(wp) :: slip = 0           !! of a on b along the joint [length]
+      real(wp) :: opening = 0        !! of one end more than of the other [length]
+   end type joint_type
 
    type :: mechanism_type
       integer, allocatable :: blocks(:)   !! from 1, ascending
@@ -55,78 +66,149 @@ contains
       type(simulation_type), intent(in) :: sim
       type(trial_verdict_type), intent(in) :: trial
       type(mechanism_type), intent(out) :: mechanism
-      real(wp), allocatable :: turned(:)    !! (nb) rotation since the settled state [rad]
-      real(wp), allocatable :: extent(:)    !! (nb) diagonal of what stays together [length]
+      type(joint_type), allocatable :: joints(:)
+      integer, allocatable :: group(:)      !! (nb) blocks that stay together have one number
       integer :: i
       logical, allocatable :: moves(:)      !! (nb)
       allocate (moves(size(trial%moved)), source=trial%moved >= least_share*maxval(trial%moved) .and. trial%moved > 0)
       mechanism%blocks = pack([(i, i=1, size(moves))], moves)
-      allocate (mechanism%kinds(size(mechanism%blocks)), turned(size(moves)))
-      turned = sim%state%rotation - trial%rotation
-      extent = extents(sim, moves, turned)
+      allocate (mechanism%kinds(size(mechanism%blocks)))
+      joints = closed_joints(sim, trial)
+      group = groups(joints, moves, trial%moved)
       do i = 1, size(mechanism%blocks)
          associate (b => mechanism%blocks(i))
-            mechanism%kinds(i) = motion_of(sim, trial, b, turned(b), extent(b))
+            mechanism%kinds(i) = motion%sliding
+            if (falls(sim, trial, b)) then
+               mechanism%kinds(i) = motion%fall
+            else if (turns(joints, group, group(b), trial%moved)) then
+               mechanism%kinds(i) = motion%toppling
+            end if
          end associate
       end do
    end subroutine find_mechanism
 
-   !> Diagonals of the groups of blocks that turn together, for each block that moves.
-   function extents(sim, moves, turned) result(extent)
+   !> The joints that are closed, at a point at least, with the relative motion of their blocks.
+   function closed_joints(sim, trial) result(joints)
       type(simulation_type), intent(in) :: sim
+      type(trial_verdict_type), intent(in) :: trial
+      type(joint_type), allocatable :: joints(:)
+      integer :: c, d, n
+      real(wp) :: along(2), at(2)
+      allocate (joints(sim%contacts%n))
+      n = 0
+      c = 1
+      associate (table => sim%contacts)
+         do while (c <= table%n)
+            d = c
+            do while (d < table%n)
+               if (table%block_a(d + 1) /= table%block_a(c) .or. table%block_b(d + 1) /= table%block_b(c) .or. &
+                   table%vertex(d + 1) /= table%vertex(c) .or. table%edge(d + 1) /= table%edge(c)) exit
+               d = d + 1
+            end do
+            if (any(table%state(c:d) /= contact_state%open)) then
+               n = n + 1
+               at = sim%state%vertices(:, table%edge(c))
+               along = [-table%normal(2, c), table%normal(1, c)]
+               joints(n)%a = table%block_a(c)
+               joints(n)%b = table%block_b(c)
+               joints(n)%slip = abs(dot_product(along, motion_at(joints(n)%a, at) - motion_at(joints(n)%b, at)))
+               joints(n)%opening = sum(table%length(c:d))*abs(turned(joints(n)%a) - turned(joints(n)%b))
+            end if
+            c = d + 1
+         end do
+      end associate
+      joints = joints(1:n)
+
+   contains
+
+      !> Displacement of a block, as of a rigid body, at a point.
+      pure function motion_at(i, point) result(way)
+         integer, intent(in) :: i
+         real(wp), intent(in) :: point(2)
+         real(wp) :: way(2), arm(2)
+         arm = point - sim%state%centroid(:, i)
+         way = sim%state%centroid(:, i) - trial%centroid(:, i) + turned(i)*[-arm(2), arm(1)]
+      end function motion_at
+
+      !> Its rotation since the settled state [rad].
+      pure real(wp) function turned(i)
+         integer, intent(in) :: i
+         turned = sim%state%rotation(i) - trial%rotation(i)
+      end function turned
+
+   end function closed_joints
+
+   !> Number the blocks that stay together alike.
+   pure function groups(joints, moves, moved) result(group)
+      type(joint_type), intent(in) :: joints(:)
       logical, intent(in) :: moves(:)
-      real(wp), intent(in) :: turned(:)
-      real(wp) :: extent(size(moves))
+      real(wp), intent(in) :: moved(:)
       integer :: group(size(moves))
-      real(wp) :: box(4, size(moves))       !! of the group that has this number
-      integer :: a, b, c, i, first, last
+      integer :: i, j, k
       logical :: has_changed
       group = [(i, i=1, size(moves))]
       has_changed = .true.
       do while (has_changed)
          has_changed = .false.
-         do c = 1, sim%contacts%n
-            a = sim%contacts%block_a(c)
-            b = sim%contacts%block_b(c)
-            if (sim%contacts%state(c) == contact_state%open .or. group(a) == group(b)) cycle
-            if (.not. (moves(a) .and. moves(b))) cycle
-            if (abs(turned(a) - turned(b)) > together*max(abs(turned(a)), abs(turned(b)))) cycle
-            group([a, b]) = min(group(a), group(b))
-            has_changed = .true.
+         do j = 1, size(joints)
+            associate (a => joints(j)%a, b => joints(j)%b)
+               if (group(a) == group(b) .or. .not. (moves(a) .and. moves(b))) cycle
+               if (max(joints(j)%slip, joints(j)%opening) > together*max(moved(a), moved(b))) cycle
+               k = min(group(a), group(b))
+               group([a, b]) = k
+               has_changed = .true.
+            end associate
          end do
       end do
-      box(1:2, :) = huge(1.0_wp)
-      box(3:4, :) = -huge(1.0_wp)
-      do i = 1, size(moves)
-         first = sim%blocks%vertex_offset(i) + 1
-         last = sim%blocks%vertex_offset(i + 1)
-         associate (of_group => box(:, group(i)), points => sim%state%vertices(:, first:last))
-            of_group(1:2) = min(of_group(1:2), minval(points, dim=2))
-            of_group(3:4) = max(of_group(3:4), maxval(points, dim=2))
-         end associate
-      end do
-      do i = 1, size(moves)
-         extent(i) = norm2(box(3:4, group(i)) - box(1:2, group(i)))
-      end do
-   end function extents
+   end function groups
 
-   !> How one block moves.
-   pure integer function motion_of(sim, trial, b, turned, extent)
+   !> Does a group turn on what holds it? These are the joints to its least moving neighbours.
+   pure logical function turns(joints, group, g, moved)
+      type(joint_type), intent(in) :: joints(:)
+      integer, intent(in) :: group(:)     !! (nb)
+      integer, intent(in) :: g            !! number of the group
+      real(wp), intent(in) :: moved(:)    !! (nb)
+      real(wp) :: least, slip, opening
+      integer :: j, other
+      least = huge(1.0_wp)
+      do j = 1, size(joints)
+         other = neighbour(joints(j))
+         if (other > 0) least = min(least, moved(other))
+      end do
+      slip = 0
+      opening = 0
+      do j = 1, size(joints)
+         other = neighbour(joints(j))
+         if (other == 0) cycle
+         if (moved(other) > least + least_share*maxval(moved)) cycle
+         slip = slip + joints(j)%slip
+         opening = opening + joints(j)%opening
+      end do
+      turns = opening > slip
+
+   contains
+
+      !> The block on the other side of a joint of the group; 0: it is none of its joints.
+      pure integer function neighbour(joint)
+         type(joint_type), intent(in) :: joint
+         neighbour = 0
+         if (group(joint%a) == group(joint%b)) return
+         if (group(joint%a) == g) neighbour = joint%b
+         if (group(joint%b) == g) neighbour = joint%a
+      end function neighbour
+
+   end function turns
+
+   !> Does nothing hold a block?
+   pure logical function falls(sim, trial, b)
       type(simulation_type), intent(in) :: sim
       type(trial_verdict_type), intent(in) :: trial
       integer, intent(in) :: b
-      real(wp), intent(in) :: turned      !! rotation since the settled state [rad]
-      real(wp), intent(in) :: extent      !! of the blocks that turn with it [length]
       real(wp) :: way(2), weight(2)
       way = sim%state%centroid(:, b) - trial%centroid(:, b)
       weight = sim%families%loads%weight(1:2, b)
-      motion_of = motion%sliding
-      if (sim%forces%force_of(b, sim%state) >= held_by_nothing*norm2(weight) .and. &
-          dot_product(way, weight) >= held_by_nothing*norm2(way)*norm2(weight)) then
-         motion_of = motion%fall
-      else if (abs(turned)*near*extent >= norm2(way)) then
-         motion_of = motion%toppling
-      end if
-   end function motion_of
+      falls = sim%forces%force_of(b, sim%state) >= held_by_nothing*norm2(weight) .and. &
+              dot_product(way, weight) >= held_by_nothing*norm2(way)*norm2(weight)
+   end function falls
 
 end module rockdda_run_mechanism

@@ -8,13 +8,18 @@ module rockdda_run_search_journal
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string, to_exact_string
+   use rockdda_base_version, only : build_description
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_io_digest, only : digest_of_text, digest_length, hexadecimal
    use rockdda_io_file_sink, only : file_sink_type
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_checkpoint, only : checkpoint_path
+   use rockdda_run_input, only : model_input_type
+   use rockdda_run_search_options, only : search_options_type, search_names
    use rockdda_run_trial, only : trial_type
    implicit none
    private
-   public :: search_journal_type
+   public :: search_journal_type, search_digest
 
    character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
                                          'displacement seconds, then the blocks of the mechanism with their motion'
@@ -33,6 +38,37 @@ module rockdda_run_search_journal
    end type search_journal_type
 
 contains
+
+   !> Eight digits that belong to a model, with the files that it reads, and to a search.
+   function search_digest(input, options) result(digits)
+      type(model_input_type), intent(in) :: input
+      type(search_options_type), intent(in) :: options
+      character(len=8) :: digits
+      character(len=2*digest_length) :: digest
+      digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
+         input%config_text//achar(0)//build_description()//achar(0)//search_names(options%kind)//achar(0)// &
+         options%joints//achar(0)//options%stage//achar(0)//to_string(options%max_steps)//achar(0)// &
+         input%parameters%solver_method//achar(0)//water_text(input%parameters)))
+      digits = digest(1:8)
+   end function search_digest
+
+   !> Pressures of water at points, which stand in files of their own.
+   pure function water_text(parameters) result(text)
+      type(parameters_type), intent(in) :: parameters
+      character(len=:), allocatable :: text
+      integer :: g, i
+      text = ''
+      if (.not. allocated(parameters%water)) return
+      do g = 1, size(parameters%water)
+         if (.not. allocated(parameters%water(g)%pressure)) cycle
+         associate (points => parameters%water(g)%pressure)
+            do i = 1, size(points, 2)
+               text = text//to_exact_string(points(1, i))//' '//to_exact_string(points(2, i))//' '// &
+                      to_exact_string(points(3, i))//new_line('a')
+            end do
+         end associate
+      end do
+   end function water_text
 
    !> The results of which the checkpoint of the settled state would be the checkpoint; they are never written.
    pure function results(self) result(path)

@@ -7,14 +7,15 @@
 !>
 !>     stable    unbalanced <= tolerance in two steps in a row
 !>     failing   the distance that some block has moved has grown fourfold and its pull has not fallen to half, beyond
-!>               `first_share` of its size
+!>               `first_share` of its size and the deformation of the model
 module rockdda_run_trial_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
+   use rockdda_contact_table, only : contact_state
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: trial_verdict_type, verdict, typical_size
+   public :: trial_verdict_type, verdict, typical_size, extent_of
 
    type :: verdict_enum
       integer :: open = 0       !! neither yet
@@ -23,11 +24,11 @@ module rockdda_run_trial_verdict
    end type verdict_enum
    type(verdict_enum), parameter :: verdict = verdict_enum()
 
-   !> Distances at which pulls are compared: this share of a block's size, and its doubles. Joints and blocks of rock
-   !> deform by far less (the stable trials of a dam 21 m in size move it by 3e-5 m). And it must be small: loads that stay
-   !> in space, such as water below a table, change as the block moves, and with them what is judged. A sliding dam whose
-   !> table falls from heel to toe has lost 5 % of its uplift after 1 % of its size; judged from there on it finds
-   !> equilibrium up to a factor that is 5 % too large.
+   !> Distances at which pulls are compared: this share of a block's size, or the deformation of the model where that is
+   !> larger, and its doubles. Joints and blocks of rock deform by far less (the stable trials of a dam 21 m in size move
+   !> it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table, change as the block
+   !> moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost 5 % of its uplift
+   !> after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too large.
    real(wp), parameter :: first_share = 0.001_wp
    integer, parameter :: n_marks = 15, marks_between = 2
    !> A pull that falls less than by this factor while the distance grows fourfold stays.
@@ -39,10 +40,12 @@ module rockdda_run_trial_verdict
       real(wp), allocatable :: centroid(:, :)   !! (2, nb) in the settled state
       real(wp), allocatable :: rotation(:)      !! (nb)
       real(wp), allocatable :: moved(:)         !! (nb) distance from there [length]
+      real(wp) :: deformation = 0               !! of the model in the settled state [length]
       real(wp), allocatable :: pull(:, :)       !! (n_marks, nb) when the mark was passed [force]
       integer, allocatable :: step(:, :)        !! (n_marks, nb) of the trial, when the mark was passed
       integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
       integer :: steps = 0
+      real(wp) :: least = 0                     !! no verdict before a block has moved so far, at least [length]
       integer :: first_failing = 0              !! the block by which the verdict was reached
    contains
       procedure :: begin
@@ -52,13 +55,16 @@ module rockdda_run_trial_verdict
 contains
 
    !> Begin a trial in the settled state.
-   subroutine begin(self, sim)
+   subroutine begin(self, sim, least)
       class(trial_verdict_type), intent(out) :: self
       type(simulation_type), intent(in) :: sim
+      real(wp), intent(in), optional :: least    !! no verdict before a block has moved so far, at least [length]
       integer :: nb
       nb = sim%blocks%n_blocks
       self%centroid = sim%state%centroid
       self%rotation = sim%state%rotation
+      self%deformation = deformation_of(sim)
+      if (present(least)) self%least = least
       allocate (self%moved(nb), self%pull(n_marks, nb), source=0.0_wp)
       allocate (self%step(n_marks, nb), self%mark(nb), source=0)
    end subroutine begin
@@ -67,7 +73,7 @@ contains
    integer function judge(self, sim) result(outcome)
       class(trial_verdict_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
-      real(wp) :: pull, size_of
+      real(wp) :: pull, first
       integer :: i, m
       self%steps = self%steps + 1
       outcome = verdict%open
@@ -77,12 +83,12 @@ contains
             self%moved(i) = norm2(state%centroid(:, i) - self%centroid(:, i)) + &
                             sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))* &
                             abs(state%rotation(i) - self%rotation(i))
-            size_of = sqrt(state%area(i))
+            first = max(first_share*sqrt(state%area(i)), self%deformation, self%least/2**marks_between)
             pull = sim%forces%force_of(i, state)
          end associate
          do while (self%mark(i) < n_marks)
             m = self%mark(i) + 1
-            if (self%moved(i) < first_share*2.0_wp**(m - 1)*size_of) exit
+            if (self%moved(i) < first*2.0_wp**(m - 1)) exit
             self%mark(i) = m
             self%pull(m, i) = pull
             self%step(m, i) = self%steps
@@ -99,6 +105,77 @@ contains
       if (sim%control%balanced >= 2) outcome = verdict%stable
    end function judge
 
+   !> What its loads deform a model by: the mean strain of blocks and joints times its extent. A trial changes the loads
+   !> or what carries them by their own order, so that an elastic answer is of this size, or smaller.
+   function deformation_of(sim) result(deformation)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: deformation
+      real(wp) :: strain, closing, modulus
+      integer :: c, i, n, n_closed
+      logical :: can_move(sim%blocks%n_blocks)
+      can_move = movable(sim)
+      strain = 0
+      closing = 0
+      n = 0
+      n_closed = 0
+      do i = 1, sim%blocks%n_blocks
+         if (.not. can_move(i)) cycle
+         modulus = sim%parameters%block_materials(sim%blocks%block_material(i))%youngs_modulus
+         strain = strain + maxval(abs(sim%state%stress(:, i)))/modulus
+         n = n + 1
+      end do
+      deformation = 0
+      if (n == 0) return
+      associate (table => sim%contacts)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
+            closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
+            n_closed = n_closed + 1
+         end do
+      end associate
+      deformation = (strain/n + closing/max(1, n_closed)/typical_size(sim))*extent_of(sim)
+   end function deformation_of
+
+   !> Diagonal of the box around the blocks that can move.
+   function extent_of(sim) result(extent)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: extent
+      real(wp) :: low(2), high(2)
+      integer :: i
+      logical :: can_move(sim%blocks%n_blocks)
+      can_move = movable(sim)
+      extent = 0
+      if (.not. any(can_move)) return
+      low = huge(1.0_wp)
+      high = -low
+      do i = 1, sim%blocks%n_blocks
+         if (.not. can_move(i)) cycle
+         associate (points => sim%state%vertices(:, sim%blocks%vertex_offset(i) + 1:sim%blocks%vertex_offset(i + 1)))
+            low = min(low, minval(points, dim=2))
+            high = max(high, maxval(points, dim=2))
+         end associate
+      end do
+      extent = norm2(high - low)
+   end function extent_of
+
+   !> Blocks that can move: neither inactive nor held at two points or by a boundary. The same for a state that was
+   !> computed and one that was read.
+   function movable(sim) result(can_move)
+      type(simulation_type), intent(in) :: sim
+      logical :: can_move(sim%blocks%n_blocks)
+      integer :: points(sim%blocks%n_blocks)
+      integer :: p
+      points = 0
+      associate (fixed => sim%blocks%fixed)
+         do p = 1, fixed%n
+            if (sim%control%released(p)) cycle
+            if (fixed%block(p) > 0) points(fixed%block(p)) = points(fixed%block(p)) + 1
+         end do
+      end associate
+      can_move = sim%state%active .and. points < 2
+      if (allocated(sim%held)) can_move = can_move .and. .not. sim%held
+   end function movable
+
    !> Median of the sizes of the blocks that can move.
    function typical_size(sim) result(median)
       type(simulation_type), intent(in) :: sim
@@ -106,12 +183,11 @@ contains
       real(wp), allocatable :: sizes(:)
       integer, allocatable :: order(:)
       integer :: i, n
+      logical :: can_move(sim%blocks%n_blocks)
+      can_move = movable(sim)
       allocate (sizes(0))
       do i = 1, sim%blocks%n_blocks
-         if (.not. sim%state%active(i)) cycle
-         if (allocated(sim%forces%held)) then
-            if (.not. sim%forces%counts(i, sim%state)) cycle
-         end if
+         if (.not. can_move(i)) cycle
          sizes = [sizes, sqrt(sim%state%area(i))]
       end do
       n = size(sizes)

@@ -69,6 +69,10 @@ def arches(record: Record) -> None:
         )  # fmt: skip
         one = search(record, model, model.name, search="push", tolerance=0.001)
         record.compare(f"{n} voussoirs: α", one.value, truth=limit, truth_source=PROGRAMME, allowed=0.015)
+        record.compare(
+            f"{n} voussoirs: told that they turn", float(one.mechanism.kind == "toppling"), truth=1.0,
+            truth_source="hinges, as no joint can slide", scale=1, allowed=0,
+        )  # fmt: skip
         found.append((f"{n} voussoirs", one))
     trial_table(record, found, "Search of the push that the arches stand")
     draw_mechanism(
