@@ -281,7 +281,7 @@ contains
    end subroutine follow_gap
 
    !> Row of the last step in whose place row k stands, 0 none: a contact of the same corner, closed and as it lay on
-   !> an edge, on a corner or at the end of an interval.
+   !> an edge, on a corner or at the end of an interval. Long by its small searches, each for one kind of row.
    pure integer function predecessor(k, previous, history, topology, table) result(row)
       integer, intent(in) :: k
       type(contact_table_type), intent(in) :: previous
@@ -294,25 +294,25 @@ contains
       row = 0
       select case (table%station(k))
       case (0)
-         if (row == 0) row = end_row(topology%edge_in(f), e)
+         row = end_row(topology%edge_in(f), e)
          if (row == 0) row = end_row(topology%edge_out(f), e)
          if (row == 0) row = corner_row(f, topology%owner(e))
          if (row == 0) row = corner_row(f, topology%owner(topology%next(e)))
       case (corner_station)
          w = e
-         if (row == 0) row = vertex_row(f, topology%edge_in(w))
+         row = vertex_row(f, topology%edge_in(w))
          if (row == 0) row = vertex_row(f, topology%edge_out(w))
          if (row == 0) row = vertex_row(w, topology%edge_in(f))
          if (row == 0) row = vertex_row(w, topology%edge_out(f))
          if (row == 0) row = end_row(topology%edge_in(f), topology%edge_out(w))
          if (row == 0) row = end_row(topology%edge_out(f), topology%edge_in(w))
       case (1)
-         if (row == 0) row = vertex_row(topology%next(f), e)
+         row = vertex_row(topology%next(f), e)
          if (row == 0) row = vertex_row(e, f)
          if (row == 0) row = corner_row(topology%next(f), e)
       case default
          if (.not. is_last()) return
-         if (row == 0) row = vertex_row(f, e)
+         row = vertex_row(f, e)
          if (row == 0) row = vertex_row(topology%next(e), f)
          if (row == 0) row = corner_row(f, topology%next(e))
       end select

@@ -74,7 +74,8 @@ contains
       real(wp) :: reach
       logical :: at_floor, is_first
       if (allocated(self%solver%interruption)) then
-         self%last_motion = self%equations%x
+         if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
+         self%last_motion(:, :) = self%equations%x
          call self%solver%pack(self%memory)
       end if
       call self%begin_step()

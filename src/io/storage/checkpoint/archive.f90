@@ -31,7 +31,7 @@ module rockdda_io_archive
       procedure :: integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
       procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
       procedure, private :: integer_part, real_part, logical_part
-      procedure, private :: is_there, wrong_size
+      procedure, private :: is_there, has_rows, wrong_size
    end type archive_type
 
 contains
@@ -137,13 +137,12 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: values(:)
-      if (allocated(self%error)) return
       if (self%saving) then
-         if (allocated(values)) call self%file%write(self%prefix//name, [size(values)], values, self%error)
-         return
+         if (allocated(values)) call self%fixed(name, values)
+      else if (.not. allocated(self%error)) then
+         if (allocated(values)) deallocate (values)
+         if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
       end if
-      if (allocated(values)) deallocate (values)
-      if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
    end subroutine integers_item
 
    !> Save or load a list of reals.
@@ -151,13 +150,12 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: values(:)
-      if (allocated(self%error)) return
       if (self%saving) then
-         if (allocated(values)) call self%file%write(self%prefix//name, [size(values)], values, self%error)
-         return
+         if (allocated(values)) call self%fixed(name, values)
+      else if (.not. allocated(self%error)) then
+         if (allocated(values)) deallocate (values)
+         if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
       end if
-      if (allocated(values)) deallocate (values)
-      if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
    end subroutine reals_item
 
    !> Save or load a table of integers.
@@ -165,8 +163,8 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: values(:, :)
-      integer, allocatable :: found(:)
-      integer(i8), allocatable :: shape_there(:)
+      integer, allocatable :: list(:)
+      integer :: n(2)
       if (allocated(self%error)) return
       if (self%saving) then
          if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
@@ -174,16 +172,9 @@ contains
          return
       end if
       if (allocated(values)) deallocate (values)
-      if (.not. self%is_there(name)) return
-      call self%file%get_shape(self%prefix//name, shape_there, self%error)
-      if (.not. allocated(self%error)) call self%file%read(self%prefix//name, found, self%error)
-      if (allocated(self%error)) return
-      if (size(shape_there) == 2) then
-         allocate (values(shape_there(1), shape_there(2)))
-         values = reshape(found, shape(values))
-      else
-         call self%wrong_size(name)
-      end if
+      if (.not. self%has_rows(name, n)) return
+      call self%file%read(self%prefix//name, list, self%error)
+      if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine integer_rows_item
 
    !> Save or load a table of reals.
@@ -191,8 +182,8 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: values(:, :)
-      real(wp), allocatable :: found(:)
-      integer(i8), allocatable :: shape_there(:)
+      real(wp), allocatable :: list(:)
+      integer :: n(2)
       if (allocated(self%error)) return
       if (self%saving) then
          if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
@@ -200,16 +191,9 @@ contains
          return
       end if
       if (allocated(values)) deallocate (values)
-      if (.not. self%is_there(name)) return
-      call self%file%get_shape(self%prefix//name, shape_there, self%error)
-      if (.not. allocated(self%error)) call self%file%read(self%prefix//name, found, self%error)
-      if (allocated(self%error)) return
-      if (size(shape_there) == 2) then
-         allocate (values(shape_there(1), shape_there(2)))
-         values = reshape(found, shape(values))
-      else
-         call self%wrong_size(name)
-      end if
+      if (.not. self%has_rows(name, n)) return
+      call self%file%read(self%prefix//name, list, self%error)
+      if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine real_rows_item
 
    !> Save or load a list of logicals.
@@ -265,6 +249,25 @@ contains
       character(len=*), intent(in) :: name
       is_there = self%file%exists(self%prefix//name)
    end function is_there
+
+   !> Does the file contain this table? Its shape; an error for what is no table.
+   logical function has_rows(self, name, n)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(out) :: n(2)
+      integer(i8), allocatable :: shape_there(:)
+      n = 0
+      has_rows = .false.
+      if (.not. self%is_there(name)) return
+      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      if (allocated(self%error)) return
+      has_rows = size(shape_there) == 2
+      if (has_rows) then
+         n = int(shape_there)
+      else
+         call self%wrong_size(name)
+      end if
+   end function has_rows
 
    !> Does the present section contain this item? For loading.
    logical function has_item(self, name)

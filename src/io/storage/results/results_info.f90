@@ -70,9 +70,19 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(results_info_type), intent(inout) :: info
       type(error_type), allocatable, intent(out) :: error
+      call check_format(file, info%format_version, error)
+      if (.not. allocated(error)) call read_attributes(file, info, error)
+      if (.not. allocated(error)) call check_results_shape(file, error)
+      if (.not. allocated(error)) call read_sizes(file, info, error)
+      if (.not. allocated(error)) call read_ends(file, info, error)
+   end subroutine read_all
+
+   !> Is it a file of results, of a format that this program knows?
+   subroutine check_format(file, version, error)
+      type(hdf5_file_type), intent(in) :: file
+      integer, intent(inout) :: version
+      type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: format
-      integer(i8), allocatable :: shape(:)
-      integer :: complete
       call file%get_attribute('/', 'format', format, error)
       if (allocated(error)) then
          call make_error(error, error_code%input, file%path//': error: this HDF5 file holds no results of RockDDA')
@@ -83,39 +93,47 @@ contains
                          "', not results of RockDDA")
          return
       end if
-      call file%get_attribute('/', 'format_version', info%format_version, error)
+      call file%get_attribute('/', 'format_version', version, error)
       if (allocated(error)) return
-      if (info%format_version < oldest_format_version .or. info%format_version > results_format_version) then
-         call make_error(error, error_code%input, file%path//': error: format version '// &
-                         to_string(info%format_version)//' is not known to this program, only '// &
-                         to_string(oldest_format_version)//' to '//to_string(results_format_version))
-         return
-      end if
+      if (version < oldest_format_version .or. version > results_format_version) &
+         call make_error(error, error_code%input, file%path//': error: format version '//to_string(version)// &
+                         ' is not known to this program, only '//to_string(oldest_format_version)//' to '// &
+                         to_string(results_format_version))
+   end subroutine check_format
+
+   !> Attributes of the file.
+   subroutine read_attributes(file, info, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      integer :: complete
       call file%get_attribute('/', 'title', info%title, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'program_version', info%program_version, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'created', info%created, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
-      if (.not. allocated(error)) call check_results_shape(file, error)
-      if (allocated(error)) return
-      info%complete = complete /= 0
+      if (.not. allocated(error)) info%complete = complete /= 0
+   end subroutine read_attributes
+
+   !> How much the file holds.
+   subroutine read_sizes(file, info, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8), allocatable :: shape(:)
       call rows_of('model/block_material', info%n_blocks)
       call rows_of('model/edge_joint', info%n_vertices)
       call rows_of('model/fixed_points', info%n_fixed)
       call rows_of('model/loading_points', info%n_loading)
       call rows_of('model/measured_points', info%n_measured)
-      if (.not. allocated(error)) then
-         if (file%has_attribute('model/measured_points', 'number')) &
-            call file%get_attribute('model/measured_points', 'number', info%measured_number, error)
-      end if
-      if (.not. allocated(error)) then
-         if (file%exists('model/parent')) call read_parents()
-      end if
       call rows_of('history/step', info%n_steps)
       call rows_of('frames/step', info%n_frames)
       call rows_of('frames/contact_state', info%n_contact_rows)
       if (allocated(error)) return
-      call read_ends()
+      if (file%has_attribute('model/measured_points', 'number')) &
+         call file%get_attribute('model/measured_points', 'number', info%measured_number, error)
+      if (allocated(error)) return
+      if (file%exists('model/parent')) call read_parents()
 
    contains
 
@@ -143,25 +161,28 @@ contains
          info%n_cells = sum(n, mask=n > 1)
       end subroutine read_parents
 
-      !> Read first and last times.
-      subroutine read_ends()
-         integer, allocatable :: step(:)
-         real(wp), allocatable :: time(:)
-         if (info%n_steps > 0) then
-            call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
-            if (.not. allocated(error)) call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
-            if (allocated(error)) return
-            info%last_step = step(1)
-            info%last_time = time(1)
-         end if
-         if (info%n_frames > 0) then
-            call file%read('frames/time', time, error)
-            if (allocated(error)) return
-            info%first_frame = time(1)
-            info%last_frame = time(size(time))
-         end if
-      end subroutine read_ends
+   end subroutine read_sizes
 
-   end subroutine read_all
+   !> First and last times.
+   subroutine read_ends(file, info, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: step(:)
+      real(wp), allocatable :: time(:)
+      if (info%n_steps > 0) then
+         call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
+         if (.not. allocated(error)) call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
+         if (allocated(error)) return
+         info%last_step = step(1)
+         info%last_time = time(1)
+      end if
+      if (info%n_frames > 0) then
+         call file%read('frames/time', time, error)
+         if (allocated(error)) return
+         info%first_frame = time(1)
+         info%last_frame = time(size(time))
+      end if
+   end subroutine read_ends
 
 end module rockdda_io_results_info
