@@ -6,7 +6,8 @@ module rockdda_model_analysis_input
    use rockdda_base_diagnostics, only : origin_type
    implicit none
    private
-   public :: analysis_input_type, block_material_type, joint_material_type, time_table_type, dialect
+   public :: analysis_input_type, named_material_type, block_material_type, joint_material_type, time_table_type
+   public :: dialect
    public :: unset_real, unset_block_material, unset_joint_material
 
    !> Sentinel of a real that was not given.
@@ -19,10 +20,15 @@ module rockdda_model_analysis_input
    end type dialect_enum
    type(dialect_enum), parameter :: dialect = dialect_enum()
 
-   !> One block material: 13 numbers of the analysis file, and its name in the options.
-   type :: block_material_type
+   !> What block and joint materials have in common.
+   type :: named_material_type
       integer :: number = 0              !! from 1
       character(len=:), allocatable :: name
+      type(origin_type) :: origin        !! where options of it were read
+   end type named_material_type
+
+   !> One block material: 13 numbers of the analysis file, and its name in the options.
+   type, extends(named_material_type) :: block_material_type
       real(wp) :: density = 0            !! mass per area (unit thickness), > 0
       real(wp) :: weight = 0             !! weight per area, positive acts in -y
       real(wp) :: youngs_modulus = 0     !! E, > 0
@@ -30,15 +36,12 @@ module rockdda_model_analysis_input
       real(wp) :: stress(3) = 0          !! initial s11 s22 s12, tension positive
       real(wp) :: stress_gradient(3) = 0 !! d(stress)/dy: sigma0 = stress + gradient*y at the block centroid
       real(wp) :: velocity(3) = 0        !! initial vx vy vr [length/time, rad/time]
-      type(origin_type) :: origin        !! where options of it were read
    end type block_material_type
 
    !> One joint material: 3 numbers of the analysis file, and what options say of it. Parameters of laws are unset
    !> where they were not given.
-   type :: joint_material_type
-      integer :: number = 0              !! from 1
+   type, extends(named_material_type) :: joint_material_type
       character(len=:), allocatable :: word   !! of &joint_law: number or name of the material
-      character(len=:), allocatable :: name
       real(wp) :: friction_angle = 0     !! [deg] in [0, 90)
       real(wp) :: cohesion = 0           !! stress, >= 0
       real(wp) :: tension = 0            !! tensile strength, stress, >= 0
@@ -61,7 +64,6 @@ module rockdda_model_analysis_input
       logical :: tie = .false.           !! intact rock: both sides deform as one
       logical :: brittle_given = .false., tie_given = .false.
       real(wp) :: reduction = 1          !! tan(phi), cohesion and tension of the law are divided by it, > 0
-      type(origin_type) :: origin        !! where options of it were read
    end type joint_material_type
 
    !> Time-dependent values of one point, linear in between, constant beyond the ends.

@@ -5,14 +5,11 @@ module rockdda_model_joint_options
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_material_names, only : most_number, described_materials, check_material_names, take, take_text
    use rockdda_model_options, only : is_set
-   use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
-   public :: change_joint, take_joint_options, described_joints, joint_number
-
-   !> Largest number of a material.
-   integer, parameter :: most_number = 999
+   public :: change_joint, take_joint_options
 
 contains
 
@@ -28,7 +25,7 @@ contains
       logical, allocatable :: bond_named(:)   !! the options name cohesion or tension of the material
       logical, allocatable :: described(:), has_law(:)
       integer :: i, m, n, n_described
-      allocate (described, source=described_joints(size(materials), added, labelled))
+      allocate (described, source=described_materials(size(materials), added, labelled))
       do i = 1, size(materials)
          materials(i)%number = i
       end do
@@ -56,7 +53,6 @@ contains
             'this group names replaces what the one before it has', added(i)%origin)
          call change_joint(added(i), materials(m))
          bond_named(m) = bond_named(m) .or. is_set(added(i)%cohesion) .or. is_set(added(i)%tension)
-         call check_name(materials, m, messages)
       end do
       do i = 1, size(laws)
          m = laws(i)%number
@@ -71,10 +67,10 @@ contains
          else
             call change_joint(laws(i), materials(m))
             bond_named(m) = bond_named(m) .or. is_set(laws(i)%cohesion) .or. is_set(laws(i)%tension)
-            call check_name(materials, m, messages)
             has_law(m) = .true.
          end if
       end do
+      call check_material_names('joint', materials, messages)
       do i = 1, size(materials)
          materials(i)%number = i
          if (.not. allocated(materials(i)%name)) materials(i)%name = ''
@@ -94,38 +90,6 @@ contains
       type(joint_material_type), intent(in) :: group
       never_slips = group%tie .and. .not. (is_set(group%cohesion) .or. is_set(group%tension))
    end function never_slips
-
-   !> Which numbers of joint materials are described: the n of the analysis file, and those of groups.
-   pure function described_joints(n, added, labelled) result(described)
-      integer, intent(in) :: n
-      type(joint_material_type), intent(in) :: added(:)
-      logical, intent(in) :: labelled            !! materials have any numbers, else one after another
-      logical, allocatable :: described(:)
-      integer :: i, last
-      last = n
-      do i = 1, size(added)
-         if (labelled .and. added(i)%number <= most_number) last = max(last, added(i)%number)
-         if (added(i)%number == last + 1) last = last + 1
-      end do
-      allocate (described(last))
-      described = [(i <= n .or. .not. labelled, i=1, last)]
-      do i = 1, size(added)
-         if (added(i)%number >= 1 .and. added(i)%number <= last) described(added(i)%number) = .true.
-      end do
-   end function described_joints
-
-   !> Number of the joint material that a word stands for: a number, or a name that a group gives; 0 if there is none.
-   pure integer function joint_number(word, groups)
-      character(len=*), intent(in) :: word
-      type(joint_material_type), intent(in) :: groups(:)     !! of the options
-      integer :: i
-      joint_number = material_number(trim(adjustl(word)))
-      if (joint_number > 0 .or. len_trim(word) == 0) return
-      do i = 1, size(groups)
-         if (.not. allocated(groups(i)%name)) cycle
-         if (same_name(groups(i)%name, word)) joint_number = groups(i)%number
-      end do
-   end function joint_number
 
    !> One material more, with the values of a joint without strength.
    subroutine append_material(materials)
@@ -168,38 +132,5 @@ contains
       material%tie_given = material%tie_given .or. group%tie_given
       material%origin = group%origin
    end subroutine change_joint
-
-   !> A number, when it is given.
-   pure subroutine take(given, value)
-      real(wp), intent(in) :: given
-      real(wp), intent(inout) :: value
-      if (is_set(given)) value = given
-   end subroutine take
-
-   !> A text, when it is given and not blank.
-   pure subroutine take_text(given, value)
-      character(len=:), allocatable, intent(in) :: given
-      character(len=:), allocatable, intent(inout) :: value
-      if (.not. allocated(given)) return
-      if (len_trim(given) > 0) value = trim(adjustl(given))
-   end subroutine take_text
-
-   !> Names are words that lists can hold, and no two materials have one name.
-   subroutine check_name(materials, m, messages)
-      type(joint_material_type), intent(in) :: materials(:)
-      integer, intent(in) :: m
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i
-      if (.not. allocated(materials(m)%name)) return
-      if (index(materials(m)%name, ',') > 0 .or. material_number(materials(m)%name) > 0) &
-         call messages%add(severity%error, 'joint material '//to_string(m)//": a name has no comma and is no "// &
-                           "number, found '"//materials(m)%name//"'", materials(m)%origin)
-      do i = 1, size(materials)
-         if (i == m .or. .not. allocated(materials(i)%name)) cycle
-         if (same_name(materials(i)%name, materials(m)%name)) call messages%add(severity%error, 'joint materials '// &
-            to_string(min(i, m))//' and '//to_string(max(i, m))//" have one name, '"//materials(m)%name//"'", &
-            materials(m)%origin)
-      end do
-   end subroutine check_name
 
 end module rockdda_model_joint_options

@@ -6,16 +6,13 @@ module rockdda_model_material_options
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : block_material_type, time_table_type, unset_block_material
+   use rockdda_model_material_names, only : most_number, described_materials, check_material_names, take, take_text
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    use rockdda_model_options, only : run_options_type, point_table_type, is_set
-   use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
    public :: describe_model, describe_block_materials, describe_point_tables
-   public :: take_block_options, take_point_tables, described_blocks, block_number
-
-   !> Largest number of a material.
-   real(wp), parameter :: most_number = 999
+   public :: take_block_options, take_point_tables
 
 contains
 
@@ -61,8 +58,9 @@ contains
       class(option_visitor_type), intent(inout) :: table
       type(block_material_type), intent(inout) :: m
       character(len=*), parameter :: needed = 'as it is; an added material needs it', stays = 'as it is, else 0'
-      call table%add(option('number', 'number of the block material in the geometry; beside an analysis file the '// &
-                            'next free one adds a material', least=1.0_wp, most=most_number, required=.true.), m%number)
+      call table%add(option('number', 'number of the block material in the geometry; beside an analysis '// &
+                            'file the next free one adds a material', least=1.0_wp, &
+                            most=real(most_number, wp), required=.true.), m%number)
       call table%add(option('name', 'name of the material', default_text='none'), m%name)
       call table%add(option('density', 'mass per area', unit='mass/length^2', above=0.0_wp, default_text=needed), &
                      m%density)
@@ -133,7 +131,7 @@ contains
       logical, allocatable :: own_weight(:), described(:)
       integer :: i, k, n, m
       n = size(materials)
-      allocate (described, source=described_blocks(n, groups, labelled))
+      allocate (described, source=described_materials(n, groups, labelled))
       allocate (more(size(described)), own_weight(size(described)))
       own_weight = .false.
       more(1:n) = materials
@@ -143,7 +141,7 @@ contains
       end do
       do i = 1, size(groups)
          m = groups(i)%number
-         if (m < 1 .or. m > nint(most_number)) cycle   ! reported by the reader
+         if (m < 1 .or. m > most_number) cycle   ! reported by the reader
          if (m > size(more)) then
             call messages%add(severity%error, 'block material '//to_string(m)//': there '// &
                               trim(merge('is ', 'are', size(more) == 1))//' '//counted(size(more), 'block material')// &
@@ -158,7 +156,7 @@ contains
       do i = n + 1, size(more)
          if (described(i)) call complete(more(i), messages)
       end do
-      call check_names(more, messages)
+      call check_material_names('block', more, messages)
       if (gravity >= 0 .and. any(own_weight)) then
          do i = 1, size(more)
             if (.not. own_weight(i)) more(i)%weight = gravity*more(i)%density
@@ -181,49 +179,15 @@ contains
       call move_alloc(more, materials)
    end subroutine take_block_options
 
-   !> Which numbers of block materials are described: the n of the analysis file, and those of groups.
-   pure function described_blocks(n, groups, labelled) result(described)
-      integer, intent(in) :: n
-      type(block_material_type), intent(in) :: groups(:)
-      logical, intent(in) :: labelled            !! materials have any numbers, else one after another
-      logical, allocatable :: described(:)
-      integer :: i, last
-      last = n
-      do i = 1, size(groups)
-         if (labelled .and. groups(i)%number <= nint(most_number)) last = max(last, groups(i)%number)
-         if (groups(i)%number == last + 1) last = last + 1
-      end do
-      allocate (described(last))
-      described = [(i <= n, i=1, last)]
-      do i = 1, size(groups)
-         if (groups(i)%number >= 1 .and. groups(i)%number <= last) described(groups(i)%number) = .true.
-      end do
-   end function described_blocks
-
-   !> Number of the block material that a word stands for: a number, or a name that a group gives; 0 if there is none.
-   pure integer function block_number(word, groups)
-      character(len=*), intent(in) :: word
-      type(block_material_type), intent(in) :: groups(:)     !! of the options
-      integer :: i
-      block_number = material_number(trim(adjustl(word)))
-      if (block_number > 0 .or. len_trim(word) == 0) return
-      do i = 1, size(groups)
-         if (.not. allocated(groups(i)%name)) cycle
-         if (same_name(groups(i)%name, word)) block_number = groups(i)%number
-      end do
-   end function block_number
-
    !> Values that a group names.
    subroutine change(group, material)
       type(block_material_type), intent(in) :: group
       type(block_material_type), intent(inout) :: material
-      if (allocated(group%name)) then
-         if (len_trim(group%name) > 0) material%name = trim(adjustl(group%name))
-      end if
-      if (is_set(group%density)) material%density = group%density
-      if (is_set(group%weight)) material%weight = group%weight
-      if (is_set(group%youngs_modulus)) material%youngs_modulus = group%youngs_modulus
-      if (is_set(group%poisson_ratio)) material%poisson_ratio = group%poisson_ratio
+      call take_text(group%name, material%name)
+      call take(group%density, material%density)
+      call take(group%weight, material%weight)
+      call take(group%youngs_modulus, material%youngs_modulus)
+      call take(group%poisson_ratio, material%poisson_ratio)
       if (is_set(group%stress(1))) material%stress = group%stress
       if (is_set(group%stress_gradient(1))) material%stress_gradient = group%stress_gradient
       if (is_set(group%velocity(1))) material%velocity = group%velocity
@@ -254,25 +218,6 @@ contains
       end subroutine demand
 
    end subroutine complete
-
-   !> Names are words that lists can hold, and no two materials have one name.
-   subroutine check_names(materials, messages)
-      type(block_material_type), intent(in) :: materials(:)
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i, k
-      do i = 1, size(materials)
-         if (.not. allocated(materials(i)%name)) cycle
-         if (index(materials(i)%name, ',') > 0 .or. material_number(materials(i)%name) > 0) &
-            call messages%add(severity%error, 'block material '//to_string(i)//": a name has no comma and is no "// &
-                              "number, found '"//materials(i)%name//"'", materials(i)%origin)
-         do k = 1, i - 1
-            if (.not. allocated(materials(k)%name)) cycle
-            if (same_name(materials(i)%name, materials(k)%name)) call messages%add(severity%error, &
-               'block materials '//to_string(k)//' and '//to_string(i)//" have one name, '"//materials(i)%name//"'", &
-               materials(i)%origin)
-         end do
-      end do
-   end subroutine check_names
 
    !> Put the tables of groups in place of those of the points that they name.
    subroutine take_point_tables(what, groups, tables, messages)

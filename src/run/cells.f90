@@ -6,14 +6,13 @@ module rockdda_run_cells
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_joint_options, only : joint_number
-   use rockdda_model_material_options, only : block_number
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : region_type, subdivision_type
    use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
    use rockdda_cutting_cell_lattice, only : cell_kind
    use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
    use rockdda_io_suggest, only : did_you_mean
-   use rockdda_run_material_names, only : no_block_material, check_joint_material
+   use rockdda_run_material_names, only : no_material, check_joint_material
    implicit none
    private
    public :: number_regions, check_regions, count_regions, check_names, check_cells, make_cells
@@ -35,9 +34,9 @@ contains
          numbers = ''
          do k = 1, count_words(regions(i)%material)
             word = word_of(regions(i)%material, k)
-            m = block_number(word, materials)
+            m = number_of_material(word, materials)
             if (m < 1 .and. size(materials) > 0) then
-               call messages%add(severity%error, '&region: '//no_block_material(word, materials), regions(i)%origin)
+               call messages%add(severity%error, '&region: '//no_material('block', word, materials), regions(i)%origin)
                m = 1
             end if
             if (m > 0) word = to_string(m)
@@ -169,7 +168,8 @@ contains
          associate (s => subdivisions(i))
             names = ''
             if (allocated(s%region)) names = s%region
-            choices(i) = cell_choice_type(s%size, cell_kind%rectangles, joint_number(s%joint_material, named_joints))
+            choices(i) = cell_choice_type(s%size, cell_kind%rectangles, &
+               number_of_material(s%joint_material, named_joints))
             if (allocated(s%kind)) choices(i)%kind = merge(cell_kind%triangles, cell_kind%rectangles, &
                                                            s%kind == 'triangles')
             inside = blocks_of_region(blocks, regions, names)

@@ -2,8 +2,7 @@
 !> Materials that files describe, and whether they are those of the model.
 module rockdda_run_described_materials
    use rockdda_base_diagnostics, only : diagnostics_type
-   use rockdda_model_joint_options, only : described_joints
-   use rockdda_model_material_options, only : described_blocks
+   use rockdda_model_material_names, only : described_materials
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_given_materials, only : put_materials_together
    use rockdda_io_material_check, only : check_geometry_materials, check_block_materials
@@ -25,8 +24,8 @@ contains
       n = 0
       if (allocated(input%analysis%block_materials)) n = [size(input%analysis%block_materials), &
                                                           size(input%analysis%joint_materials)]
-      allocate (blocks, source=described_blocks(n(1), input%options%block_materials, input%labelled))
-      allocate (joints, source=described_joints(n(2), input%options%joint_materials, input%labelled))
+      allocate (blocks, source=described_materials(n(1), input%options%block_materials, input%labelled))
+      allocate (joints, source=described_materials(n(2), input%options%joint_materials, input%labelled))
    end subroutine find_described
 
    !> Check that the materials of the model are described.

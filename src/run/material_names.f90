@@ -3,19 +3,20 @@
 module rockdda_run_material_names
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_model_analysis_input, only : block_material_type, joint_material_type
-   use rockdda_model_joint_options, only : joint_number
+   use rockdda_model_analysis_input, only : named_material_type, joint_material_type
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: no_block_material, no_joint_material, check_joint_material
+   public :: no_material, check_joint_material
 
 contains
 
    !> "there is no block material 'x', did you mean ..."
-   function no_block_material(word, materials) result(text)
+   function no_material(kind, word, materials) result(text)
+      character(len=*), intent(in) :: kind                    !! 'block', 'joint'
       character(len=*), intent(in) :: word
-      type(block_material_type), intent(in) :: materials(:)   !! groups of the options that may name block materials
+      class(named_material_type), intent(in) :: materials(:)  !! groups of the options that may name materials
       character(len=:), allocatable :: text
       character(len=80) :: known(size(materials))
       integer :: i
@@ -23,22 +24,8 @@ contains
       do i = 1, size(materials)
          if (allocated(materials(i)%name)) known(i) = adjustl(materials(i)%name)
       end do
-      text = "there is no block material '"//word//"'"//did_you_mean(word, known)
-   end function no_block_material
-
-   !> "there is no joint material 'x', did you mean ..."
-   function no_joint_material(word, materials) result(text)
-      character(len=*), intent(in) :: word
-      type(joint_material_type), intent(in) :: materials(:)   !! groups of the options that may name joint materials
-      character(len=:), allocatable :: text
-      character(len=80) :: known(size(materials))
-      integer :: i
-      known = ''
-      do i = 1, size(materials)
-         if (allocated(materials(i)%name)) known(i) = adjustl(materials(i)%name)
-      end do
-      text = "there is no joint material '"//word//"'"//did_you_mean(word, known)
-   end function no_joint_material
+      text = 'there is no '//kind//" material '"//word//"'"//did_you_mean(word, known)
+   end function no_material
 
    !> Check that a word stands for a joint material.
    subroutine check_joint_material(group, word, n_joints, materials, origin, messages)
@@ -49,9 +36,9 @@ contains
       type(origin_type), intent(in) :: origin
       type(diagnostics_type), intent(inout) :: messages
       integer :: joint
-      joint = joint_number(word, materials)
+      joint = number_of_material(word, materials)
       if (joint < 1) then
-         call messages%add(severity%error, group//': '//no_joint_material(trim(adjustl(word)), materials), origin)
+         call messages%add(severity%error, group//': '//no_material('joint', trim(adjustl(word)), materials), origin)
       else if (joint > n_joints) then
          call messages%add(severity%error, group//': joint material '//to_string(joint)//' is unknown, there '// &
                            trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), origin)

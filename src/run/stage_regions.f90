@@ -4,13 +4,12 @@ module rockdda_run_stage_regions
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
-   use rockdda_model_joint_options, only : joint_number
-   use rockdda_model_material_options, only : block_number
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : stage_type, change_type, region_type
    use rockdda_model_regions, only : material_number
    use rockdda_model_stage_options, only : is_given
    use rockdda_run_cells, only : check_names
-   use rockdda_run_material_names, only : no_block_material, no_joint_material
+   use rockdda_run_material_names, only : no_material
    implicit none
    private
    public :: number_changes, check_stage_regions
@@ -28,8 +27,8 @@ contains
          if (.not. is_given(changes(i)%block_material)) cycle
          ! a variable: gfortran 12 frees the text of an associate-name twice here
          word = trim(adjustl(changes(i)%block_material))
-         m = block_number(word, materials)
-         if (m < 1) call messages%add(severity%error, '&change: '//no_block_material(word, materials), &
+         m = number_of_material(word, materials)
+         if (m < 1) call messages%add(severity%error, '&change: '//no_material('block', word, materials), &
                                       changes(i)%origin)
          changes(i)%block_material = to_string(max(1, m))
       end do
@@ -64,8 +63,9 @@ contains
       integer :: m
       if (is_given(change%region)) call check_names('&change', regions, change%region, change%origin, messages)
       if (is_given(change%joint_material)) then
-         m = joint_number(change%joint_material, named_joints)
-         if (m < 1 .or. m > n_joints) call fail(no_joint_material(trim(adjustl(change%joint_material)), named_joints))
+         m = number_of_material(change%joint_material, named_joints)
+         if (m < 1 .or. m > n_joints) call fail(no_material('joint', trim(adjustl(change%joint_material)), &
+                                                           named_joints))
       end if
       if (.not. is_given(change%block_material)) return
       m = material_number(trim(adjustl(change%block_material)))

@@ -6,7 +6,7 @@ module rockdda_io_namelist_file
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_joint_options, only : joint_number
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
@@ -58,7 +58,7 @@ contains
       end do
       do i = 1, size(options%joint_laws)
          if (.not. allocated(options%joint_laws(i)%word)) cycle
-         options%joint_laws(i)%number = joint_number(options%joint_laws(i)%word, options%joint_materials)
+         options%joint_laws(i)%number = number_of_material(options%joint_laws(i)%word, options%joint_materials)
          if (options%joint_laws(i)%number == 0) call reader%messages%add(severity%error, &
             "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &

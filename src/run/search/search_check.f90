@@ -5,7 +5,7 @@ module rockdda_run_search_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_joint_options, only : joint_number
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : is_set
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
@@ -40,7 +40,7 @@ contains
          comma = index(rest, ',')
          word = trim(adjustl(rest(1:comma - 1)))
          rest = rest(comma + 1:)
-         m = joint_number(word, materials)
+         m = number_of_material(word, materials)
          if (m >= 1 .and. m <= size(materials)) then
             chosen(m) = .true.
             cycle
