@@ -15,6 +15,7 @@ from .groups import as_list
 from .namelist import entry_texts
 
 __all__ = [
+    "OPTION_FIELDS",
     "block_groups",
     "block_materials",
     "describes_itself",
@@ -35,6 +36,16 @@ FIRST = (
 )  # fmt: skip
 LAST = ("material", "contact", "block_damping", "time", "solver", "run", "output")
 WIDTH = 110  # letters of a line
+#: Group and name of each option that is a field of `Model`, and the name of the field.
+OPTION_FIELDS = (
+    ("load", "gravity", "gravity"),
+    ("run", "steps", "steps"),
+    ("time", "k01", "k01"),
+    ("time", "dt_max", "dt_max"),
+    ("time", "displacement_ratio", "displacement_ratio"),
+    ("contact", "stiffness", "stiffness"),
+    ("solver", "omega", "sor_factor"),
+)
 
 
 def labelled_text(groups: Mapping[str, Any]) -> str:

@@ -20,64 +20,21 @@ from .cutting import Blocks, cut
 from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
 from .errors import InputError
 from .groups import OptionGroups, as_list, plain_options
-from .labelled import (
-    block_groups,
-    block_materials,
-    describes_itself,
-    joint_groups,
-    joint_materials,
-    labelled_text,
-    merged_groups,
-    point_groups,
-    take_point_tables,
-)
-from .namelist import format_groups, format_real, parse_groups
-from .native import ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
+from .labelled import OPTION_FIELDS, block_groups, joint_groups, labelled_text, point_groups
+from .namelist import format_groups, format_real
+from .native import ANALYSIS_FILE, CONFIG_FILE, LABELLED_TEXT, Session
 from .notebook import card, drawing_of_lines
-from .options import check_options, group_problems, names_that_add_up, repeated_groups, replace_files
+from .options import check_options, group_problems
+from .places import Bolt, FloatArray, Line, Place, Table, time_table
+from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
 from .simulation import Simulation, run
 
 __all__ = ["BlockMaterial", "JointMaterial", "Model"]
 
-FloatArray = npt.NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 Point = Sequence[float] | npt.NDArray[np.float64]
-Table = npt.ArrayLike  # (m, 3) rows t x y
 _UNSET: Any = object()
-#: group and name of an option that is a field of the model
-_NUMBERS = (
-    ("load", "gravity", "gravity"),
-    ("run", "steps", "steps"),
-    ("time", "k01", "k01"),
-    ("time", "dt_max", "dt_max"),
-    ("time", "displacement_ratio", "displacement_ratio"),
-    ("contact", "stiffness", "stiffness"),
-    ("solver", "omega", "sor_factor"),
-)
-
-
-@dataclass
-class _Line:
-    ends: tuple[float, float, float, float]
-    number: int | str  # joint or block material, or its name
-    boundary: bool = False
-
-
-@dataclass
-class _Bolt:
-    ends: tuple[float, float, float, float]
-    stiffness: float
-    pretension: float
-    strength: float
-
-
-@dataclass
-class _Place:
-    """A fixed line or a loading point with its values in time."""
-
-    ends: tuple[float, ...]
-    table: FloatArray
 
 
 @dataclass(eq=False)
@@ -113,11 +70,11 @@ class Model(OptionGroups):
     base_acceleration: npt.ArrayLike | None = None
     block_materials: list[BlockMaterial] = field(default_factory=list)
     joint_materials: list[JointMaterial] = field(default_factory=list)
-    _lines: list[_Line] = field(default_factory=list, repr=False)
-    _material_lines: list[_Line] = field(default_factory=list, repr=False)
-    _bolts: list[_Bolt] = field(default_factory=list, repr=False)
-    _fixed: list[_Place] = field(default_factory=list, repr=False)
-    _loading: list[_Place] = field(default_factory=list, repr=False)
+    _lines: list[Line] = field(default_factory=list, repr=False)
+    _material_lines: list[Line] = field(default_factory=list, repr=False)
+    _bolts: list[Bolt] = field(default_factory=list, repr=False)
+    _fixed: list[Place] = field(default_factory=list, repr=False)
+    _loading: list[Place] = field(default_factory=list, repr=False)
     _measured: list[tuple[float, float]] = field(default_factory=list, repr=False)
     _holes: list[tuple[float, float]] = field(default_factory=list, repr=False)
 
@@ -139,8 +96,8 @@ class Model(OptionGroups):
         lines = [(line.ends, self._number("joint", line.number), line.boundary) for line in self._ordered_lines()]
         owners = [(line.ends, self._number("block", line.number)) for line in self._material_lines]
         places = [[(place.ends, place.table.tolist()) for place in some] for some in (self._fixed, self._loading)]
-        motion = None if self.base_acceleration is None else _table(self.base_acceleration).tolist()
-        numbers = [getattr(self, name) for _, _, name in _NUMBERS]
+        motion = None if self.base_acceleration is None else time_table(self.base_acceleration).tolist()
+        numbers = [getattr(self, name) for _, _, name in OPTION_FIELDS]
         return (
             *(self.name, self.e0, self.labelled, numbers, plain_options(self.options), motion),
             *(block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})),
@@ -178,132 +135,23 @@ class Model(OptionGroups):
         """
         session = Session()
         session.read_files(geometry, analysis, config)
-        files = (session.text(MODEL_FILE), session.text(ANALYSIS_FILE), session.text(CONFIG_FILE))
-        if session.geometry_sizes()["lines"] == 0:
-            raise InputError("is a block file; a model is made of lines", files[0])
-        if "model" in parse_groups(session.text(CONFIG_TEXT)):
-            return cls._read_labelled(session, files[2])
-        model = cls(Path(files[1]).stem)
-        model._take_geometry(session)
-        model._take_analysis(session)
-        model.options = parse_groups(session.text(CONFIG_TEXT), names_that_add_up())
-        replace_files(model.options, Path(files[2]).parent)
-        if session.analysis_sizes()["dialect"] == DIALECTS["dda_windows"]:
-            # defaults of this dialect
-            time = model.options.setdefault("time", {})
-            for group in [time] if isinstance(time, dict) else time[:1]:
-                given = {name for some in ([time] if isinstance(time, dict) else time) for name in some}
-                if "length_scale" not in given:
-                    group["length_scale"] = "largest"
-                if "dt_min" not in given:
-                    group["dt_min"] = 0.01 * float(_last(time, "dt_max", model.dt_max))
+        reading = is_labelled(session)
+        model = cls(Path(session.text(CONFIG_FILE if reading else ANALYSIS_FILE)).stem, labelled=reading)
+        (take_labelled if reading else take_legacy)(model, session)
         return model
-
-    @classmethod
-    def _read_labelled(cls, session: Session, path: str) -> Model:
-        """A labelled model, of a session that has read its file."""
-        options = _groups_of(session.text(CONFIG_TEXT))
-        folder = Path(path).parent
-        if not describes_itself(options):  # values of an analysis file, or of several groups of one material
-            options, folder = _groups_of(session.text(LABELLED_TEXT)), Path.cwd()
-        replace_files(options, folder)
-        model = cls(Path(path).stem, labelled=True, options=options)
-        title = options.pop("model").get("title", "")
-        if title and title != model.name and "title" not in options.get("run", {}):
-            options.setdefault("run", {})["title"] = title
-        for group, option, name in _NUMBERS:
-            if option in options.get(group, {}):
-                setattr(model, name, options[group].pop(option))
-        model._take_geometry(session)
-        model.block_materials = block_materials(options.pop("block_material", []))
-        model.joint_materials = joint_materials(options.pop("joint_material", []))
-        sizes = session.sizes()
-        fixed = take_point_tables(options, "fixed_point", "displacement", sizes["fixed"])
-        model._take_tables(session, fixed, take_point_tables(options, "loading_point", "force", sizes["loading"]))
-        motion = options.get("load", {}).get("base_acceleration", "")
-        if motion and Path(motion) == (folder / f"{model.name}.csv").absolute():
-            model.base_acceleration = _motion_of(Path(motion))
-            if model.base_acceleration is not None:
-                del options["load"]["base_acceleration"]
-        model.options = {group: entries for group, entries in options.items() if entries}
-        return model
-
-    def _take_geometry(self, session: Session) -> None:
-        """Take lines and points from the compiled session."""
-        sizes = session.geometry_sizes()
-        names = "lines materials bolts fixed loading measured holes"
-        arrays = [array.tolist() for array in session.array("geometry", *(sizes[name] for name in names.split()))]
-        e0, lines, joints, material_lines, materials, bolts, values, fixed, loading, measured, holes = arrays
-        self.e0 = e0
-        for i, (line, joint) in enumerate(zip(lines, joints, strict=True)):
-            self.add_line(line[:2], line[2:], joint=joint, boundary=i < sizes["boundary"])
-        for line, material in zip(material_lines, materials, strict=True):
-            self.add_material_line(line[:2], line[2:], material=material)
-        for bolt, (stiffness, pretension, strength) in zip(bolts, values, strict=True):
-            self.add_bolt(bolt[:2], bolt[2:], stiffness=stiffness, pretension=pretension, strength=strength)
-        for line in fixed:
-            self.add_fixed(line[:2], line[2:])
-        for point in loading:
-            self.add_loading(point, table=())
-        for point in measured:
-            self.add_measured(point)
-        for point in holes:
-            self.add_hole(point)
-
-    def _take_analysis(self, session: Session) -> None:
-        """Take materials, run control and tables from the compiled session."""
-        sizes = session.analysis_sizes()
-        self.steps = sizes["steps"]
-        names = "blocks joints tables rows"
-        arrays = session.array("analysis", *(sizes[name] for name in names.split()))
-        numbers, block_materials, joint_materials, table_sizes, rows = arrays
-        self.k01, self.displacement_ratio, self.dt_max, self.stiffness, self.sor_factor = numbers.tolist()
-        for m in block_materials.tolist():
-            density, weight, youngs_modulus, poisson_ratio = m[:4]
-            self.block_materials.append(
-                BlockMaterial(density, weight, youngs_modulus, poisson_ratio, (*m[4:7],), (*m[7:10],), (*m[10:13],))
-            )
-        for m in joint_materials.tolist():
-            self.joint_materials.append(JointMaterial(*m))
-        tables = np.split(np.array(rows), np.cumsum(table_sizes)[:-1]) if sizes["tables"] else []
-        if tables:
-            fixed = session.sizes()["fixed"]
-            self._take_tables(session, tables[:fixed], tables[fixed:])
-
-    def _take_tables(self, session: Session, tables: list[FloatArray], loading: list[FloatArray]) -> None:
-        """Take the tables of all fixed points and all loading points of the cut model."""
-        position, _, line, _ = session.array("points", 1, session.sizes()["fixed"])
-        for place, table in zip(self._loading, loading, strict=True):
-            place.table = table
-        if all(place.ends[:2] == place.ends[2:] for place in self._fixed):
-            for place, table in zip(self._fixed, tables, strict=False):
-                place.table = table
-            return
-        # points of one fixed line that move differently become fixed points of their own, and so do all points when
-        # the lines of the file do not identify their fixed lines
-        owners = np.unique(line)
-        places: list[_Place] = []
-        for i, owner in enumerate(owners):
-            points = np.flatnonzero(line == owner)
-            alike = all(np.array_equal(tables[k], tables[points[0]]) for k in points)
-            if alike and len(owners) == len(self._fixed):
-                places.append(_Place(self._fixed[i].ends, tables[points[0]]))
-            else:
-                places += [_Place((*position[k], *position[k]), tables[k]) for k in points]
-        self._fixed = places
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
     def add_line(self, start: Point, end: Point, *, joint: int | str = 1, boundary: bool = False) -> None:
         """A line (joint, boundary) with its joint material: number or name."""
-        self._lines.append(_Line(coordinates(start, end), _reference("joint", joint), boundary))
+        self._lines.append(Line(coordinates(start, end), _reference("joint", joint), boundary))
 
     def add_lines(self, lines: npt.ArrayLike, *, joint: npt.ArrayLike | str = 1, boundary: bool = False) -> None:
         """Many lines: (n, 4) rows x1 y1 x2 y2; joint: one joint material (number or name), or n numbers."""
         if isinstance(joint, str):
-            self._lines += [_Line(ends, joint, boundary) for ends, _ in line_rows(lines)]
+            self._lines += [Line(ends, joint, boundary) for ends, _ in line_rows(lines)]
             return
-        self._lines += [_Line(ends, number, boundary) for ends, number in line_rows(lines, joint)]
+        self._lines += [Line(ends, number, boundary) for ends, number in line_rows(lines, joint)]
 
     def add_polygon(self, points: npt.ArrayLike, *, joint: int | str = 1, boundary: bool = True) -> None:
         """The closed outline through points, (n, 2)."""
@@ -312,24 +160,24 @@ class Model(OptionGroups):
 
     def add_material_line(self, start: Point, end: Point, *, material: int | str) -> None:
         """Gives its block material (number or name) to every block that it crosses or lies in; the last line wins."""
-        self._material_lines.append(_Line(coordinates(start, end), _reference("material", material)))
+        self._material_lines.append(Line(coordinates(start, end), _reference("material", material)))
 
     def add_bolt(
         self, start: Point, end: Point, *, stiffness: float, pretension: float = 0.0, strength: float = 0.0
     ) -> None:
         """A bolt; strength 0 is unlimited."""
-        self._bolts.append(_Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
+        self._bolts.append(Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
 
     def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:
         """A fixed point, or a fixed line: points where it crosses edges and at its ends.
 
         table: (m, 3) rows t x y of prescribed displacements, linear in between.
         """
-        self._fixed.append(_Place(coordinates(start, start if end is None else end), _table(table)))
+        self._fixed.append(Place(coordinates(start, start if end is None else end), time_table(table)))
 
     def add_loading(self, point: Point, *, table: Table) -> None:
         """A loading point; table: (m, 3) rows t fx fy of forces, linear in between."""
-        self._loading.append(_Place(coordinates(point), _table(table)))
+        self._loading.append(Place(coordinates(point), time_table(table)))
 
     def add_measured(self, point: Point) -> None:
         """A measured point: displacement, stress and rotation there are in the history."""
@@ -346,7 +194,7 @@ class Model(OptionGroups):
         """(n, 4) lines x1 y1 x2 y2 in the order of the file: boundary lines come first."""
         return np.array([line.ends for line in self._ordered_lines()]).reshape(-1, 4)
 
-    def _ordered_lines(self) -> list[_Line]:
+    def _ordered_lines(self) -> list[Line]:
         return sorted(self._lines, key=lambda line: not line.boundary)
 
     # -- materials -----------------------------------------------------------------------------------------------
@@ -481,7 +329,7 @@ class Model(OptionGroups):
     def _labelled_groups(self, groups: dict[str, Any]) -> dict[str, Any]:
         """The groups of a labelled file."""
         numbers: dict[str, dict[str, Any]] = {}
-        for group, option, name in _NUMBERS:
+        for group, option, name in OPTION_FIELDS:
             if getattr(self, name) is not None:
                 numbers.setdefault(group, {})[option] = getattr(self, name)
         for group, entries in numbers.items():
@@ -498,7 +346,7 @@ class Model(OptionGroups):
         return groups
 
     def _motion_text(self) -> str:
-        rows = _table(self.base_acceleration if self.base_acceleration is not None else ())
+        rows = time_table(self.base_acceleration if self.base_acceleration is not None else ())
         return "\n".join(["t,ax,ay", *(",".join(format_real(x) for x in row) for row in rows.tolist())]) + "\n"
 
     def _fixed_point_tables(self) -> list[FloatArray]:
@@ -588,39 +436,9 @@ def _reference(what: str, value: int | str) -> int | str:
     return value if isinstance(value, str) else whole_number(what, value)
 
 
-def _last(groups: Any, name: str, default: Any) -> Any:
-    """The value of a name in one or several groups."""
-    for group in as_list(groups):
-        default = group.get(name, default)
-    return default
-
-
 def _one_of(what: str, **values: Any) -> Any:
     """The value of the one of two names that is given."""
     given = [value for value in values.values() if value is not None]
     if len(given) != 1:
         raise InputError(f"{what}: give {' or '.join(values)}" + (", not both" if given else ""))
     return given[0]
-
-
-def _groups_of(text: str) -> dict[str, Any]:
-    """The groups of a labelled file, each that may not be repeated as one."""
-    return merged_groups(parse_groups(text, names_that_add_up()), repeated_groups(), names_that_add_up())
-
-
-def _motion_of(path: Path) -> FloatArray | None:
-    """The base motion in a file that a model has written; None for a file of another form."""
-    head, *rows = path.read_text(encoding="utf-8").split()
-    try:
-        return _table([[float(x) for x in row.split(",")] for row in rows]) if head == "t,ax,ay" else None
-    except ValueError:
-        return None
-
-
-def _table(rows: Table) -> FloatArray:
-    table = np.asarray(rows, dtype=float)
-    if table.size == 0:
-        return np.zeros((0, 3))
-    if table.ndim != 2 or table.shape[1] != 3:
-        raise InputError(f"table: expected an array of shape (m, 3), rows t x y, found {table.shape}")
-    return table

@@ -26,8 +26,9 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 ORDER = (
     "errors", "version", "outputs", "callers", "program", "text", "notebook", "interrupts", "namelist", "materials",
     "native", "options", "groups", "storage", "frames", "joints", "start", "stages", "results", "units", "deck",
-    "labelled", "cutting", "simulation", "model", "critical", "networks", "records", "plot", "film", "convert",
-    "export", "analysis", "report", "study", "validation", "cli", "_old_names", "__init__", "__main__",
+    "places", "labelled", "cutting", "simulation", "reading", "model", "critical", "networks", "records", "plot",
+    "film", "convert", "export", "analysis", "report", "study", "validation", "cli", "_old_names", "__init__",
+    "__main__",
 )  # fmt: skip
 
 
