@@ -61,7 +61,7 @@ NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the fir
 NOT_DRAWN |= {"start_with_stress", "stress_contacts", "pressure_on_contacts"}  # the first step only
 NOT_DRAWN |= {"bring_back"}  # the first step of a stage that places rock
 NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after an excavation
-NOT_DRAWN |= {"find_acceleration", "become_quiet"}  # the first dynamic step
+NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first dynamic step
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 

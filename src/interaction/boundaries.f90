@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Boundaries: outer edges of blocks along polylines that are held by springs (rockdda_interaction_boundary_springs) or
-!> loaded (rockdda_interaction_boundary_tractions), or take up waves (rockdda_interaction_boundary_dashpots).
+!> loaded (rockdda_interaction_boundary_tractions). Those that take up waves are a family of their own
+!> (rockdda_interaction_quiet_boundaries).
 module rockdda_interaction_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -10,7 +11,6 @@ module rockdda_interaction_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_boundary_dashpots, only : boundary_dashpots_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, next_vertex, place, &
       report_missing
    use rockdda_interaction_boundary_springs, only : boundary_springs_type
@@ -25,8 +25,7 @@ module rockdda_interaction_boundaries
    type, extends(interaction_type) :: boundaries_type
       type(boundary_springs_type) :: springs
       type(boundary_tractions_type) :: tractions
-      type(boundary_dashpots_type) :: dashpots
-      integer, allocatable :: edges(:, :)           !! (2, edges) boundary and first vertex
+      integer, allocatable :: edges(:, :)           !! (3, edges) boundary, block and first vertex
       real(wp), allocatable :: force(:, :)          !! (2, boundaries) on the blocks, of the last accepted step
    contains
       procedure :: init
@@ -59,9 +58,8 @@ contains
       if (allocated(parameters%boundaries)) n = size(parameters%boundaries)
       call self%springs%clear(n)
       call self%tractions%clear()
-      call self%dashpots%clear()
       if (allocated(self%edges)) deallocate (self%edges, self%force)
-      allocate (self%edges(2, 0))
+      allocate (self%edges(3, 0))
       allocate (self%force(2, n), source=0.0_wp)
       if (n == 0) return
       tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
@@ -80,7 +78,13 @@ contains
             end if
             do i = 1, size(edges)
                associate (b => edge_blocks(i), k => edges(i))
-                  self%edges = reshape([self%edges, g, k], [2, size(self%edges, 2) + 1])
+                  self%edges = reshape([self%edges, g, b, k], [3, size(self%edges, 2) + 1])
+                  if (group%kind == 'free_field' .and. .not. is_upright(blocks, b, k)) then
+                     call messages%add(severity%error, '&boundary '//to_string(g)//": kind 'free_field' is for the "// &
+                        'sides of a model; the edge from '//place(blocks%vertices(:, k))//' to '// &
+                        place(blocks%vertices(:, next_vertex(blocks, b, k)))//' is no upright one', group%origin)
+                     exit
+                  end if
                   if (group%kind == 'traction') then
                      call self%tractions%append_edge(g, b, [k, next_vertex(blocks, b, k)])
                      cycle
@@ -93,8 +97,6 @@ contains
                      exit
                   end if
                   holder(k) = g
-                  if (group%kind == 'viscous') call self%dashpots%append_edge(blocks, parameters, g, b, &
-                                                                              [k, next_vertex(blocks, b, k)])
                   call self%springs%append_edge(blocks, parameters, field, g, b, k, normals(:, i))
                   if (present(pressure)) call self%springs%leave_to_water(blocks, b, k, pressure(:, k))
                end associate
@@ -102,8 +104,16 @@ contains
          end associate
       end do
       call self%springs%release(active)
-      call self%dashpots%choose_base()
    end subroutine init
+
+   !> Is an edge within 45 degrees of the vertical?
+   pure logical function is_upright(blocks, b, k)
+      type(block_system_type), intent(in) :: blocks
+      integer, intent(in) :: b, k
+      real(wp) :: along(2)
+      along = blocks%vertices(:, next_vertex(blocks, b, k)) - blocks%vertices(:, k)
+      is_upright = abs(along(2)) >= abs(along(1))
+   end function is_upright
 
    !> Before the first dynamic step: from now on quiet boundaries keep the forces that they have, and their dashpots
    !> act.
@@ -123,7 +133,6 @@ contains
       type(equations_type), intent(inout) :: equations
       call self%springs%add_to_blocks(context, equations)
       call self%tractions%add_to_blocks(context, equations)
-      call self%dashpots%add_to_blocks(context, equations)
    end subroutine add_to_blocks
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
@@ -143,7 +152,6 @@ contains
       if (size(self%edges, 2) == 0) return
       call self%springs%add_energies(context, d, balance)
       call self%tractions%add_work(d, balance)
-      call self%dashpots%add_energies(context, d, balance)
    end subroutine add_energies
 
    !> Forces of the boundaries at the end of the step.
@@ -154,7 +162,6 @@ contains
       self%force = 0
       call self%springs%sum_forces(context, d, self%force)
       call self%tractions%sum_forces(self%force)
-      call self%dashpots%sum_forces(context, d, self%force)
    end subroutine commit
 
    !> Forces on the moved blocks.

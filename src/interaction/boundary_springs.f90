@@ -12,6 +12,7 @@
 module rockdda_interaction_boundary_springs
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
@@ -88,7 +89,7 @@ contains
       spring%stiffness = support_stiffness(blocks, parameters, b)
       directions = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       n = 2
-      spring%quiet = parameters%boundaries(g)%kind == 'viscous'
+      spring%quiet = is_quiet(parameters%boundaries(g))
       if (parameters%boundaries(g)%kind == 'roller' .or. spring%quiet) then
          n = 1
          directions(:, 1) = normal

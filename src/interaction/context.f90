@@ -43,6 +43,7 @@ module rockdda_interaction_context
       procedure :: find_moved
       procedure :: follows_rotation
       procedure :: motion_time
+      procedure :: ground_step
       procedure :: stress_at_start
       procedure :: model_blocks
       procedure :: load_time
@@ -63,6 +64,16 @@ contains
       real(wp), intent(in) :: share
       motion_time = (self%state%time - self%motion_start) + share*self%dt
    end function motion_time
+
+   !> Motion of the ground in the step by records that are applied in this way.
+   pure function ground_step(self, apply) result(u)
+      class(step_context_type), intent(in) :: self
+      character(len=*), intent(in) :: apply
+      real(wp) :: u(2)                                     !! [length]
+      u = 0
+      if (self%ground_motion%acts(apply)) u = self%ground_motion%displacement(apply, self%motion_time(1.0_wp)) - &
+                                              self%ground_motion%displacement(apply, self%motion_time(0.0_wp))
+   end function ground_step
 
    !> Stress of a block at one of its points at time 0. Without a field it is uniform.
    pure function stress_at_start(self, block, point) result(stress)

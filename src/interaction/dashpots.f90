@@ -18,7 +18,7 @@ module rockdda_interaction_dashpots
    use rockdda_interaction_joint_law, only : joint_type
    implicit none
    private
-   public :: set_dashpots, dashpot_coefficient
+   public :: set_dashpots, dashpots_of, dashpot_coefficient
 
 contains
 
@@ -31,6 +31,27 @@ contains
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, joint)
    end subroutine set_dashpots
+
+   !> Coefficients of the dashpots of all contacts.
+   function dashpots_of(context, laws, table) result(drag)
+      type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      real(wp) :: drag(2, table%n)                       !! normal and shear [force time/length]
+      type(joint_type), allocatable :: joint(:)
+      real(wp), allocatable :: level(:)
+      integer :: c
+      allocate (joint(table%n), level(table%n))
+      level = 1
+      do c = 1, table%n
+         joint(c)%normal_drag = 0
+         joint(c)%drag = 0
+      end do
+      call set_dashpots(context, laws, table, level, joint)
+      do c = 1, table%n
+         drag(:, c) = context%dt*[joint(c)%normal_drag, joint(c)%drag]
+      end do
+   end function dashpots_of
 
    !> Dashpots of all contacts, for which the springs of each block are added up.
    pure subroutine share_damping(context, laws, table, level, joint)

@@ -23,6 +23,7 @@ module rockdda_interaction_families
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
    use rockdda_interaction_loads, only : loads_type
+   use rockdda_interaction_quiet_boundaries, only : quiet_boundaries_type
    use rockdda_interaction_supports, only : supports_type
    use rockdda_interaction_water, only : water_family_type
    use rockdda_interaction_water_at_start, only : pressure_on_contacts, pressure_on_edges
@@ -32,7 +33,7 @@ module rockdda_interaction_families
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 9
+   integer, parameter :: n_own = 10
 
    !> A family that was added.
    type :: added_family_type
@@ -47,6 +48,7 @@ module rockdda_interaction_families
       type(supports_type) :: supports
       type(bolts_type) :: bolts
       type(boundaries_type) :: boundaries
+      type(quiet_boundaries_type) :: quiet
       type(held_forces_type) :: held
       type(water_family_type) :: water
       type(added_family_type), allocatable, private :: added(:)
@@ -93,6 +95,7 @@ contains
          call self%water%begin(context)
          call pressure_on_edges(self%water, blocks, parameters, pressure)
          call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known, pressure)
+         call self%quiet%init(blocks, parameters, self%boundaries%edges)
          context%held = self%boundaries%springs%held_blocks(blocks%n_blocks)
       end associate
    end subroutine init
@@ -110,8 +113,9 @@ contains
       case (5); item => self%supports
       case (6); item => self%bolts
       case (7); item => self%boundaries
-      case (8); item => self%held
-      case (9); item => self%water
+      case (8); item => self%quiet
+      case (9); item => self%held
+      case (10); item => self%water
       case default; item => self%added(i - n_own)%item
       end select
    end function family
@@ -158,6 +162,7 @@ contains
          call item%prepare(context, equations)
       end do
       if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) call stress_contacts(self, context)
+      call self%quiet%field%take_joints(context, self%contacts%laws, self%contacts%table)
    end subroutine prepare
 
    !> Contacts at time 0 begin with the stress of the blocks, less the water that acts in the first stage.

@@ -49,9 +49,11 @@ contains
       integer, intent(in) :: i               !! block
       real(wp), intent(inout) :: k(6, 6)     !! diagonal block
       real(wp), intent(inout) :: f(6)        !! load
+      real(wp) :: carried(6)
       associate (c => context%scheme%inertia, dt => context%dt)
          k = k + (c/dt**2)*m
-         f = f + matmul(m, (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%state%acceleration(:, i))
+         carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%state%acceleration(:, i)
+         f = f + matmul(m, carried)
       end associate
    end subroutine add_carried_inertia
 

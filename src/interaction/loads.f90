@@ -23,7 +23,7 @@ module rockdda_interaction_loads
    use rockdda_interaction_time_tables, only : table_value, table_changes, load_factor, base_acceleration
    implicit none
    private
-   public :: loads_type, body_force
+   public :: loads_type, body_force, base_motion
 
    !> Weight, base motion, point loads, line loads. Tables are read at the end of the step; the base acceleration in the
    !> middle of the step, where a constant acceleration over the step gives the velocity to second order.

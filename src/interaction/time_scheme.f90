@@ -25,6 +25,7 @@ module rockdda_interaction_time_scheme
       real(wp) :: beta = 0.5_wp, gamma = 1
       real(wp) :: inertia = 2              !! c
       real(wp) :: impact = 1               !! c/2: factor of the forces of contacts that close
+      logical :: seeks_start = .false.     !! no step: the accelerations at its start are sought
    contains
       procedure :: middle
       procedure :: new_acceleration
@@ -62,23 +63,21 @@ contains
    end function middle
 
    !> Acceleration at the end of the step.
-   pure function new_acceleration(self, d, velocity, acceleration, jump, dt) result(a)
+   elemental real(wp) function new_acceleration(self, d, velocity, acceleration, jump, dt) result(a)
       class(time_scheme_type), intent(in) :: self
-      real(wp), intent(in) :: d(6)                       !! motion of the step
-      real(wp), intent(in) :: velocity(6), acceleration(6)   !! at its start
-      real(wp), intent(in) :: jump(6)                    !! w
+      real(wp), intent(in) :: d                          !! motion of the step
+      real(wp), intent(in) :: velocity, acceleration     !! at its start
+      real(wp), intent(in) :: jump                       !! w
       real(wp), intent(in) :: dt                         !! step [time], > 0
-      real(wp) :: a(6)
       a = (d - dt*velocity - 0.5_wp*dt*jump - (0.5_wp - self%beta)*dt**2*acceleration)/(self%beta*dt**2)
    end function new_acceleration
 
    !> v1 - v0, with the acceleration at the end.
-   pure function velocity_change(self, acceleration, new, jump, dt) result(change)
+   elemental real(wp) function velocity_change(self, acceleration, new, jump, dt) result(change)
       class(time_scheme_type), intent(in) :: self
-      real(wp), intent(in) :: acceleration(6), new(6)    !! at the start and the end of the step
-      real(wp), intent(in) :: jump(6)                    !! w
+      real(wp), intent(in) :: acceleration, new          !! at the start and the end of the step
+      real(wp), intent(in) :: jump                       !! w
       real(wp), intent(in) :: dt                         !! step [time]
-      real(wp) :: change(6)
       change = dt*((1 - self%gamma)*acceleration + self%gamma*new) + jump
    end function velocity_change
 

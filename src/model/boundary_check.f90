@@ -47,7 +47,7 @@ contains
       else if (k > 0) then
          call fail("stress, traction and pressure belong to kind 'traction'")
       end if
-      if (allocated(group%table) .and. any(group%kind == ['fixed  ', 'roller ', 'viscous'])) &
+      if (allocated(group%table) .and. any(group%kind == ['fixed     ', 'roller    ', 'viscous   ', 'free_field'])) &
          call fail("table belongs to kinds 'moving' and 'traction'")
       if (allocated(group%velocity)) call demand_one('velocity: ', size(group%velocity), 2)
       if (allocated(group%stress)) call demand_one('stress: ', size(group%stress), 3)

@@ -6,9 +6,16 @@ module rockdda_model_boundary_options
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    implicit none
    private
-   public :: describe_boundaries
+   public :: describe_boundaries, is_quiet
 
 contains
+
+   !> Does a boundary take up waves, once a dynamic step has begun?
+   pure logical function is_quiet(boundary)
+      type(boundary_type), intent(in) :: boundary
+      is_quiet = .false.
+      if (allocated(boundary%kind)) is_quiet = boundary%kind == 'viscous' .or. boundary%kind == 'free_field'
+   end function is_quiet
 
    !> Visit &boundary and &in_situ.
    subroutine describe_boundaries(table, boundaries, in_situ)
@@ -59,9 +66,10 @@ contains
                      boundary%along)
       call table%add(option('kind', 'fixed: no motion; roller: none along the normal of the segment; moving: with '// &
                             'a velocity; traction: loaded; viscous: a roller in static steps, dashpots that take '// &
-                            'up waves from the first dynamic one on', &
-                            choices='fixed|roller|moving|traction|viscous', required=.true., &
-                            remark="'free_field' is not available yet", see=page), boundary%kind)
+                            'up waves from the first dynamic one on; free_field: the same at a side, beside a '// &
+                            'column of the ground that moves with the record', &
+                            choices='fixed|roller|moving|traction|viscous|free_field', required=.true., see=page), &
+                     boundary%kind)
       call table%add(option('velocity', 'velocity', unit='length/time', columns='vx, vy', applies='kind moving', &
                             default_text='kind moving needs it'), boundary%velocity)
       call table%add(option('stress', 'stress whose traction acts on the edges, tension positive', unit='stress', &

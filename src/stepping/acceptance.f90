@@ -48,6 +48,7 @@ contains
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
          step%families%contacts%slip_share()
       step%state%velocity = k01*step%state%velocity
+      if (k01 < 1) call step%families%quiet%field%slow_down(k01)
       step%families%contacts%stiffness_is_new = .false.
       step%state%step = step%state%step + 1
       step%state%time = step%state%time + step%dt
@@ -122,7 +123,7 @@ contains
                             count(states == contact_state%locked)]
       end associate
       record%fixed_force = step%families%supports%force
-      record%boundary_force = step%families%boundaries%force
+      record%boundary_force = step%families%boundaries%force + step%families%quiet%force
       call measure_points(step%blocks, step%state, record)
    end subroutine fill_record
 

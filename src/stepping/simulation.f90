@@ -156,10 +156,10 @@ contains
       class(simulation_type), intent(in) :: self
       integer, intent(out) :: n
       integer, allocatable, intent(inout) :: edges(:, :)            !! (2, edges)
-      character(len=8), allocatable, intent(inout) :: kinds(:)      !! (n)
+      character(len=10), allocatable, intent(inout) :: kinds(:)     !! (n)
       integer :: g
       n = size(self%families%boundaries%force, 2)
-      edges = self%families%boundaries%edges
+      edges = self%families%boundaries%edges([1, 3], :)
       if (allocated(kinds)) deallocate (kinds)
       allocate (kinds(n))
       do g = 1, n

@@ -237,15 +237,16 @@ contains
       real(wp) :: dt
       scheme = self%scheme
       dt = self%dt
-      velocity = self%state%velocity
-      last = self%equations%x
+      allocate (velocity, source=self%state%velocity)
+      allocate (last, source=self%equations%x)
       self%state%velocity = 0
       self%state%acceleration = 0
       self%dt = 0.5_wp*dt
       self%scheme = shi_scheme()
       self%scheme%level = 0
+      self%scheme%seeks_start = .true.
       call assemble_at_rest(self)
-      force = self%equations%f
+      allocate (force, source=self%equations%f)
       self%scheme%level = 1
       call assemble_at_rest(self)
       self%equations%x = 0

@@ -127,7 +127,7 @@ class Boundaries(ResultsTest):
 
     def test_all_mistakes_come_in_one_pass(self):
         found = self.check(
-            "&boundary along = 0,4, 0,0, kind = 'free_field' /\n"
+            "&boundary along = 0,4, 0,0, kind = 'free_field', table = 0,1, 1,1 /\n"
             "&boundary along = 0,4, 0,0, kind = 'rollr' /\n"
             "&boundary along = 0,4, 0, kind = 'fixed' /\n"
             "&boundary along = 0,4, 0,0, kind = 'moving', table = 1,1, 0,0 /\n"
@@ -140,7 +140,7 @@ class Boundaries(ResultsTest):
         )
         places = {line.split(": error: ")[0].removeprefix("column.nml:"): line.split(": error: ")[1] for line in found}
         expected = {
-            "1:36": "'free_field' is not available yet",
+            "1:1": "&boundary 1: table belongs to kinds 'moving' and 'traction'",
             "2:36": "did you mean 'roller'?",
             "3:11": "expected a multiple of 2 numbers, found 3",
             "4:59": "the times must not decrease",
@@ -160,6 +160,37 @@ class Boundaries(ResultsTest):
             "column.nml:9:1: error: &in_situ: surcharge belongs to",
         ):
             self.assertTrue(any(line.startswith(words) for line in found), (words, found))
+
+    def test_a_free_field_is_for_sides(self):
+        found = self.check("&boundary along = 0,0, 2,0, kind = 'free_field' /\n")
+        words = (
+            "&boundary 1: kind 'free_field' is for the sides of a model; the edge from (0, 0) to (2, 0) is no upright"
+        )
+        self.assertTrue(any(line.startswith("column.nml:1:1: error: " + words) for line in found), found)
+
+    def test_a_free_field_goes_on_after_a_checkpoint(self):
+        """Stopped four times: the same bits."""
+        self.write("wave.csv", "0 0\n0.05 1\n0.1 -1\n0.2 0\n")
+        options = (
+            "&run steps = 60 /\n&time k01 = 1, integrator = 'generalized_alpha' /\n"
+            "&boundary along = 0,0, 2,0, kind = 'viscous' /\n"
+            "&boundary along = 0,4, 0,0, kind = 'free_field' /\n&boundary along = 2,0, 2,4, kind = 'free_field' /\n"
+            "&quake record = 'wave.csv', apply = 'viscous_base' /\n"
+        )
+        self.write("column.nml", options)
+        whole = self.run_program("run", "column.dc", "column.df", "--config", "column.nml", "-o", "whole.h5")
+        self.assertEqual(whole.code, 0, whole.err)
+        outcome = self.run_program(
+            "run", "column.dc", "column.df", "--config", "column.nml", "-o", "half.h5", "--max-wall", "1e-9"
+        )
+        self.assertEqual(outcome.code, 4, outcome.err)
+        for steps in ("7", "1", "1", "51"):
+            outcome = self.run_program("resume", "half.ckpt.h5", "--steps", steps)
+            self.assertEqual(outcome.code, 0, outcome.err)
+        with h5py.File(self.path("whole.h5")) as a, h5py.File(self.path("half.h5")) as b:
+            force = a["history/boundary_force"][()]
+            self.assertGreater(np.abs(force[:, 1]).max(), 0)
+            self.assertTrue(np.array_equal(force, b["history/boundary_force"][()]))
 
     def test_boundaries_that_do_not_fit_the_model(self):
         found = self.check(

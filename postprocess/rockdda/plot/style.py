@@ -24,7 +24,14 @@ PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#C
 MATERIALS = ("#B8C4CE", "#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00")
 STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
 BOLT = "#B3006B"
-BOUNDARIES = {"fixed": "#000000", "roller": "#000000", "moving": "#009E73", "traction": "#D55E00", "viscous": "#0072B2"}
+BOUNDARIES = {
+    "fixed": "#000000",
+    "roller": "#000000",
+    "moving": "#009E73",
+    "traction": "#D55E00",
+    "viscous": "#0072B2",
+    "free_field": "#0072B2",
+}
 COMPRESSION, TENSION = "#0072B2", "#D55E00"
 PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"

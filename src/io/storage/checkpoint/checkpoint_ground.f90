@@ -24,7 +24,8 @@ contains
             if (.not. check%passed()) return
             call check%has_shape(size(b%along, 1) == 2, name//'_along')
             call check%holds(all(abs(b%along) <= huge(1.0_wp)), name//'_along')
-            call check%holds(any(b%kind == ['fixed   ', 'roller  ', 'moving  ', 'traction', 'viscous ']), name//'_kind')
+            call check%holds(any(b%kind == [character(len=10) :: 'fixed', 'roller', 'moving', 'traction', 'viscous', &
+                                            'free_field']), name//'_kind')
             call check_rows(check, name//'_velocity', 2, b%velocity)
             call check_rows(check, name//'_stress', 3, b%stress)
             call check_rows(check, name//'_traction', 2, b%traction)

@@ -24,7 +24,7 @@ module rockdda_io_results_header
       real(wp) :: flush_interval = 2                     !! seconds between flushes
       integer :: n_boundaries = 0
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
-      character(len=8), allocatable :: boundary_kinds(:) !! (boundaries)
+      character(len=10), allocatable :: boundary_kinds(:) !! (boundaries)
       type(water_type), allocatable :: water(:)          !! groups
       integer, allocatable :: water_edges(:, :)          !! (4, n) of stretches: group, vertices, joint beyond or 0
       real(wp), allocatable :: water_ends(:, :)          !! (2, n) their ends, shares of the edge
