@@ -39,15 +39,15 @@ def truth(stiffness: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Stress in each block, force on each face (the lowest first), settlement of each centre above the base.
 
     A face carries the weight above it, on two springs. A block has one stress: the mean of what its two faces carry,
-    which is that at its middle. Its sides are free: the strain is stress over modulus, and the width grows by ν times
-    that.
+    which is that at its middle. Its sides are free: the logarithm of its stretch is stress over modulus, and that of its
+    width -ν times that.
     """
     weight = UNIT_WEIGHT * WIDTH * HEIGHT
     above = weight * (N - np.arange(N))
     stress = -(above - weight / 2) / WIDTH
     for _ in range(5):
-        stress = -(above - weight / 2) / (WIDTH * (1 - POISSON * stress / MODULUS))
-    shortening = -stress / MODULUS * HEIGHT
+        stress = -(above - weight / 2) / (WIDTH * np.exp(-POISSON * stress / MODULUS))
+    shortening = -np.expm1(stress / MODULUS) * HEIGHT
     springs = above / (2 * stiffness)
     settlement = np.cumsum(springs) + np.cumsum(shortening) - shortening / 2
     return stress, above, settlement
@@ -74,8 +74,8 @@ def self_weight(record: Record) -> None:
 plane stress, no friction) stand on a fixed block. Statics gives everything: a face carries the weight above it on its
 two springs, F/2k each; a block has a single stress, the mean of its faces, and free sides:
 
-    σ(i) = -(weight above + ½ own weight)/(w (1 + ν |σ(i)|/E)),  the width of the block being what it then is
-    settlement of centre i = Σ F(j)/2k (faces below) + Σ |σ(j)| h/E (blocks below) + ½ |σ(i)| h/E
+    σ(i) = -(weight above + ½ own weight)/(w exp(ν |σ(i)|/E)),  the width of the block being what it then is
+    settlement of centre i = Σ F(j)/2k (faces below) + Σ s(j) (blocks below) + ½ s(i),  s = h (1 - exp(-|σ|/E))
 
 What is left is of the second order in the strains, which reach {UNIT_WEIGHT * N * HEIGHT / MODULUS:.1e}.
 """
