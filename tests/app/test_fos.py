@@ -222,7 +222,7 @@ class Refusals(FosTest):
         message = outcome.json["messages"][0]["message"]
         self.assertIn("did not come to equilibrium", message)
         self.assertIn("does not fall", message)
-        self.assertIn("give joints more strength", message)
+        self.assertIn("divide the factor found by N", message)
 
     def test_a_state_at_rest_far_from_the_drawing_is_told(self):
         """A block that is drawn 0.2 m above its base falls on it before the search begins."""

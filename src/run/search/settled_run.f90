@@ -101,8 +101,8 @@ contains
             to_string(sim%state%centroid(2, b) + sim%state%datum(2), 5)//') has moved by '// &
             to_string(judgement%moved(b), 3)//', and the force that moves it does not fall (unbalanced '// &
             to_string(sim%record%unbalanced, 3)//')'//new_line('a')// &
-            '  the model is not stable as it is: give joints more strength, or supports, and let the search reduce '// &
-            'it'//new_line('a')//what_to_do)
+            '  the model is not stable as it is: for a factor below 1 give the joints N times their tan(friction), '// &
+            'cohesion and tension, and divide the factor found by N'//new_line('a')//what_to_do)
       end associate
    end subroutine report_slide
 

@@ -42,6 +42,10 @@ module rockdda_run_trial
    !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
    real(wp), parameter :: shorter = 0.1_wp
    integer, parameter :: most_beginnings = 3
+   !> A trial ends without a verdict when the least unbalanced force of a tenth of the steps allowed is more than this
+   !> share of the least one before: the rest of the steps would not bring it to rest either.
+   integer, parameter :: parts = 10
+   real(wp), parameter :: no_progress = 0.5_wp
 
 contains
 
@@ -130,8 +134,12 @@ contains
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
       type(trial_verdict_type) :: judgement
-      integer :: outcome
+      real(wp) :: least, least_before      ! unbalanced forces of this tenth of the steps, and of all before
+      integer :: outcome, part
       interrupted = .false.
+      part = max(1, options%max_steps/parts)
+      least = huge(1.0_wp)
+      least_before = huge(1.0_wp)
       outcome = verdict%open
       call judgement%begin(run%sim)
       trial%steps = 0
@@ -150,6 +158,11 @@ contains
                                 to_string(trial%unbalanced, 2)//', moved '//to_string(trial%displacement, 2))
          interrupted = observer%is_requested()
          if (interrupted) return
+         least = min(least, trial%unbalanced)
+         if (mod(trial%steps, part) /= 0) cycle
+         if (least > no_progress*least_before) exit
+         least_before = min(least, least_before)
+         least = huge(1.0_wp)
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable

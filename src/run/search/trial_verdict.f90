@@ -25,10 +25,10 @@ module rockdda_run_trial_verdict
    type(verdict_enum), parameter :: verdict = verdict_enum()
 
    !> Distances at which pulls are compared: this share of a block's size, or the deformation of the model where that is
-   !> larger, and its doubles. Joints and blocks of rock deform by far less (the stable trials of a dam 21 m in size move
-   !> it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table, change as the block
-   !> moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost 5 % of its uplift
-   !> after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too large.
+   !> larger, and its doubles. Joints and blocks of rock deform by far less (the stable trials of a dam 21 m in size
+   !> move it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table, change as the
+   !> block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost 5 % of its
+   !> uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too large.
    real(wp), parameter :: first_share = 0.001_wp
    integer, parameter :: n_marks = 15, marks_between = 2
    !> A pull that falls less than by this factor while the distance grows fourfold stays.

@@ -139,7 +139,7 @@ def stacks(record: Record) -> None:
             f"{n} block{'s' if n > 1 else ''}: tilt", one.value, "°", truth=truth, truth_source="statics", scale=1,
             allowed=0.2,
         )  # fmt: skip
-        found.append((f"{n} blocks", one))
+        found.append((f"{n} block{'s' if n > 1 else ''}", one))
     one = search(record, stack(1, width=2.0, friction=25.0), "sliding", search="tilt", tolerance=0.05)
     record.compare("block that slides: tilt", one.value, "°", truth=25.0, truth_source="statics", scale=1, allowed=0.2)
     kinds = [(one.mechanism.kind, "sliding"), *((tower.mechanism.kind, "toppling") for _, tower in found)]
