@@ -17,7 +17,7 @@ from ...model import Model
 from ...program import find_program
 from ..case import Case, Record
 from ..factor_models import PlaneFailure, random_plane_failures
-from ..factor_runs import LENGTH, draw_mechanism, draw_trial_values, search, trial_table
+from ..factor_runs import ASSOCIATED, LENGTH, draw_mechanism, draw_trial_values, search, trial_table
 from ..limit_analysis import RigidBlocks
 from .closed_toppling import BLOCKS, DENSITY, DIP, GRAVITY, HEIGHT, STEP, TOP, WEIGHT, WIDTH, handed_on
 
@@ -137,8 +137,9 @@ def toppling(record: Record) -> None:
         blocks = RigidBlocks.from_model(model)
         loaded = _with_anchor_load(blocks, anchor)
         record.compare(
-            f"{name}: F by limit analysis", loaded.strength(), truth=truth, truth_source="Goodman & Bray (1976)"
-        )
+            f"{name}: F by limit analysis", loaded.strength(), truth=truth, truth_source="Goodman & Bray (1976)",
+            explanation=f"{ASSOCIATED}: here the sides of the toppling blocks slide and lock",
+        )  # fmt: skip
         found.append((name, one))
     free = found[0][1]
     assert free.results is not None
