@@ -32,6 +32,7 @@ PARTS = {
     "Chapter 6": "Chapter 6: the water reservoir of Tel Beer-Sheva",
     "Chapter 7": "Chapter 7: layered and jointed roofs",
     "Closed forms": "Closed forms beyond the thesis",
+    "Dynamics": "Dynamics: time integration, waves, records",
     "Critical factors": "Critical factors: limit equilibrium and limit analysis",
 }
 #: Rows of a table that the report shows; the rest is in the file beside it.
