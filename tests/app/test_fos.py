@@ -99,6 +99,20 @@ class Values(FosTest):
         self.assert_between(result, math.degrees(math.atan(1 / 5)), share=0.2 / 11.31)
         self.assertEqual(result["mechanism"], {"blocks": [1, 2, 3, 4, 5], "kind": "toppling"})
 
+    def test_slivers_between_soft_blocks_do_not_decide(self):
+        """Layers of 1 cm move by more than a thousandth of their size while the stack deforms by millimetres."""
+        polygons, y = [[(0, 0), (8, 0), (8, 1), (0, 1)]], 1.0
+        for thickness in (1, 0.01, 1, 0.01, 1, 0.01):
+            polygons.append([(2, y), (2, y + thickness), (6, y + thickness), (6, y)])
+            y += thickness
+        self.write("block.dc", geometry(polygons, [(0.5, 0.5), (7.5, 0.5)]).replace("0.001", "0.0001", 1))
+        soft = (
+            options().replace("20e9", "50e6").replace("cohesion = 0", "normal_stiffness = 5e7, shear_stiffness = 1e7")
+        )
+        self.write("block.nml", soft)
+        found = self.search("block.nml", "--search", "tilt")
+        self.assertAlmostEqual(found["factor"], 30, delta=0.3)
+
     def test_push_to_both_sides(self):
         truth = math.tan(math.radians(30))
         self.assert_between(self.search(self.block(LEVEL), "--search", "push"), truth)

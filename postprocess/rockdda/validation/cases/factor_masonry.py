@@ -32,7 +32,12 @@ def walls(record: Record) -> None:
         f"program it takes which joints slide and open, no force and no stiffness. {LENGTH}"
     )
     published = {"wall": 0.64286, "pierced wall": 0.40369}
-    rows = {"wall": FIRST_WALL, "pierced wall": PIERCED_WALL, "pier": BUTTRESS, "wall with a door": DOORWAY}
+    rows: dict[str, list[list[float]]] = {
+        "wall": FIRST_WALL,
+        "pierced wall": PIERCED_WALL,
+        "pier": BUTTRESS,
+        "wall with a door": DOORWAY,
+    }
     found: list[tuple[str, CriticalFactor]] = []
     for name, row in rows.items():
         model = wall(name.replace(" ", "_"), row)

@@ -166,6 +166,7 @@ def _closed_share(results: Results) -> float:
     """Share of the base of the dam that is closed in the settled state."""
     dam_block = max(range(len(results.block_area)), key=lambda i: float(results.polygons(0)[i][:, 1].max()))
     contacts = results.frames[0].contacts
+    assert contacts.length is not None
     below = (contacts.blocks == dam_block).any(axis=1)
     return float(contacts.length[below & (contacts.state > 0)].sum() / contacts.length[below].sum())
 
