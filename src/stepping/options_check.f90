@@ -2,11 +2,14 @@
 !> Options that do not fit the model: told before a run begins, each where it was read.
 module rockdda_stepping_options_check
    use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, is_given, has_base_motion, stage_number
+   use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, is_given, has_base_motion, stage_number, &
+      stage_k01
    use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
    use rockdda_stepping_control, only : check_stages
    use rockdda_stepping_ground_check, only : check_ground
@@ -42,6 +45,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       call check_start(blocks, parameters, messages)
       call warn_of_time(parameters, messages)
+      call warn_of_weight(parameters, messages)
       if (.not. messages%has_errors()) call report_stage_effects(blocks, parameters, messages)
    end subroutine check_options
 
@@ -66,6 +70,31 @@ contains
                            'the motion begin with a later stage (&load base_stage)', parameters%stages(i)%origin)
       end do
    end subroutine warn_of_time
+
+   !> Warn of weight that nothing carries: quiet boundaries hold in static steps only.
+   subroutine warn_of_weight(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: k01
+      integer :: g
+      if (.not. allocated(parameters%boundaries)) return
+      if (allocated(parameters%in_situ)) then
+         if (size(parameters%in_situ) > 0) return
+      end if
+      k01 = parameters%k01
+      if (allocated(parameters%stages)) then
+         if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
+      end if
+      if (k01 < 1 .or. .not. any(abs(parameters%block_materials%weight) > 0)) return
+      do g = 1, size(parameters%boundaries)
+         if (.not. is_quiet(parameters%boundaries(g))) cycle
+         call messages%add(severity%warning, '&boundary '//to_string(g)//' ('//parameters%boundaries(g)%kind// &
+                           ') holds in static steps only, but the run begins with dynamic ones: nothing carries '// &
+                           "the weight there; begin with a stage until = 'equilibrium'", &
+                           parameters%boundaries(g)%origin)
+         return
+      end do
+   end subroutine warn_of_weight
 
    !> Joint laws alone.
    subroutine check_joints(joints, messages)

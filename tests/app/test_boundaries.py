@@ -168,6 +168,17 @@ class Boundaries(ResultsTest):
         )
         self.assertTrue(any(line.startswith("column.nml:1:1: error: " + words) for line in found), found)
 
+    def test_nothing_carries_weight_on_quiet_boundaries_in_dynamic_steps(self):
+        boundary = "&boundary along = 0,0, 2,0, kind = 'viscous' /\n"
+        for stages, warned in (
+            ("", True),
+            ("&stage until = 'equilibrium' /\n&stage k01 = 1, until_step = 40 /\n", False),
+        ):
+            self.write("column.nml", "&time k01 = 1 /\n" + boundary + stages)
+            outcome = self.run_program("check", "column.dc", "column.df", "column.nml")
+            words = "column.nml:2:1: warning: &boundary 1 (viscous) holds in static steps only"
+            self.assertEqual(words in outcome.err, warned, outcome.err)
+
     def test_a_free_field_goes_on_after_a_checkpoint(self):
         """Stopped four times: the same bits."""
         self.write("wave.csv", "0 0\n0.05 1\n0.1 -1\n0.2 0\n")
