@@ -174,8 +174,13 @@ contains
                row = history%find(previous, candidate%alias_vertex, candidate%alias_edge)
                if (limits%corrected) row = -row
             else
-               row = k
-               if (.not. is_row(k)) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
+               row = 0
+               ! the same row as in the last step, as it is while no row comes or goes
+               if (k <= previous%n) then
+                  if (previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
+                      previous%station(k) == table%station(k)) row = k
+               end if
+               if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
             end if
          end associate
          source(k) = row
@@ -192,18 +197,6 @@ contains
          is_taken(row) = row > 0
          source(k) = -row
       end do
-
-   contains
-
-      !> Is row k of the last step that of the same contact, as it is while no row comes or goes?
-      pure logical function is_row(k)
-         integer, intent(in) :: k
-         is_row = .false.
-         if (k > previous%n) return
-         is_row = previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
-                  previous%station(k) == table%station(k)
-      end function is_row
-
    end subroutine find_sources
 
    !> State of row k from a row of the last step.

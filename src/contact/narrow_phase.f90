@@ -90,7 +90,7 @@ contains
       integer, allocatable, intent(inout) :: near(:), edges(:)
       integer, intent(out) :: n_near, n_edges
       real(wp) :: low(2), high(2)
-      integer :: k, n, sides, next_sides
+      integer :: k, n, sides, next_sides, first_sides
       n = range(2) - range(1) + 1
       if (.not. allocated(near)) allocate (near(n), edges(n))
       if (size(near) < n) then
@@ -101,11 +101,12 @@ contains
       high = box(3:4) + reach
       n_near = 0
       n_edges = 0
-      next_sides = sides_of(vertices(1, range(1)), vertices(2, range(1)))
+      first_sides = sides_of(vertices(1, range(1)), vertices(2, range(1)))
+      next_sides = first_sides
       do k = range(1), range(2)
          sides = next_sides
-         n = merge(range(1), k + 1, k == range(2))
-         next_sides = sides_of(vertices(1, n), vertices(2, n))
+         next_sides = first_sides
+         if (k < range(2)) next_sides = sides_of(vertices(1, k + 1), vertices(2, k + 1))
          if (sides == 0 .and. topology%active(k)) then
             n_near = n_near + 1
             near(n_near) = k
@@ -172,8 +173,8 @@ contains
             else if (limits%corrected) then
                if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
             end if
-            call try_edge(v, e, gap, s, side, nv, vertices, tangent, length, topology, outlines, previous, history, &
-                          limits, list)
+            call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, &
+                          previous, history, limits, list)
          end do
       end do
    end subroutine search_edges
@@ -188,11 +189,12 @@ contains
    !>         |     block       |    larger gap decides, and v must have come in through e.
    !>
    !> Arrays and their size are arguments of their own for speed: this is the innermost procedure of the search.
-   pure subroutine try_edge(v, e, gap, s, side, nv, vertices, tangent, lengths, topology, outlines, previous, history, &
-                            limits, list)
+   pure subroutine try_edge(v, e, gap, s, in_v, out_v, side, nv, vertices, tangent, lengths, topology, outlines, &
+                            previous, history, limits, list)
       integer, intent(in) :: v, e, nv
       real(wp), intent(in) :: gap   !! of the vertex [length]
       real(wp), intent(in) :: s     !! how far its foot lies from the start of the edge [length]
+      real(wp), intent(in) :: in_v(2), out_v(2)   !! unit vectors along the edges that reach and leave v
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
       real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: tangent(2, nv), lengths(nv)   !! of `outlines`
@@ -202,7 +204,7 @@ contains
       type(contact_history_type), intent(in) :: history
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: t(2), n(2), r(2), length, zone, in_v(2), out_v(2), gap_there, s_there
+      real(wp) :: t(2), n(2), r(2), length, zone, gap_there, s_there
       integer :: first, last, other, k, row
       logical :: concave_first, concave_last, was_closed
 
@@ -225,8 +227,6 @@ contains
       if (s > length .and. .not. concave_last) return
       t = tangent(:, e)
       n = [t(2), -t(1)]
-      in_v = tangent(:, topology%edge_in(v))
-      out_v = tangent(:, topology%edge_out(v))
       ! `is_outside`, in place
       if (.not. (out_v(1)*n(1) + out_v(2)*n(2) >= -limits%sine .and. &
                  -(in_v(1)*n(1) + in_v(2)*n(2)) >= -limits%sine)) return

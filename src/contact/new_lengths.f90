@@ -15,6 +15,7 @@ module rockdda_contact_new_lengths
    type :: new_lengths_type
       real(wp), allocatable :: before(:), now(:)     !! (nv) length that bears [length]
       real(wp), allocatable :: gained(:), lost(:)    !! (nv) by the springs whose energy rises, falls [energy]
+      real(wp), allocatable :: stored(:, :)          !! (2, >= rows) energy of each row before and now [energy]
    contains
       procedure :: make_room
    end type new_lengths_type
@@ -43,7 +44,11 @@ contains
       integer :: k
       call add_lengths(previous, work%before)
       call add_lengths(table, work%now)
-      call add_energies(previous, source, is_taken, pressed, table, work%gained, work%lost)
+      if (allocated(work%stored)) then
+         if (size(work%stored, 2) < table%n) deallocate (work%stored)
+      end if
+      if (.not. allocated(work%stored)) allocate (work%stored(2, table%n + table%n/4))
+      call add_energies(previous, source, is_taken, pressed, table, work%stored, work%gained, work%lost)
       do k = 1, table%n
          if (.not. is_compressed(table, k)) cycle
          associate (f => table%vertex(k), e => table%edge(k))
@@ -52,7 +57,7 @@ contains
                growth = min(work%now(f)/work%before(f), work%now(e)/work%before(e))
                if (growth >= 1 + least_growth) share = 1/sqrt(growth)
             end if
-            rise = energies(previous, abs(source(k)), pressed(f), pressed(e), k, table)
+            rise = work%stored(:, k)
             if (rise(2) - rise(1) > least_growth*rise(2)) &
                share = min(share, sqrt((rise(1) + (rise(2) - rise(1))*covered(f, e))/rise(2)))
          end associate
@@ -87,12 +92,13 @@ contains
    end subroutine add_lengths
 
    !> Energy that the springs of each edge have gained and lost since the end of the last step.
-   pure subroutine add_energies(previous, source, is_taken, pressed, table, gained, lost)
+   pure subroutine add_energies(previous, source, is_taken, pressed, table, energy, gained, lost)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: source(:)
       logical, intent(in) :: is_taken(0:)
       integer, intent(in) :: pressed(:)
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(inout) :: energy(:, :)         !! (2, >= rows) of compressed rows, before and now
       real(wp), intent(inout) :: gained(:), lost(:)   !! (nv)
       real(wp) :: e(2)
       integer :: k
@@ -101,6 +107,7 @@ contains
       do k = 1, table%n
          if (.not. is_compressed(table, k)) cycle
          e = energies(previous, abs(source(k)), pressed(table%vertex(k)), pressed(table%edge(k)), k, table)
+         energy(:, k) = e
          if (e(2) > e(1)) then
             gained(table%vertex(k)) = gained(table%vertex(k)) + (e(2) - e(1))
             gained(table%edge(k)) = gained(table%edge(k)) + (e(2) - e(1))

@@ -72,7 +72,7 @@ contains
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: ends(piece)
       real(wp) :: x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
-      real(wp) :: gained, where_acts
+      real(wp) :: gained, level, where_acts
       integer :: c
       logical :: was_closed, was_held, dilates
       carried = 0
@@ -103,7 +103,8 @@ contains
             end if
             x1 = trial%gap(c)
             s1 = after%shear
-            half = trial%level(c) - 0.5_wp
+            level = trial%level(c)
+            half = level - 0.5_wp
             if (was_held .or. x0 < 0) then
                dissipated = dissipated + half*kn*(x1 - x0)**2
                if (.not. was_closed) then
@@ -112,13 +113,13 @@ contains
                end if
             else
                where_acts = x1
-               if (trial%level(c) < 1) where_acts = x0 + trial%level(c)*(x1 - x0)
+               if (level < 1) where_acts = x0 + level*(x1 - x0)
                dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
-            dissipated = dissipated + trial%level(c)*joint%normal_drag*(x1 - x0)*(x1 - x0)
+            dissipated = dissipated + level*joint%normal_drag*(x1 - x0)*(x1 - x0)
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + half*ks*(s1 - s0)**2
-               dissipated = dissipated + trial%level(c)*joint%drag*(s1 - s0)*(s1 - s0)
+               dissipated = dissipated + level*joint%drag*(s1 - s0)*(s1 - s0)
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
                           0.5_wp*ks*(s1**2 - s0**2)

@@ -177,7 +177,9 @@ contains
       integer, intent(in) :: c
       real(wp), intent(in) :: stiffness(2), force(2)
       ! what is not a number differs from everything: the solver shall see it
-      if (.not. (abs(stiffness(1) - self%stiffness(1, c)) <= 0 .and. &
+      if (self%all_changed) then
+         continue
+      else if (.not. (abs(stiffness(1) - self%stiffness(1, c)) <= 0 .and. &
                  abs(stiffness(2) - self%stiffness(2, c)) <= 0)) then
          self%changed(c) = change%stiffness
       else if (.not. (abs(force(1) - self%force(1, c)) <= 0 .and. abs(force(2) - self%force(2, c)) <= 0)) then
