@@ -39,8 +39,8 @@ def truth(stiffness: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Stress in each block, force on each face (the lowest first), settlement of each centre above the base.
 
     A face carries the weight above it, on two springs. A block has one stress: the mean of what its two faces carry,
-    which is that at its middle. Its sides are free: the logarithm of its stretch is stress over modulus, and that of its
-    width -ν times that.
+    which is that at its middle. Its sides are free: the logarithm of its stretch is stress over modulus, and that of
+    its width -ν times that.
     """
     weight = UNIT_WEIGHT * WIDTH * HEIGHT
     above = weight * (N - np.arange(N))

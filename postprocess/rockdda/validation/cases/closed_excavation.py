@@ -81,8 +81,8 @@ as it is.
         difference = float(np.abs(pair[0] - pair[1]).max()) / size
         rows.append([f"{name}, E = {young / 1e9:g} GPa", UNIT_WEIGHT * DEPTH / young, 1e3 * size, difference])
         record.compare(
-            f"places after one step and after {MANY}, joints that {name}, strains of {UNIT_WEIGHT * DEPTH / young:.1e}: "
-            "largest difference over the largest displacement",
+            f"places after one step and after {MANY}, joints that {name}, strains of {UNIT_WEIGHT * DEPTH / young:.1e}:"
+            " largest difference over the largest displacement",
             difference,
             truth=0.0 if name == "hold" else None,
             truth_source="elasticity" if name == "hold" else "",
