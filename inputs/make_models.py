@@ -677,6 +677,42 @@ def sau_mau_ping() -> Model:
     return model
 
 
+def rocking_wall() -> Model:
+    """A free-standing wall that rocks under one pulse of the ground, in one labelled file."""
+    title = "free-standing wall, 1 m x 4 m, that rocks under a half sine of 5 m/s2 in 0.5 s (m, kg, s, N)"
+    model = Model(
+        "rocking_wall",
+        title,
+        edge_node_distance=0.001,
+        k01=1,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'rocking_wall.dc', title = 'Rocking wall' /\n"
+            "&block_material  number = 1, name = 'stone', density = 2500, young = 20e9, poisson = 0.2 /\n"
+            "&joint_material  number = 1, name = 'bed', friction = 45, normal_stiffness = 1e11,\n"
+            "                 shear_stiffness = 1e11 /\n"
+            "&load            gravity = 9.81 /\n"
+            "&time            dt_max = 0.001, integrator = 'generalized_alpha' /\n"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+            "&stage           name = 'pulse', kind = 'dynamic', duration = 1, reset_displacement = .true. /\n"
+            "! the ground moves to the left, the wall turns to the right\n"
+            "&quake           record = 'pulse.csv', scale = -1 /\n"
+        ),
+    )
+    model.add_boundary(rectangle(-2, -1, 3, 0))
+    model.add_lines([(1, 0), (1, 4), (0, 4), (0, 0)])
+    model.fixed = [(-2, -1), (3, -1), (-2, 0), (3, 0)]
+    model.measured = [(0.5, 2)]
+    pulse = ["t,a"] + [f"{number(0.5 * i / 100)},{number(5 * math.sin(math.pi * i / 100))}" for i in range(101)]
+    model.tables["pulse.csv"] = "\n".join(pulse) + "\n"
+    return model
+
+
 def dam_on_joints() -> Model:
     """A gravity dam on a jointed foundation, with uplift in the joints, in one labelled file."""
     height, crest, base, water = 30.0, 5.0, 24.0, 28.0
@@ -738,6 +774,7 @@ MODELS = [
     bolted_beam,
     pushed_block,
     shaking_block,
+    rocking_wall,
     gravity_dam,
     released_block,
     tunnel,
