@@ -713,6 +713,66 @@ def rocking_wall() -> Model:
     return model
 
 
+def shaken_slope() -> Model:
+    """A slab on a bedding plane of 20 degrees under a synthetic earthquake, in one labelled file."""
+    at = along_slope(20.0)
+    title = "slab on a bedding plane of 20 degrees under a synthetic record (m, kg, s, N)"
+    model = Model(
+        "shaken_slope",
+        title,
+        edge_node_distance=0.001,
+        k01=1,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'shaken_slope.dc', title = 'Slope under an earthquake' /\n"
+            "&block_material  number = 1, name = 'rock', density = 2500, young = 20e9, poisson = 0.2 /\n"
+            "&joint_material  number = 1, name = 'cross joint', friction = 40, normal_stiffness = 1e11,\n"
+            "                 shear_stiffness = 1e11 /\n"
+            "&joint_material  number = 2, name = 'bedding', friction = 30, normal_stiffness = 1e11,\n"
+            "                 shear_stiffness = 1e11 /\n"
+            "&load            gravity = 9.81 /\n"
+            "&time            dt_max = 0.005, integrator = 'generalized_alpha' /\n"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+            "&stage           name = 'shaking', kind = 'dynamic', duration = 8.5, reset_displacement = .true. /\n"
+            "&quake           record = 'record.csv' /\n"
+        ),
+    )
+    foot, top = at(0, 0), at(20, 0)
+    model.add_boundary([top, (top[0], 0), foot], closed=False)
+    model.add_lines([foot, top], joint=2)
+    model.add_lines([at(15, 1.5), at(6, 1.5)])
+    for s in (6, 9, 12, 15):
+        model.add_lines([at(s, 0), at(s, 1.5)])
+    model.fixed = [foot, (top[0], 0), top]
+    model.measured = [at(7.5, 0.75), at(13.5, 0.75)]
+    model.tables["record.csv"] = synthetic_record(8.0, 0.02, 4.0)
+    return model
+
+
+def synthetic_record(duration: float, step: float, peak: float) -> str:
+    """Rows t, a [s, m/s2] like those of an earthquake, by a formula: cosines of 0.3 to 8 Hz, strongest at 2.5 Hz."""
+    count, lines = round(duration / step), 60
+    values = []
+    for i in range(count + 1):
+        t = i * step
+        swell = math.sin(math.pi * t / duration) ** 2
+        total = 0.0
+        for k in range(lines):
+            frequency = 0.3 + 7.7 * k / (lines - 1)
+            phase = 2 * math.pi * (k * k * (math.sqrt(5) - 1) / 2 % 1)
+            total += math.cos(2 * math.pi * frequency * t + phase) / (1 + (frequency / 2.5 - 1) ** 2)
+        values.append(swell * total)
+    largest = max(abs(a) for a in values)
+    # rounded, so that the file is the same on every machine
+    rows = [f"{number(round(i * step, 6))},{number(round(peak * a / largest, 6))}" for i, a in enumerate(values)]
+    return "\n".join(["t,a", *rows]) + "\n"
+
+
 def dam_on_joints() -> Model:
     """A gravity dam on a jointed foundation, with uplift in the joints, in one labelled file."""
     height, crest, base, water = 30.0, 5.0, 24.0, 28.0
@@ -775,6 +835,7 @@ MODELS = [
     pushed_block,
     shaking_block,
     rocking_wall,
+    shaken_slope,
     gravity_dam,
     released_block,
     tunnel,

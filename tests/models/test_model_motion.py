@@ -4,7 +4,7 @@
 import math
 
 import numpy as np
-from model_runs import G
+from model_runs import INPUTS, G
 
 
 def downhill(displacement, degrees):
@@ -172,6 +172,23 @@ def test_rocking_wall_turns_by_housners_equation(run_model, near):
     # the joint, 1e11 Pa/m, is pressed under the corner on which the wall stands: the lever is shorter, by below 1 %
     near("rocking_wall, largest rotation [deg]", math.degrees(turned.max()), math.degrees(expected), 1e-2)
     near("rocking_wall, time of it [s]", time[turned.argmax()], when, 5e-3)
+
+
+def test_shaken_slope_slides_like_newmarks_block(run_model, near):
+    run = run_model("shaken_slope")
+    rows = np.loadtxt(INPUTS / "shaken_slope" / "record.csv", delimiter=",", skiprows=1)
+    time = np.linspace(0, rows[-1, 0], 400_001)  # 20 µs: the sum is off by less than 1e-4
+    slope, friction = math.radians(20), math.tan(math.radians(30))
+    push = np.interp(time, *rows.T)
+    down = push * math.cos(slope) + G * math.sin(slope) - friction * (G * math.cos(slope) - push * math.sin(slope))
+    speed = expected = 0.0
+    step = time[1]
+    for force in down.tolist():
+        speed = max(0.0, speed + step * force)
+        expected += step * speed
+    for point in (0, 1):
+        # it starts and stops at whole steps of 5 ms, and the joint shears by mu N/k first
+        near("shaken_slope, slide [m]", downhill(run.displacement(point), 20)[-1], expected, 1e-2)
 
 
 def test_released_block_waits_then_slides(run_model, near):
