@@ -8,6 +8,9 @@
 !> foot may lie a little beyond.
 !>
 !> Vertex-vertex: rockdda_contact_corner_search.
+!>
+!> The searches of a pair have up to 17 arguments: the innermost loops of a step read arrays of constant shape, and what
+!> belongs to the model, the last step and the threads stays apart, so that each thread writes its own list alone.
 module rockdda_contact_narrow_phase
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
