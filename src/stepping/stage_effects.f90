@@ -23,8 +23,8 @@ module rockdda_stepping_stage_effects
 
 contains
 
-   !> The number of blocks that each stage places and takes out; a warning for each kind of thing on blocks that go, a
-   !> note for each on blocks that come. Errors: a stage takes out the last block, or blocks that it places. The names
+   !> The number of blocks that each stage places and takes out; a warning for each kind of thing on blocks that go, but
+   !> a note for edges of boundaries, and a note for each on blocks that come. Errors: a stage takes out the last block, or blocks that it places. The names
    !> of the regions have been checked.
    subroutine report_stage_effects(blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
@@ -142,21 +142,23 @@ contains
       logical, intent(in) :: chosen(:)                         !! (nb)
       integer, intent(in) :: carriers(:), edge_blocks(:)       !! blocks of line loads and of edges, 0: none
       character(len=*), intent(in) :: words(2)                 !! before and after the number
-      integer, intent(in) :: level                             !! one of severity%...
+      integer, intent(in) :: level                             !! one of severity%..., but of edges a note
       type(origin_type), intent(in) :: origin
       type(diagnostics_type), intent(inout) :: messages
-      if (blocks%fixed%n > 0) call report(blocks%fixed%block(1:blocks%fixed%n), 'fixed point')
-      if (blocks%loading%n > 0) call report(blocks%loading%block(1:blocks%loading%n), 'loading point')
-      call report(carriers, 'line load')
-      if (blocks%measured%n > 0) call report(blocks%measured%block(1:blocks%measured%n), 'measured point')
-      call report(edge_blocks, 'boundary edge')
+      if (blocks%fixed%n > 0) call report(blocks%fixed%block(1:blocks%fixed%n), 'fixed point', level)
+      if (blocks%loading%n > 0) call report(blocks%loading%block(1:blocks%loading%n), 'loading point', level)
+      call report(carriers, 'line load', level)
+      if (blocks%measured%n > 0) call report(blocks%measured%block(1:blocks%measured%n), 'measured point', level)
+      ! an edge that is gone needs no support: who takes out a centring takes out what holds it, too
+      call report(edge_blocks, 'boundary edge', severity%note)
 
    contains
 
       !> Those of one kind.
-      subroutine report(on, noun)
+      subroutine report(on, noun, level)
          integer, intent(in) :: on(:)     !! blocks
          character(len=*), intent(in) :: noun
+         integer, intent(in) :: level     !! one of severity%...
          integer :: i, n
          n = 0
          do i = 1, size(on)
