@@ -24,8 +24,8 @@ module rockdda_stepping_stage_effects
 contains
 
    !> The number of blocks that each stage places and takes out; a warning for each kind of thing on blocks that go, but
-   !> a note for edges of boundaries, and a note for each on blocks that come. Errors: a stage takes out the last block, or blocks that it places. The names
-   !> of the regions have been checked.
+   !> a note for edges of boundaries, and a note for each on blocks that come. Errors: a stage takes out the last block,
+   !> or blocks that it places. The names of the regions have been checked.
    subroutine report_stage_effects(blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
