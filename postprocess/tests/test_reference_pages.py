@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 CITING = sorted([*DOCS.glob("*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")])
 CITATION = re.compile(
-    r"(?<![\w-])([A-Z][A-Za-zé-]{2,})(?:,? (?:and|et al\.?|&) ?(?:[A-Z][A-Za-z-]+)?)?(?:'s)? \(?((?:18|19|20)\d\d)\)?(?!-)"
+    r"(?<![\w-])([A-Z][A-Za-zé-]{2,})(?:,? (?:and|et al\.?|&) ?(?:[A-Z][A-Za-z-]+)?)?(?:'s)? "
+    r"\(?((?:18|19|20)\d\d)\)?(?!-)"
 )
 TERMS = ["open-close loop", "locked", "sliding", "open", "w0", "bonded"]
 TERMS += ["loading point", "measured point", "hole point", "fixed point"]
