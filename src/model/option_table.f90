@@ -249,6 +249,7 @@ contains
                      o%max_open_close, p%max_open_close)
       call table%add_choice(option('integrator', 'time integration of dynamic steps (k01 = 1); others have shi', &
                                    choices='shi|generalized_alpha', default_word='shi', &
+                                   default_text='shi; generalized_alpha in a file with &model', &
                                    see='theory.md#generalised-alpha-scheme'), o%integrator, p%second_order, 2)
       call table%add(option('rho_infinity', 'factor by which oscillations far too fast for the step decay in '// &
                             'each step', least=0.0_wp, most=1.0_wp, default=0.8_wp, &

@@ -42,9 +42,9 @@ contains
       alone = .not. allocated(analysis%block_materials)
       call take_analysis(blocks, analysis, parameters)
       settings = options
-      if (options%labelled) call take_labelled_defaults(settings)
       if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
                                                                               dda_windows, old_dda_windows])
+      if (options%labelled) call take_labelled_defaults(settings, alone .and. .not. defaults%preset)
       call describe_options(defaults, settings, parameters)
       call choose_formulation(options, defaults%preset, settings, messages)
       call describe_options(transfer, settings, parameters)
@@ -111,11 +111,14 @@ contains
       end if
    end subroutine take_analysis
 
-   !> Options whose default is another one in a labelled file.
-   pure subroutine take_labelled_defaults(settings)
+   !> Options whose default is another one in a labelled file: plane strain, and dynamic steps of second order.
+   pure subroutine take_labelled_defaults(settings, second_order)
       type(run_options_type), intent(inout) :: settings
+      logical, intent(in) :: second_order          !! neither an analysis file nor a preset asks for Shi's scheme
       if (.not. allocated(settings%plane)) settings%plane = ''
       if (len_trim(settings%plane) == 0) settings%plane = 'strain'
+      if (.not. allocated(settings%integrator)) settings%integrator = ''
+      if (len_trim(settings%integrator) == 0 .and. second_order) settings%integrator = 'generalized_alpha'
       if (.not. allocated(settings%title)) settings%title = ''
       if (len_trim(settings%title) == 0 .and. allocated(settings%model_title)) settings%title = settings%model_title
    end subroutine take_labelled_defaults

@@ -49,6 +49,7 @@ contains
       if (options%method == default_solver()) options%method = ''
       if (allocated(input%analysis%block_materials)) call take_analysis(input%analysis, input%parameters, options)
       if (.not. input%labelled .and. .not. is_given(options%plane)) options%plane = 'stress'
+      if (.not. input%labelled .and. .not. is_given(options%integrator)) options%integrator = 'shi'
       call take_materials(input%parameters, options)
       options%fixed_points = tables_of(input%parameters%fixed_tables)
       options%loading_points = tables_of(input%parameters%loading_tables)

@@ -46,6 +46,19 @@ class LabelledFile(ProgramTest):
         self.assertEqual(outcome.code, 2, outcome.err)
         return [line for line in outcome.err.splitlines() if re.match(r"\S+(:\d+:\d+)?: error:", line)]
 
+    def test_dynamic_steps_are_of_second_order_by_default(self):
+        for more, scheme in (
+            ("", "generalized_alpha"),
+            ("&time integrator = 'shi' /\n", "shi"),
+            ("&contact preset = 'dda_windows' /\n", "shi"),
+        ):
+            self.labelled(LABELLED + more)
+            outcome = self.run_program("run", "slope.nml", "--force")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            self.assertRegex(self.path("slope.log").read_text(), rf"\n  integrator += {scheme}\n")
+        # a legacy pair keeps its scheme, also as a labelled file
+        self.assertIn("integrator = 'shi'", self.run_program("check", "--as-namelist", "block.dc", "block.df").out)
+
     @unittest.skipUnless(h5py, "needs h5py")
     def test_a_labelled_file_runs_without_an_analysis_file(self):
         self.labelled()

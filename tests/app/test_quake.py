@@ -38,7 +38,7 @@ MODEL = """\
 &block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /
 &joint_material number = 1, friction = 30 /
 &load gravity = 0 /
-&time dt_max = 0.01 /
+&time dt_max = 0.01, integrator = 'shi' /
 &run t_end = 0.5 /
 """
 # 1 from the start to 0.25, then -1 to 0.5: at rest there, at a distance of 1/16
@@ -72,6 +72,12 @@ class Quake(ResultsTest):
         expected = np.where(early, time**2, 2 * (0.0625 - 0.5 * (0.5 - time) ** 2))
         np.testing.assert_allclose(moved[:, 1, 0], -expected, rtol=1e-9, atol=1e-12)
         self.assertLess(np.abs(moved[:, 0, 0]).max(), 1e-5)
+
+    def test_the_default_scheme_is_of_second_order_across_jumps(self):
+        """A jump is at most half a step late: (1/2) a dt^2 and the speed a dt/2 for the rest of the time, less by far."""
+        self.write("two.nml", MODEL.replace(", integrator = 'shi'", "") + "&quake record = 'record.csv', column = 3 /")
+        data, _ = self.run_model("two.nml")
+        self.assertAlmostEqual(data["history/measured_displacement"][-1, 1, 0], -0.0625, delta=0.01**2)
 
     def test_base_motion_takes_the_supports_along(self):
         """Fixed points follow the displacement of the ground (their springs yield by m a/k); loose blocks stay."""
