@@ -74,7 +74,7 @@ class Quake(ResultsTest):
         self.assertLess(np.abs(moved[:, 0, 0]).max(), 1e-5)
 
     def test_the_default_scheme_is_of_second_order_across_jumps(self):
-        """A jump is at most half a step late: (1/2) a dt^2 and the speed a dt/2 for the rest of the time, less by far."""
+        """A jump costs an error of the order of a dt^2."""
         self.write("two.nml", MODEL.replace(", integrator = 'shi'", "") + "&quake record = 'record.csv', column = 3 /")
         data, _ = self.run_model("two.nml")
         self.assertAlmostEqual(data["history/measured_displacement"][-1, 1, 0], -0.0625, delta=0.01**2)
