@@ -10,12 +10,15 @@ module scenes
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    implicit none
    private
-   public :: scene_type, new_scene, box, pair, turned, find_row
+   public :: scene_type, new_scene, box, pair, turned, find_row, close_rows, goes_on
 
    !> Angle tolerance of all scenes [rad].
    real(wp), parameter, public :: angle_tolerance = 0.05_wp
    !> Steps of a surface up to this count as plane.
    real(wp), parameter, public :: smooth = 1.0e-3_wp
+
+   !> Stiffness per length of the springs of `close_rows`.
+   real(wp), parameter, public :: k_n = 1000, k_s = 400
 
    type :: scene_type
       type(block_system_type) :: blocks
@@ -110,5 +113,33 @@ contains
       end do
       row = 0
    end function find_row
+
+   !> All rows as if closed in the last step, with the forces of their gaps; each row has a slip and a shear of its own.
+   subroutine close_rows(table, state)
+      type(contact_table_type), intent(inout) :: table
+      integer, intent(in) :: state
+      integer :: k
+      do k = 1, table%n
+         table%state(k) = state
+         table%k_n(k) = k_n*table%length(k)
+         table%k_s(k) = k_s*table%length(k)
+         table%normal_force(k) = -table%k_n(k)*table%gap(k)
+         table%shear(k) = 0.001_wp*k
+         table%shear_force(k) = -table%k_s(k)*table%shear(k)
+         table%total_slip(k) = 0.1_wp*k
+         table%slip_sign(k) = 1
+         table%bonded(k) = .false.
+      end do
+   end subroutine close_rows
+
+   !> Is a row what another was: state, shear spring, slip and bond?
+   logical function goes_on(table, row, previous, old)
+      type(contact_table_type), intent(in) :: table, previous
+      integer, intent(in) :: row, old
+      goes_on = table%state(row) == previous%state(old) .and. table%slip_sign(row) == previous%slip_sign(old) .and. &
+                abs(table%shear(row) - previous%shear(old)) <= 0 .and. &
+                abs(table%total_slip(row) - previous%total_slip(old)) <= 0 .and. &
+                (table%bonded(row) .eqv. previous%bonded(old))
+   end function goes_on
 
 end module scenes
