@@ -80,6 +80,24 @@ class Model:
     measured: list[Point] = field(default_factory=list)
     holes: list[Point] = field(default_factory=list)
 
+    @classmethod
+    def without_analysis_file(
+        cls, name: str, title: str, labelled: str = "", edge_node_distance: float = 0.001
+    ) -> Model:
+        """A model whose materials and steps stand in labelled files."""
+        return cls(
+            name,
+            title,
+            edge_node_distance,
+            k01=0,
+            steps=0,
+            dt=0,
+            displacement_ratio=0,
+            rocks=[],
+            joints=[],
+            labelled=labelled,
+        )
+
     def add_boundary(self, points: list[Point], joint: int = 1, closed: bool = True) -> None:
         """A polygon of boundary lines."""
         self.boundary += [(segment, joint) for segment in chain(points, closed)]

@@ -531,16 +531,9 @@ def bedding_slab() -> Model:
     """A slab of limestone on a clay seam, in one labelled file."""
     at = along_slope(30.0)
     title = "slab of limestone that slides on a clay seam of 30 degrees (m, kg, s, N)"
-    model = Model(
+    model = Model.without_analysis_file(
         "bedding_slab",
         title,
-        edge_node_distance=0.001,
-        k01=1,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
         labelled=(
             f"! {title}\n"
             "&model           geometry = 'bedding_slab.dc', title = 'Slab on a clay seam' /\n"
@@ -569,16 +562,9 @@ def arch_on_centring() -> Model:
     title = "masonry arch on a centring that is removed (m, kg, s, N)"
     held = [polar(3.9, 15 + 10 * k) for k in range(16)]
     along = ", ".join(f"{x:.10g},{y:.10g}" for x, y in held)
-    model = Model(
+    model = Model.without_analysis_file(
         "arch_on_centring",
         title,
-        edge_node_distance=0.001,
-        k01=0,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
         labelled=(
             f"! {title}\n"
             "&model           geometry = 'arch_on_centring.dc', title = 'Arch on a centring' /\n"
@@ -628,17 +614,7 @@ def sau_mau_ping() -> Model:
     foot = crack * math.tan(plane)  # y of the crack's lower end
     depth = height - foot
     title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
-    model = Model(
-        "sau_mau_ping",
-        title,
-        edge_node_distance=0.001,
-        k01=0,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
-    )
+    model = Model.without_analysis_file("sau_mau_ping", title)
     # the plane daylights above the ground: on level ground at its foot the block could not slide
     model.add_boundary(
         [(0, 0), (0, -12), (-20, -12), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False
@@ -680,16 +656,9 @@ def sau_mau_ping() -> Model:
 def rocking_wall() -> Model:
     """A free-standing wall that rocks under one pulse of the ground, in one labelled file."""
     title = "free-standing wall, 1 m x 4 m, that rocks under a half sine of 5 m/s2 in 0.5 s (m, kg, s, N)"
-    model = Model(
+    model = Model.without_analysis_file(
         "rocking_wall",
         title,
-        edge_node_distance=0.001,
-        k01=1,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
         labelled=(
             f"! {title}\n"
             "&model           geometry = 'rocking_wall.dc', title = 'Rocking wall' /\n"
@@ -717,16 +686,9 @@ def shaken_slope() -> Model:
     """A slab on a bedding plane of 20 degrees under a synthetic earthquake, in one labelled file."""
     at = along_slope(20.0)
     title = "slab on a bedding plane of 20 degrees under a synthetic record (m, kg, s, N)"
-    model = Model(
+    model = Model.without_analysis_file(
         "shaken_slope",
         title,
-        edge_node_distance=0.001,
-        k01=1,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
         labelled=(
             f"! {title}\n"
             "&model           geometry = 'shaken_slope.dc', title = 'Slope under an earthquake' /\n"
@@ -780,16 +742,10 @@ def dam_on_joints() -> Model:
     front, back, low, deep = -2 * spacing, base + 2 * spacing, -1.0, -8.0
     far, end = front - layer, back + layer
     title = "gravity dam on a jointed foundation with uplift (m, kg, s, N)"
-    model = Model(
+    model = Model.without_analysis_file(
         "dam_on_joints",
         title,
         edge_node_distance=0.003,
-        k01=1,
-        steps=0,
-        dt=0,
-        displacement_ratio=0,
-        rocks=[],
-        joints=[],
         labelled=(
             f"! {title}\n"
             "&model           geometry = 'dam_on_joints.dc', title = 'Gravity dam with uplift' /\n"

@@ -25,7 +25,7 @@ module rockdda_contact_broad_phase
       integer, allocatable :: candidates(:, :)      !! (2, >= n) first < second block, sorted
       real(wp), allocatable :: boxes(:, :)          !! (4, nb) xmin ymin xmax ymax now
       real(wp) :: reach = 0                         !! largest distance of interest now
-      logical, allocatable :: active(:)             !! (nb) blocks that are there; not allocated: all
+      logical, allocatable :: active(:)             !! (nb) active blocks; not allocated: all
       real(wp), allocatable, private :: places(:, :)   !! (4, nb) boxes when the candidates were found
       real(wp), private :: margin = -1              !! and the margin
       type(box_pairs_work_type), private :: work

@@ -31,7 +31,7 @@ module rockdda_interaction_bolts
       integer, private :: n = 0
       real(wp), allocatable, private :: stiffness(:), strength(:)   !! (n)
       real(wp), allocatable :: force(:)        !! (n) axial force at the step's start
-      logical, allocatable :: acts(:)          !! (n) both ends are in blocks that are there, or outside
+      logical, allocatable :: acts(:)          !! (n) both ends are in active blocks, or outside
       logical, allocatable :: yields(:)        !! (n) trial: force held at the strength
       real(wp), allocatable :: stretch(:)      !! (n) predicted change of length up to where forces act, see `reach_end`
       real(wp), private :: level = 1           !! share of the step's motion up to there

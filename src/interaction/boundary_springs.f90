@@ -218,7 +218,7 @@ contains
       is_held = self%list(i)%quiet .and. context%state%quiet
    end function is_held
 
-   !> Springs of all blocks that are there.
+   !> Springs of all active blocks.
    subroutine add_to_blocks(self, context, equations)
       class(boundary_springs_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context

@@ -52,7 +52,7 @@ contains
       self%list = [self%list, loaded_edge_type(boundary, block, vertices)]
    end subroutine append_edge
 
-   !> Loads of all edges of blocks that are there.
+   !> Loads of all edges of active blocks.
    subroutine add_to_blocks(self, context, equations)
       class(boundary_tractions_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context

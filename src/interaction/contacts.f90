@@ -148,7 +148,7 @@ contains
       !$omp end parallel do
    end subroutine predict
 
-   !> The same for the contacts whose friction forces are searched for.
+   !> Predict gap and slip of the contacts whose friction forces the open-close loop iterates.
    subroutine predict_sliding(self, equations)
       class(contacts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations

@@ -111,7 +111,7 @@ contains
       self%renewed = .true.
    end subroutine renew_all
 
-   !> Expect a motion of the step, `factor` times d; without d, none. Blocks that are not `renewed` keep theirs.
+   !> Set the motion expected of the blocks in this step: `factor` times d, or none without d. Only `renewed` blocks change.
    subroutine expect(self, d, factor)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)

@@ -19,7 +19,7 @@ module rockdda_stepping_equilibrium
 
 contains
 
-   !> Do loads or supports of blocks that are there still change at a time? Steps are then no longer than dt_max.
+   !> Do loads or supports of active blocks still change at a time? Steps are then no longer than dt_max.
    pure logical function varies_with_time(parameters, blocks, active, line_blocks, time, motion_start) result(varies)
       type(parameters_type), intent(in) :: parameters
       type(block_system_type), intent(in) :: blocks

@@ -42,7 +42,7 @@ module rockdda_stepping_failure
 
 contains
 
-   !> Find the first block that the motion d inverts, or whose area it makes too small or infinite; 0: none.
+   !> Number of the first block that the motion d inverts, or whose new area is too small or infinite; 0: none.
    !> The motion of a block is an affine map: the outline keeps its orientation and does not cross itself exactly when
    !> the determinant is positive.
    subroutine find_ruined_block(blocks, parameters, state, d, block, factor)

@@ -211,8 +211,8 @@ contains
       if (maxval(abs(self%state%velocity(3, :)))*self%dt > much_turned) scheme = generalized_alpha(1.0_wp)
    end function scheme_of_attempt
 
-   !> Expect a motion of the step, whose rotations the arms of forces follow: that of the present velocities, or, where
-   !> none are carried on, that of the last step.
+   !> Set the expected motion of the step, by whose rotations the arms of forces turn: velocity times dt, or, where a
+   !> static step carries no velocity on, the motion of the last step.
    subroutine expect_motion(self, is_first)
       class(trial_step_type), intent(inout) :: self
       logical, intent(in) :: is_first   !! x is the motion of the last step
