@@ -110,3 +110,33 @@ def test_middle_of_steps():
 
 def test_counted_work():
     assert work_of({"iterations": 10, "stored": 30, "solves": 2, "contacts": 50}) == 10 * 30 + 2 * (30 + 50)
+
+
+def test_two_programs_in_turn(tmp_path):
+    """The same program twice: the same steps, instructions or not, and a ratio with its spread for each time."""
+    if "ROCKDDA_PROGRAM" not in os.environ:
+        pytest.skip("ROCKDDA_PROGRAM does not name a program")
+    program, figures = os.environ["ROCKDDA_PROGRAM"], tmp_path / "figures.json"
+    command = [ROOT / "scripts" / "bench", "--compare", program, program, "--pairs", "2", "--steps", "2"]
+    command += ["--models", "start_up,wall-60-ratio-40,layered_roof", "--json", figures]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads(figures.read_text())
+    assert [row["run"] for row in rows] == ["start_up", "wall-60-ratio-40", "layered_roof"]
+    # the wall: 8 courses of 7 bricks, every other one with another half brick, and the base
+    assert [row["blocks"] for row in rows] == [[2, 2], [61, 61], [166, 166]]
+    for row in rows:
+        assert row["steps"] == [2, 2]
+        old, new, ratio, low, high = row["wall"]
+        assert old > 0 < new
+        assert 0 < low <= ratio <= high
+
+
+def test_an_unknown_run_is_refused(tmp_path):
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    command = [ROOT / "scripts" / "bench", "--compare", program, program, "--models", "well-2000"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "unknown run 'well-2000', expected start_up" in done.stderr
