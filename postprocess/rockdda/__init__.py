@@ -92,6 +92,18 @@ def _to_vtk(results: _Any, path: _Any, **options: _Any) -> _Path:
     return to_vtk(results, path, **options)
 
 
+def _to_xarray(results: _Any, contacts: bool) -> _Any:
+    from .export import to_xarray
+
+    return to_xarray(results, contacts)
+
+
+def _to_geopandas(results: _Any, what: str, frame: int, **options: _Any) -> _Any:
+    from .export import to_geopandas
+
+    return to_geopandas(results, what, frame, **options)
+
+
 def _draw_search(found: _Any, kind: str, **options: _Any) -> _Any:
     from .plot import draw_search
 
@@ -116,4 +128,5 @@ def __dir__() -> list[str]:
 
 
 _OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk, search=_draw_search)
+_OUTPUTS.update(to_xarray=_to_xarray, to_geopandas=_to_geopandas)
 _old_names.install()

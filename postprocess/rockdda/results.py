@@ -23,12 +23,13 @@ from .materials import JointStrength, joint_strengths
 from .namelist import parse_groups
 from .notebook import card, drawing_of_blocks
 from .outputs import OUTPUTS
-from .stages import BOUNDARY_FORCE, Stage, StageTables
+from .stages import BOUNDARY_FORCE, STAGE_TABLES, Stage, StageTables
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
 from .text import readable
 
 if TYPE_CHECKING:
+    import geopandas
     import matplotlib.axes
     import pandas
     import xarray
@@ -55,7 +56,6 @@ HISTORY_TABLES = [
     "measured_rotation",
     "fixed_force",
 ]
-STAGE_TABLES = ["unbalanced", "stage", "relaxation"]  # of the history; not in older files
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
 
@@ -443,66 +443,13 @@ class Results(StageTables):
                 columns[f"boundary_force_{i + 1}_{component}"] = force[:, i, c]
         return pandas.DataFrame(columns, index=pandas.Index(tables["step"], name="step"))
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Frames and history as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
+    def to_xarray(self, contacts: bool = True) -> xarray.Dataset:
+        """Frames, history and contacts as one labelled data set: see `rockdda.export.to_xarray`."""
+        return OUTPUTS["to_xarray"](self, contacts)
 
-        Dimensions: frame (with the coordinates time, frame_step and frame_stage: its name), block, vertex, step (with
-        step_time), xy, stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary.
-        """
-        try:
-            import xarray
-        except ImportError as error:
-            message = f"to_xarray needs the package xarray: pip install 'rockdda[xarray]' ({error})"
-            raise ImportError(message, name="xarray") from error
-        xy = ["x", "y"]
-        frame, block = "frame", "block"
-        data: dict[str, tuple[tuple[str, ...], Any]] = {
-            "vertices": ((frame, "vertex", "xy"), self["frames/vertices"]),
-            "centroid": ((frame, block, "xy"), self["frames/centroid"]),
-            "rotation": ((frame, block), self["frames/rotation"]),
-            "stress": ((frame, block, "stress_component"), self["frames/stress"]),
-            "velocity": ((frame, block, "velocity_component"), self["frames/velocity"]),
-            "block_area": ((block,), self.block_area),
-        }
-        shapes: dict[str, tuple[str, ...]] = {
-            "dt": ("step",),
-            "open_close_iterations": ("step",),
-            "attempts": ("step",),
-            "solver_iterations": ("step",),
-            "contacts": ("step", "contact_count"),
-            "max_displacement": ("step",),
-            "energy": ("step", "energy_column"),
-            "measured_displacement": ("step", "measured", "xy"),
-            "measured_stress": ("step", "measured", "stress_component"),
-            "measured_rotation": ("step", "measured"),
-            "fixed_force": ("step", "fixed", "xy"),
-        }
-        if "history/unbalanced" in self:  # not in older files
-            shapes |= dict.fromkeys(STAGE_TABLES, ("step",))
-            data["active"] = ((frame, block), self.active)
-        for name, dimensions in shapes.items():
-            data[name] = (dimensions, self[f"history/{name}"])
-        data["boundary_force"] = (("step", "boundary", "xy"), self.boundary_force)
-        return xarray.Dataset(
-            data,
-            coords={
-                "time": (frame, self.times),
-                "frame_step": (frame, self.steps),
-                "frame_stage": (frame, np.array(self.stage_names)[self.frame_stages]),
-                "step": self["history/step"],
-                "step_time": ("step", self["history/time"]),
-                "block_material": (block, self.block_material),
-                "vertex_block": ("vertex", np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_offset))),
-                "measured": self.point_numbers("measured"),
-                "boundary_kind": ("boundary", self.boundary_kinds),
-                "xy": xy,
-                "stress_component": ["x", "y", "xy"],
-                "velocity_component": ["u", "v", "r", "ex", "ey", "gxy"],
-                "energy_column": self.energy_names,
-                "contact_count": ["open", "sliding", "locked"],
-            },
-            attrs={"title": self.title, "program_version": self.program_version, "exit_reason": self.exit_reason},
-        )
+    def to_geopandas(self, what: str = "blocks", frame: int = -1, **options: Any) -> geopandas.GeoDataFrame:
+        """Blocks, joints or contacts of a frame as shapes with values: see `rockdda.export.to_geopandas`."""
+        return OUTPUTS["to_geopandas"](self, what, frame, **options)
 
     # -- pictures and files --------------------------------------------------------------------------------------
 

@@ -19,11 +19,13 @@ from .start import StartArrays
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["BOUNDARY_FORCE", "Stage", "StageTables"]
+__all__ = ["BOUNDARY_FORCE", "STAGE_TABLES", "Stage", "StageTables"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Path of the forces of boundaries; files of versions without boundaries do not have it.
 BOUNDARY_FORCE = "history/boundary_force"
+#: Of the history; not in older files.
+STAGE_TABLES = ["unbalanced", "stage", "relaxation"]
 
 
 @dataclass(frozen=True)

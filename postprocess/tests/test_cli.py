@@ -145,7 +145,7 @@ def test_plot_options(folder, capsys):
         (["export", "wall.h5", "-o", "wall.doc"], 2, "wall.doc: error: unknown format 'doc'"),
         (["export", "wall.h5", "--frames", "7"], 2, "wall.h5: error: there are frames 0 to 2, not 7"),
         (["export", "wall.h5", "-o", "a.vtu", "--frames", "0:2"], 2, "rockdda-post: error: .vtu takes one frame"),
-        (["convert", "text.h5"], 2, "text.h5: error: is neither DDAML nor DXF nor GeoJSON"),
+        (["convert", "text.h5"], 2, "text.h5: error: is none of DDAML, DXF, GeoJSON"),
         (["convert", "a.dxf", "--layer", "x"], 2, "rockdda-post: error: layer 'x': expected NAME=KIND"),
         (["convert", "a.dxf", "--e0", "-1"], 2, "rockdda-post: error: e0 must be positive, found -1"),
         (["compare", "wall.h5", "none.h5"], 2, "none.h5: error: no such file"),

@@ -29,7 +29,7 @@ def export_command(
         str | None,
         typer.Option(
             "--format",
-            help="pvd (or vtk), vtu, csv, txt (or text), dxf; by default the output's ending.",
+            help="pvd (or vtk), vtkhdf, vtu, csv, txt (or text), dxf; by default the output's ending.",
             show_default=False,
         ),
     ] = None,
@@ -48,12 +48,14 @@ def export_command(
 ) -> None:
     """Write results for other programs: VTK, CSV, plain text, DXF.
 
-    .pvd: all frames for ParaView and PyVista (.vtu: one frame); .csv: a table; .txt: lines `block vertex x y` for each
-    frame; .dxf: the outlines of one frame.
+    .pvd: all frames for ParaView and PyVista (.vtkhdf: in one file; .vtu: one frame); .csv: a table; .txt: lines
+    `block vertex x y` for each frame; .dxf: the outlines of one frame.
 
     Examples:
 
         rockdda-post export slope.h5 -o slope.pvd
+
+        rockdda-post export slope.h5 -o slope.vtkhdf
 
         rockdda-post export slope.h5 -o history.csv
 
@@ -73,9 +75,9 @@ def export_command(
         output = output / f"{file.stem}.{kind or 'pvd'}"
     path = target(output, file, f".{kind or 'pvd'}")
     form = kind or path.suffix.lstrip(".").lower() or "pvd"
-    if form not in ("pvd", "vtu", "csv", "txt", "dxf"):
-        raise InputError(f"unknown format {form!r}; the formats are: pvd, vtu, csv, txt, dxf", path)
-    if form in ("pvd", "vtu") and path.suffix.lower() != f".{form}":
+    if form not in ("pvd", "vtkhdf", "vtu", "csv", "txt", "dxf"):
+        raise InputError(f"unknown format {form!r}; the formats are: pvd, vtkhdf, vtu, csv, txt, dxf", path)
+    if form in ("pvd", "vtkhdf", "vtu") and path.suffix.lower() != f".{form}":
         path = path.with_name(path.name + f".{form}")
     whole = {"history": f"{results.n_steps} steps", "boundaries": f"{len(results.stages)} stages"}
     if form != "csv" or table not in whole:
@@ -89,7 +91,7 @@ def export_command(
             raise InputError(f".{form} takes one frame, not {len(numbers)}")
         numbers = [-1] if numbers is None else numbers
     with progress_bar("frames", quiet or as_json) as bar:
-        if form in ("pvd", "vtu"):
+        if form in ("pvd", "vtkhdf", "vtu"):
             export.to_vtk(results, path, numbers, bar)
         elif form == "csv":
             export.to_csv(results, path, table, numbers, bar)
@@ -107,7 +109,9 @@ def convert_command(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE...", help="DDAML (.geo, .ana, or their folder), or .dxf and .geojson.", show_default=False
+            metavar="FILE...",
+            help="DDAML (.geo, .ana, or their folder), .dxf, .geojson, .gpkg, .shp, traces (.txt), COMPAS (.json).",
+            show_default=False,
         ),
     ],
     output: Annotated[
@@ -132,21 +136,31 @@ def convert_command(
     ] = None,
     areas: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--area", metavar="FILE", help="Polygons that clip the lines (.dxf, .geojson).", show_default=False
-        ),
+        typer.Option("--area", metavar="FILE", help="Polygons that clip the lines.", show_default=False),
     ] = None,
+    window: Annotated[
+        str | None,
+        typer.Option("--window", metavar="X1,Y1,X2,Y2", help="A rectangle that clips the lines.", show_default=False),
+    ] = None,
+    blocks: Annotated[bool, typer.Option("--blocks", help="Each polygon is a block: nothing is cut (.blk).")] = False,
+    geographic: Annotated[
+        bool, typer.Option("--geographic", help="Coordinates are longitudes and latitudes: make them metres.")
+    ] = False,
     template: Annotated[bool, typer.Option("--template", help="Write an analysis file to fill in, too.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Convert DDAML of DDA for Windows, DXF drawings and GeoJSON lines to input files (.dc, .df, .nml).
+    """Convert DDAML of DDA for Windows, drawings, maps and traces to input files (.dc or .blk, .df, .nml).
+
+    Maps are GeoJSON, GeoPackage and Shapefile; traces are text as FracPaQ reads it, x and y of the nodes of a trace in
+    each line; blocks also come from JSON of COMPAS. What is taken and what is not is printed at the end.
 
     Kinds of layers: joint:N, boundary:N (joint material N), material:N (block material), area:N (clips all lines),
-    opening:N (nothing stays in it), fixed, loading, measured, hole, bolt, skip. Layers named like that need no option;
-    other layers get joint materials in alphabetical order. Several drawings make one geometry. Lengths in DXF are
-    converted to metres by the drawing's $INSUNITS; --scale overrides this.
+    opening:N (nothing stays in it), block:N (closed outlines, block material N), fixed, loading, measured, hole,
+    bolt, skip. Layers named like that need no option; other layers get joint materials in alphabetical order. Several
+    drawings make one geometry. Lengths in DXF are converted to metres by the drawing's $INSUNITS; --scale overrides
+    this.
 
     Examples:
 
@@ -157,6 +171,10 @@ def convert_command(
         rockdda-post convert section.dxf --scale 0.001 --origin 500000,6800000
 
         rockdda-post convert traces.geojson --area area.geojson -o outcrop
+
+        rockdda-post convert fracpaq.txt --scale 0.01 --window 100,100,900,700 -o outcrop
+
+        rockdda-post convert wall.dxf --blocks --template
     """
     from ..convert.conversion import convert
 
@@ -172,13 +190,18 @@ def convert_command(
     done = convert(
         files, output, layers=named, e0=e0, chord=chord, template=template, force=force, areas=areas or (),
         scale=scale, origin=None if origin is None else two_numbers("origin", origin),
+        window=None if window is None else rectangle(window), blocks=blocks, geographic=geographic,
     )  # fmt: skip
     if not quiet:
         for message in done.messages:
             typer.echo(message, err=True)
+        for title, rows in (("taken:", done.taken), ("not taken:", done.left)):
+            if rows:
+                typer.echo("\n   ".join([title, *rows]), err=True)
     messages = [{"severity": p.severity, "message": p.message, "file": p.file, "line": p.line, "column": p.column}
                 for p in done.problems]  # fmt: skip
-    print_summary(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages)
+    print_summary(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages,
+                  taken=done.taken, not_taken=done.left)  # fmt: skip
 
 
 def two_numbers(name: str, text: str) -> tuple[float, float]:
@@ -190,6 +213,17 @@ def two_numbers(name: str, text: str) -> tuple[float, float]:
     if not abs(x) + abs(y) < 1e30:
         raise InputError(f"{name} {text!r}: expected x,y")
     return x, y
+
+
+def rectangle(text: str) -> tuple[float, float, float, float]:
+    """The rectangle of --window."""
+    try:
+        x1, y1, x2, y2 = (float(part) for part in text.split(","))
+    except ValueError:
+        x1 = y1 = x2 = y2 = float("nan")
+    if not (x1 < x2 and y1 < y2 and max(map(abs, (x1, y1, x2, y2))) < 1e30):
+        raise InputError(f"window {text!r}: expected x1,y1,x2,y2 with x1 < x2 and y1 < y2")
+    return x1, y1, x2, y2
 
 
 def compare_command(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Foreign input files to RockDDA's own: DDAML of DDA for Windows, DXF drawings, GeoJSON lines."""
+"""Foreign input files to RockDDA's own: DDAML of DDA for Windows, drawings, maps, traces, polygons as blocks."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from ..errors import InputError, OutputError, Problem, RockddaError
 from ..program import find_program
 from ..text import has_controls
 from . import ddaml, dxf, geojson
+from .blocks import blocks_text, check_blocks
 from .geometry import Analysis, Geometry
-from .placing import move_to_local_origin, place
+from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
 
 __all__ = ["Conversion", "convert"]
+
+DRAWINGS = ("dxf", "geojson", "gis", "traces", "compas")
 
 
 @dataclass
@@ -31,6 +34,8 @@ class Conversion:
     files: list[Path]
     messages: list[str] = field(default_factory=list)  # warnings and notes, as text with the source line
     problems: list[Problem] = field(default_factory=list)  # the same as data
+    taken: list[str] = field(default_factory=list)  # what of the files is in the model
+    left: list[str] = field(default_factory=list)  # and what is not
 
 
 def convert(
@@ -45,24 +50,31 @@ def convert(
     areas: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     scale: float | None = None,
     origin: tuple[float, float] | None = None,
+    window: tuple[float, float, float, float] | None = None,
+    blocks: bool = False,
+    geographic: bool = False,
 ) -> Conversion:
-    """Convert DDAML (geometry, analysis or both), or DXF drawings and GeoJSON lines; returns the files written.
+    """Convert DDAML (geometry, analysis or both), or drawings and maps; returns the files written.
 
-    The files are OUTPUT.dc, .df and .nml; without `output` they get the name of the first input, in the current
-    folder; a folder as `output` (an existing one, or with a final slash) takes them under that name.
-    `layers` maps the layers of a drawing to kinds of lines (see `rockdda.convert.dxf`), `e0` is the edge-node distance
-    and `chord` the largest distance of chords from curves. `template` also writes an analysis file with typical values
-    for rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the polygons of the files
-    `areas` clip its lines. `scale` is the length of the drawings' unit (by default that of a DXF drawing's $INSUNITS
-    in metres, 1 for GeoJSON); `origin` is the point of the drawings, in their coordinates, that becomes 0, 0. Raises
-    InputError with all problems; nothing is written then. Existing files are replaced with `force` only.
+    Drawings and maps are DXF, GeoJSON, GeoPackages, Shapefiles, traces as text (FracPaQ) and JSON of COMPAS. The
+    files are OUTPUT.dc (.blk for polygons that are blocks), .df and .nml; without `output` they get the name of the
+    first input, in the current folder; a folder as `output` (an existing one, or with a final slash) takes them under
+    that name. `layers` maps the layers of a drawing to kinds of lines (see `rockdda.convert.dxf`), `e0` is the
+    edge-node distance and `chord` the largest distance of chords from curves. `template` also writes an analysis file
+    with typical values for rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the
+    polygons of the files `areas` clip its lines. `scale` is the length of the drawings' unit (by default that of a
+    DXF drawing's $INSUNITS in metres, 1 for GeoJSON and traces); `origin` is the point of the drawings, in their
+    coordinates, that becomes 0, 0. `window` (xmin, ymin, xmax, ymax, in these coordinates) is a further area. With
+    `blocks` each polygon is a block, and nothing is cut. With `geographic` coordinates are longitudes and latitudes
+    [degrees, WGS 84] and become metres. Raises InputError with all problems; nothing is written then. Existing files
+    are replaced with `force` only.
     """
     paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     if not paths:
         raise InputError("nothing to convert")
     paths = [member for path in paths for member in (_members(path) if path.is_dir() else [path])]
     given = [areas] if isinstance(areas, str | os.PathLike) else list(areas)
-    reading = _Reading(layers or {}, e0, chord, scale, origin)
+    reading = _Reading(layers or {}, e0, chord, scale, origin, window, blocks, geographic)
     for path in paths:
         reading.read(path)
     for path in map(Path, given):
@@ -87,7 +99,10 @@ def convert(
     if geometry is not None:
         if geometry.bolts and geometry.bolt_values is None:
             reports[0].warning("the bolts have no stiffness: the program ignores them")
-        texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
+        if geometry.blocks:
+            texts[stem.with_name(stem.name + ".blk")] = blocks_text(geometry, f"from {title}")
+        else:
+            texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
     if analysis is not None:
         if counted is not None and analysis.names_points:
             analysis.fixed_count = _count_fixed(counted)
@@ -97,7 +112,20 @@ def convert(
             texts[stem.with_name(stem.name + ".nml")] = options
     _write(texts, force)
     problems = [(report, problem) for report in reports for problem in report.problems]
-    return Conversion(list(texts), [report.text(p) for report, p in problems], [p for _, p in problems])
+    return Conversion(
+        list(texts),
+        [report.text(p) for report, p in problems],
+        [p for _, p in problems],
+        [] if geometry is None else geometry.summary(),
+        [text for report in reports for text in _counted(report)],
+    )
+
+
+def _counted(report: Report) -> list[str]:
+    """What a file has that was not taken."""
+    return [
+        f"{report.path}: " + (f"{n} {one if n == 1 else many}" if n else many) for (one, many), n in report.left.items()
+    ]
 
 
 class _Reading:
@@ -110,8 +138,13 @@ class _Reading:
         chord: float | None,
         scale: float | None,
         origin: tuple[float, float] | None,
+        window: tuple[float, float, float, float] | None,
+        blocks: bool,
+        geographic: bool,
     ) -> None:
         self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
+        self.window, self.blocks, self.geographic = window, blocks, geographic
+        self._middle: tuple[float, float] | None = None  # of the first map in degrees
         self.geometry: Geometry | None = None
         self.analysis: Analysis | None = None
         self.reports: list[Report] = []
@@ -123,10 +156,10 @@ class _Reading:
     def read(self, path: Path, default: str | None = None) -> None:
         """Read a file; `default` is the kind of lines in drawings that have none."""
         kind = _kind(path)
-        if kind in ("dxf", "geojson"):
-            self._add_drawing(path, kind, default)
+        if kind in DRAWINGS:
+            self._add_drawing(path, kind, default or ("block" if self.blocks else None))
         elif default is not None:
-            raise InputError("areas are polygons of a DXF or GeoJSON file", path)
+            raise InputError("areas are polygons of a drawing or map", path)
         if kind in ("geometry", "both"):
             if self.geometry is not None:
                 raise InputError("there is already a geometry: convert one model at a time", path)
@@ -144,19 +177,19 @@ class _Reading:
     def _add_drawing(self, path: Path, kind: str, default: str | None) -> None:
         if self.geometry is not None and not self._drawings:
             raise InputError("there is already a geometry in DDAML: drawings cannot be added to it", path)
-        if kind == "dxf":
-            found, report, unit = dxf.read_dxf(
-                path, self.layers, self.chord, scale=self.scale, default=default, known=self._known
-            )
-        else:
-            found, report = geojson.read_geojson(path, default)
+        found, report, unit, is_geographic = self._read_drawing(path, kind, default)
+        is_geographic = is_geographic or self.geographic
+        if self._drawings and is_geographic != (self._middle is not None):
+            raise InputError("longitudes and latitudes beside lengths: project one of them first", path)
+        if is_geographic:
+            self._project(found, report)
             unit = self.scale if self.scale is not None else 1.0
-            if self.scale is None and geojson.looks_like_degrees(found):
-                report.error(
-                    "the coordinates look like degrees of longitude and latitude: project them to metres first "
-                    "(--scale 1 keeps the numbers)"
-                )
-                report.raise_errors()
+        elif self.scale is None and kind in ("geojson", "gis", "traces") and geojson.looks_like_degrees(found):
+            report.error(
+                "the coordinates look like degrees of longitude and latitude: --geographic projects them to metres "
+                "(--scale 1 keeps the numbers)"
+            )
+            report.raise_errors()
         if self.origin is not None and any(other != unit for _, other in self._drawings):
             raise InputError("the drawings have different units: an origin needs drawings in one unit", path)
         place(found, unit, self.origin or (0.0, 0.0))
@@ -167,20 +200,64 @@ class _Reading:
         else:
             self.geometry.add(found)
 
+    def _read_drawing(self, path: Path, kind: str, default: str | None) -> tuple[Geometry, Report, float, bool]:
+        """The lines of a drawing or map, the length of its unit, and whether it is in degrees."""
+        unit = self.scale if self.scale is not None else 1.0
+        if kind == "dxf":
+            drawn = dxf.read_dxf(path, self.layers, self.chord, scale=self.scale, default=default, known=self._known)
+            return *drawn, False
+        if kind == "gis":
+            from .gis import read_gis
+
+            found, report, stated, is_geographic = read_gis(path, self.layers, default)
+            return found, report, stated if self.scale is None else unit, is_geographic
+        if kind == "traces":
+            from .traces import read_traces
+
+            return *read_traces(path), unit, False
+        if kind == "compas":
+            from .compas import read_compas
+
+            return *read_compas(path), unit, False
+        return *geojson.read_geojson(path, default), unit, False
+
+    def _project(self, found: Geometry, report: Report) -> None:
+        """Longitudes and latitudes to metres about the middle of the first map."""
+        (west, east), (south, north) = found.ranges
+        if not (-360 <= west <= east <= 360 and -90 < south <= north < 90 and east - west < 10):
+            report.error(f"no longitudes and latitudes: x from {west:g} to {east:g}, y from {south:g} to {north:g}")
+            report.raise_errors()
+        if self._middle is None:
+            self._middle = self.origin or middle_of(found)
+            place = f"{self._middle[0]:.9g}, {self._middle[1]:.9g}"
+            report.note(f"longitudes and latitudes become metres east and north of {place} (transverse Mercator there)")
+            self.moved = f"; 0,0 is at longitude, latitude {place}"
+        to_metres(found, self._middle)
+        self.origin = (0.0, 0.0)
+
     def finish(self) -> tuple[Geometry | None, Analysis | None, list[Report]]:
         """Combine all inputs; clip lines to areas and openings."""
         geometry = self.geometry
         if geometry is not None and self._drawings:
             report = self.reports[0]
+            if self.window is not None:
+                x1, y1, x2, y2 = self.window
+                frame = Geometry(regions=[("area", 1, [[(x1, y1), (x2, y1), (x2, y2), (x1, y2)]])])
+                if self._middle is not None:
+                    to_metres(frame, self._middle)
+                place(frame, self._drawings[0][1], self.origin or (0.0, 0.0))
+                geometry.add(frame)
             if self.origin is None:
                 moved = move_to_local_origin(geometry, report)
                 self.moved = "" if moved is None else f"; the origin was at {moved[0]:.15g}, {moved[1]:.15g}"
             geometry.e0 = self.e0 if self.e0 is not None else geometry.extent / 10_000
-            if geometry.regions or geometry.chains:
+            if geometry.blocks:
+                check_blocks(geometry, report)
+            elif geometry.regions or geometry.chains:
                 from .regions import apply_regions
 
                 apply_regions(geometry, report)
-            if not geometry.lines:
+            if not geometry.lines and not geometry.blocks:
                 report.error("no lines are left")
                 report.raise_errors()
         if geometry is not None and self._bolts is not None:
@@ -216,11 +293,23 @@ def _kind(path: Path) -> str:
     head = path.open("rb").read(64).lstrip(b"\xef\xbb\xbf \t\r\n")
     if path.suffix.lower() == ".dxf" or head.startswith(b"AutoCAD Binary DXF"):
         return "dxf"
+    if path.suffix.lower() in (".gpkg", ".shp") or head.startswith(b"SQLite format 3"):
+        return "gis"
+    if head.startswith(b"{") or head.startswith(b"["):
+        from .compas import is_compas
+
+        if is_compas(path.open("rb").read(4096).decode("latin-1")):
+            return "compas"
     if path.suffix.lower() in (".geojson", ".json") or head.startswith(b"{"):
         return "geojson"
     if head.startswith(b"<"):
         raise InputError("is XML, but not DDAML: it has neither 'Geometry' nor 'Analysis'", path)
-    raise InputError("is neither DDAML nor DXF nor GeoJSON; RockDDA's own files need no conversion", path)
+    from .traces import looks_like_traces
+
+    if looks_like_traces(path.open("rb").read(65536)):
+        return "traces"
+    known = "DDAML, DXF, GeoJSON, GeoPackage, Shapefile, JSON of COMPAS, or traces x1 y1 x2 y2 ... in lines"
+    raise InputError(f"is none of {known}; RockDDA's own files need no conversion", path)
 
 
 def _stem(first: Path, output: str | os.PathLike[str] | None) -> Path:
@@ -232,7 +321,7 @@ def _stem(first: Path, output: str | os.PathLike[str] | None) -> Path:
         path.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         return path / first.stem
-    return path.with_suffix("") if path.suffix.lower() in (".dc", ".df", ".nml") else path
+    return path.with_suffix("") if path.suffix.lower() in (".dc", ".df", ".nml", ".blk") else path
 
 
 def _match_loads(geometry: Geometry | None, analysis: Analysis, report: Report) -> None:
@@ -284,8 +373,8 @@ def _template(geometry: Geometry) -> Analysis:
 
     g0, g1 and g2 follow from the joint stiffness and the edges to expect (docs/contact-numbers.md).
     """
-    blocks = max([material for _, material in geometry.material_lines], default=1)
-    joints = max([material for _, material in geometry.lines], default=1)
+    blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
+    joints = max([material for _, material in geometry.lines] + [j for _, j, _ in geometry.blocks], default=1)
     rock = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
     stiffness, step, ratio = contact_numbers(*_edge_and_half_height(geometry), rock.density, rock.youngs_modulus)
     steps = math.ceil(round(TEMPLATE_TIME / step, 6))
@@ -319,6 +408,12 @@ def _edge_and_half_height(geometry: Geometry) -> tuple[float, float]:
 
     Lines of length S on an area A, half of them in each of two sets, are 2 A/S apart in each.
     """
+    if geometry.blocks:
+        edges = [
+            math.dist(a, b) for _, _, ring in geometry.blocks for a, b in zip(ring, ring[1:] + ring[:1], strict=True)
+        ]
+        low, high = geometry.ranges[1]
+        return sum(edges) / len(edges), max((high - low) / 2, 1e-3 * geometry.extent)
     ends = [point for (x1, y1, x2, y2), _ in geometry.lines for point in ((x1, y1), (x2, y2))]
     length = sum(math.hypot(x2 - x1, y2 - y1) for (x1, y1, x2, y2), _ in geometry.lines)
     if not length > 0:

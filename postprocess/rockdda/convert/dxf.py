@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """DXF drawings to lines, and blocks back to DXF.
 
-The layer of a line defines its kind. Names with a fixed meaning (upper or lower case) are `boundary`, `joint_2` (joint
-material 2), `boundary_2`, `material_3` (material lines), `area`, `opening`, `fixed`, `loading`, `measured`, `hole` and
-`bolt`; every other layer with lines gets a separate joint material, in alphabetical order. `layers` overrides this by
-name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
+The layer of a line defines its kind. Names with a fixed meaning (upper or lower case) are `boundary`, `joint_2`
+(joint material 2), `boundary_2`, `material_3` (material lines), `area`, `opening`, `block_2` (closed outlines),
+`fixed`, `loading`, `measured`, `hole` and `bolt`; every other layer with lines gets a separate joint material, in
+alphabetical order. `layers` overrides this by name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..results import Frame
 
 SPEAKING = re.compile(
-    r"(boundary|joint|material|area|opening|fixed|load|loading|measured|hole|bolt)"
+    r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|bolt)"
     r"(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$",
     re.I,
 )
@@ -63,18 +63,24 @@ def kinds_of_layers(
         if name.lower() in asked:
             kinds[name] = asked[name.lower()]
         elif match and (match.group(2) is None or _is_material(match.group(2))):
-            kind = match.group(1).lower()
-            kinds[name] = ("loading" if kind == "load" else kind, int(match.group(2) or 1))
-        elif default is not None:
+            kinds[name] = (kind_of(match.group(1)), int(match.group(2) or 1))
+        elif default is not None and default != "block":
             kinds[name] = (default, 1)
         elif name in known:
             kinds[name] = known[name]
-    outlines = ("joint", "boundary", *REGION_KINDS)
+    rest = default or "joint"
+    outlines = ("block",) if rest == "block" else ("joint", "boundary", *REGION_KINDS)
     used = {material for kind, material in [*kinds.values(), *known.values()] if kind in outlines}
     free = (i for i in range(1, len(names) + len(used) + 2) if i not in used)
     for name in sorted(set(names) - set(kinds), key=str.lower):
-        kinds[name] = ("joint", next(free))
+        kinds[name] = (rest, next(free))
     return kinds
+
+
+def kind_of(word: str) -> str:
+    """The kind that the first word of a layer's name means."""
+    word = word.lower()
+    return "loading" if word == "load" else "block" if word.startswith("block") else word
 
 
 def read_dxf(
@@ -135,12 +141,12 @@ def read_dxf(
     _check_finite(geometry, report)
     for name in names:
         kind, material = kinds[name]
-        what = f"{kind} {material}" if kind in ("joint", "boundary", "material") else kind
+        what = f"{kind} {material}" if kind in ("joint", "boundary", "material", "block") else kind
         report.note(f"layer {short(name)!r}: {count[name]} entities as {what}")
     for name in layers or {}:
         if name.lower() not in {found.lower() for found in names}:
             report.warning(f"there is nothing on a layer {name!r}; the layers are: {', '.join(names) or 'none'}")
-    if not (geometry.lines or geometry.regions or geometry.chains):
+    if geometry.is_empty:
         report.error(f"no lines: the model space has none of {', '.join(DRAWN)} on a layer of joints or boundaries")
     report.raise_errors()
     return geometry, report, unit
@@ -202,11 +208,20 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
 def _add(entity: Any, kind: str, material: int, geometry: Geometry, report: Report, chord: float) -> None:
     """Add what one entity draws."""
     if kind == "skip":
+        report.leave(f"{entity.dxftype()} on a layer of kind skip", f"{entity.dxftype()}s on layers of kind skip")
         return
     if kind in POINT_KINDS or entity.dxftype() == "POINT":
         _add_point(entity, kind, geometry, report)
         return
     corners = _corners(entity, chord)
+    if kind == "block":
+        if len(corners) > 3 and corners[0] == corners[-1]:
+            geometry.blocks.append((material, 1, corners[:-1]))
+        else:
+            report.leave(
+                f"open {entity.dxftype()} on a layer of blocks", f"open {entity.dxftype()}s on layers of blocks"
+            )
+        return
     if kind in REGION_KINDS:
         geometry.chains.append((kind, material, corners))
         return

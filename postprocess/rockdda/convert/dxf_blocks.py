@@ -47,6 +47,7 @@ def drawn(document: Any, path: Path, report: Report) -> Iterator[Any]:
     yield from walk(document.modelspace())
     for kind, count in sorted(others.items()):
         report.warning(f"{count} entities of type {kind} are ignored")
+        report.leave(f"entity of type {kind}", f"entities of type {kind}", count)
 
 
 def _check_count(document: Any, path: Path) -> None:

@@ -2,9 +2,9 @@
 """GeoJSON lines to a geometry.
 
 LineStrings and Polygons (their rings) become lines, Points points. The property `kind` (joint, boundary, material,
-area, opening, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints, polygons areas
-and points measured points. The property `material` (or `joint_material`, `block_material`) is its material, by
-default 1. Other properties are not used; a note names them.
+area, opening, block, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints,
+polygons areas and points measured points. The property `material` (or `joint_material`, `block_material`) is its
+material, by default 1. Other properties are not used; a note names them.
 """
 
 from __future__ import annotations
@@ -31,9 +31,12 @@ class Reader:
     """Reads one file into a geometry; `default` is the kind of lines and polygons that have none."""
 
     def __init__(self, path: Path, default: str | None = None) -> None:
-        self.path = path
-        self.text = read_text(path)
-        self.report = Report(path, self.text)
+        text = read_text(path)
+        self.set_up(path, text, Report(path, text), default)
+
+    def set_up(self, path: Path, text: str, report: Report, default: str | None) -> None:
+        """Begin without features."""
+        self.path, self.text, self.report = path, text, report
         self.geometry = Geometry()
         self.default = default
         self._failures: list[tuple[JsonPath, str]] = []
@@ -44,14 +47,19 @@ class Reader:
         """Note an error; its place is found when all are known."""
         self._failures.append((path, message))
         if len(self._failures) >= MOST_ERRORS:
-            self._report_failures()
+            self.report_failures()
 
-    def _report_failures(self) -> None:
-        places = places_of(self.text, [path for path, _ in self._failures])
+    def report_failures(self) -> None:
+        """Report the errors noted so far, with their places."""
+        places = places_of(self.text, [path for path, _ in self._failures]) if self.text else {}
         for path, message in self._failures:
             line, column = places.get(path, (None, None))
-            self.report.error(message, line, column)
+            self.report.error(self.place(path) + message, line, column)
         self._failures = []
+
+    def place(self, path: JsonPath) -> str:
+        """Words before a message that say where it belongs; none where lines and columns do."""
+        return ""
 
     def read(self) -> None:
         """Read the file; InputError with all errors."""
@@ -64,7 +72,11 @@ class Reader:
             self.report.error("the JSON is nested too deeply")
         else:
             self.item(data, (), {})
-            self._report_failures()
+        self.finish()
+
+    def finish(self) -> None:
+        """Report what was found; InputError with all errors."""
+        self.report_failures()
         self.report.raise_errors()
         self._note_unused()
 
@@ -126,15 +138,18 @@ class Reader:
 
     def shape(self, shape: str, coordinates: Any, here: JsonPath, properties: dict[str, Any], owner: JsonPath) -> None:
         """Add a point, a line or the rings of a polygon."""
-        default = {"Point": "measured", "LineString": self.default or "joint", "Polygon": self.default or "area"}[shape]
+        lines = "joint" if self.default in (None, "block") else self.default
+        default = {"Point": "measured", "LineString": lines, "Polygon": self.default or "area"}[shape]
         kind = properties.get("kind")
         kind = kind.lower() if isinstance(kind, str) else default if kind is None else shown(kind)
         if kind not in KINDS:
             self.fail(owner, f"unknown kind {short(kind)!r} of a {shape}; the kinds are: {', '.join(KINDS)}")
             return
         if kind == "skip":
+            self.report.leave(f"{shape} of kind skip", f"{shape}s of kind skip")
             return
-        material = next((properties[k] for k in MATERIALS if k in properties), 1)
+        names = ("block_material", "material") if kind == "block" else MATERIALS
+        material = next((properties[k] for k in names if k in properties), 1)
         if (
             isinstance(material, bool)
             or not isinstance(material, int | float)
@@ -144,6 +159,7 @@ class Reader:
             message = f"material of a {shape}: expected a whole number from 1 to {LARGEST_MATERIAL}"
             self.fail(owner, f"{message}, found {shown(material)}")
             return
+        self.report.take(f"{shape} as {kind}", f"{shape}s as {kind}")
         if shape == "Point":
             point = self.point(coordinates, here)
             if point:
@@ -151,6 +167,9 @@ class Reader:
             return
         if kind in POINT_KINDS:
             self.fail(owner, f"a {shape} cannot be of kind {kind!r}: that takes Points")
+            return
+        if kind == "block":
+            self._add_block(int(material), properties.get("joint_material", 1), shape, coordinates, here)
             return
         if kind in REGION_KINDS:
             self._add_region(kind, int(material), shape, coordinates, here)
@@ -180,6 +199,17 @@ class Reader:
         rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
         if all(rings):
             self.geometry.regions.append((kind, material, rings))
+
+    def _add_block(self, material: int, joint: Any, shape: str, coordinates: Any, here: JsonPath) -> None:
+        """A polygon without holes that is one block."""
+        if isinstance(joint, bool) or not isinstance(joint, int | float) or not 1 <= joint <= LARGEST_MATERIAL:
+            self.fail(here, f"joint_material: expected a number from 1 to {LARGEST_MATERIAL}, found {shown(joint)}")
+        elif shape != "Polygon" or not isinstance(coordinates, list) or not coordinates:
+            self.fail(here, f"a {shape} cannot be a block: that takes Polygons")
+        elif len(coordinates) > 1:
+            self.fail(here, "a block with a hole: make it of kind area, and cut")
+        elif ring := self._corners(coordinates[0], (*here, 0)):
+            self.geometry.blocks.append((material, int(joint), ring[:-1] if ring[0] == ring[-1] else ring))
 
     def _corners(self, ring: Any, here: JsonPath) -> Ring:
         """The positions of a line; [] after an error."""
@@ -220,7 +250,7 @@ def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Repo
     reader = Reader(path, default)
     reader.read()
     geometry, report = reader.geometry, reader.report
-    if not geometry.lines and not geometry.chains and not geometry.regions:
+    if geometry.is_empty:
         report.error("no lines: there is no LineString or Polygon")
     report.raise_errors()
     return geometry, report

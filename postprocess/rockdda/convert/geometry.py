@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, number_text
 
@@ -15,7 +18,7 @@ Ring = list[Point]
 
 REGION_KINDS = ("area", "opening")
 POINT_KINDS = ("loading", "measured", "hole")
-KINDS = ("joint", "boundary", "material", *REGION_KINDS, "fixed", *POINT_KINDS, "bolt", "skip")
+KINDS = ("joint", "boundary", "material", *REGION_KINDS, "block", "fixed", *POINT_KINDS, "bolt", "skip")
 LARGEST_MATERIAL = 10_000
 
 
@@ -39,11 +42,37 @@ class Geometry:
     # areas and openings, before lines are clipped: kind, joint material, outer ring and holes
     regions: list[tuple[str, int, list[Ring]]] = field(default_factory=list)
     chains: list[tuple[str, int, Ring]] = field(default_factory=list)  # pieces of their outlines
+    blocks: list[tuple[int, int, Ring]] = field(default_factory=list)  # block and joint material: not to be cut
 
     @property
     def lines(self) -> list[tuple[Segment, int]]:
         """Boundary lines, then the others: the order of the file."""
         return self.boundary + self.joints
+
+    @property
+    def is_empty(self) -> bool:
+        """True without anything that makes blocks."""
+        return not (self.lines or self.regions or self.chains or self.blocks)
+
+    def summary(self) -> list[str]:
+        """What the input files hold: kinds, counts, lengths and materials."""
+        rows = []
+        for name, lines in (
+            ("boundary lines", self.boundary), ("joint lines", self.joints), ("material lines", self.material_lines)
+        ):  # fmt: skip
+            if lines:
+                length = sum(math.hypot(x2 - x1, y2 - y1) for (x1, y1, x2, y2), _ in lines)
+                counts = Counter(material for _, material in lines)
+                materials = ", ".join(f"{material}: {count}" for material, count in sorted(counts.items()))
+                rows.append(f"{len(lines)} {name}, {length:.6g} long in all (by material {materials})")
+        if self.blocks:
+            counts = Counter(material for material, _, _ in self.blocks)
+            materials = ", ".join(f"{material}: {count}" for material, count in sorted(counts.items()))
+            rows.append(f"{len(self.blocks)} blocks (by material {materials})")
+        names = ("fixed points and lines", "loading points", "measured points", "hole points", "bolts")
+        groups: tuple[list[Any], ...] = (self.fixed, self.loading, self.measured, self.holes, self.bolts)
+        rows += [f"{len(group)} {name}" for name, group in zip(names, groups, strict=True) if group]
+        return rows
 
     @property
     def ranges(self) -> tuple[Point, Point]:
@@ -53,6 +82,7 @@ class Geometry:
         points = [corner for kind, ring in outlines if kind == "area" for corner in ring]
         if not points:
             points = [point for segment, _ in self.lines for point in (segment[:2], segment[2:])]
+            points += [corner for _, _, ring in self.blocks for corner in ring]
             points += [corner for _, ring in outlines for corner in ring]
         if not points:
             return (0.0, 0.0), (0.0, 0.0)
@@ -66,7 +96,7 @@ class Geometry:
 
     def add(self, other: Geometry) -> None:
         """Add all of another geometry."""
-        for name in ("boundary", "joints", "material_lines", "bolts", "fixed", *_POINTS, "regions", "chains"):
+        for name in ("boundary", "joints", "material_lines", "bolts", "fixed", *_POINTS, "regions", "chains", "blocks"):
             getattr(self, name).extend(getattr(other, name))
 
     def move(self, change: Callable[[Point], Point]) -> None:
@@ -83,6 +113,7 @@ class Geometry:
             setattr(self, name, [change(point) for point in getattr(self, name)])
         self.regions = [(k, m, [[change(p) for p in ring] for ring in rings]) for k, m, rings in self.regions]
         self.chains = [(k, m, [change(p) for p in chain]) for k, m, chain in self.chains]
+        self.blocks = [(m, j, [change(p) for p in ring]) for m, j, ring in self.blocks]
 
     def text(self, title: str = "") -> str:
         """The geometry file."""

@@ -9,6 +9,7 @@ from typing import Any
 from .geometry import Geometry, Point
 from .report import Report
 
+AXIS, FLATTENING = 6378137.0, 1 / 298.257223563  # of the ellipsoid WGS 84 [m]
 LARGEST_SECTION = 5000.0  # a drawing without a unit that is larger is hardly in metres
 SMALLEST_SECTION = 0.5  # [m]
 FAR = 1000.0  # coordinates over extent: from here on, the origin is moved
@@ -81,3 +82,43 @@ def move_to_local_origin(geometry: Geometry, report: Report) -> Point | None:
     text = f"the origin is moved to {origin[0]:.15g},{origin[1]:.15g}, since the lines are far from 0,0"
     report.note(f"{text}: --origin 0,0 keeps the coordinates")
     return origin
+
+
+def middle_of(geometry: Geometry) -> Point:
+    """The middle of the ranges."""
+    (west, east), (south, north) = geometry.ranges
+    return (west + east) / 2, (south + north) / 2
+
+
+def to_metres(geometry: Geometry, middle: Point) -> None:
+    """Longitudes and latitudes [degrees, WGS 84] to metres east and north of a point.
+
+    Transverse Mercator about the meridian of that point (Krüger's series to the fourth power of n): angles are true,
+    and lengths at the distance d from the meridian are too long by d²/2R², 1e-6 at 10 km.
+    """
+    n = FLATTENING / (2 - FLATTENING)
+    eccentricity = 2 * math.sqrt(n) / (1 + n)
+    radius = AXIS / (1 + n) * (1 + n**2 / 4 + n**4 / 64)
+    series = (
+        n / 2 - 2 * n**2 / 3 + 5 * n**3 / 16 + 41 * n**4 / 180,
+        13 * n**2 / 48 - 3 * n**3 / 5 + 557 * n**4 / 1440,
+        61 * n**3 / 240 - 103 * n**4 / 140,
+        49561 * n**4 / 161280,
+    )
+
+    def mercator(point: Point) -> Point:
+        longitude, sine = math.radians(point[0] - middle[0]), math.sin(math.radians(point[1]))
+        t = math.sinh(math.atanh(sine) - eccentricity * math.atanh(eccentricity * sine))
+        xi = math.atan2(t, math.cos(longitude))
+        eta = math.atanh(math.sin(longitude) / math.hypot(1, t))
+        x = eta + sum(a * math.cos(2 * j * xi) * math.sinh(2 * j * eta) for j, a in enumerate(series, start=1))
+        y = xi + sum(a * math.sin(2 * j * xi) * math.cosh(2 * j * eta) for j, a in enumerate(series, start=1))
+        return radius * x, radius * y
+
+    north = mercator(middle)[1]
+
+    def change(point: Point) -> Point:
+        x, y = mercator(point)
+        return x, y - north
+
+    geometry.move(change)

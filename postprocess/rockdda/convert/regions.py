@@ -50,6 +50,9 @@ def apply_regions(geometry: Geometry, report: Report) -> None:
         if before and before != after:
             what = "boundary lines" if name == "boundary" else "lines"
             where = " and ".join(["the areas"] * bool(areas) + ["the openings"] * bool(openings))
+            outside = _length(before) - _length(after)
+            if outside > shortest:
+                report.leave("", f"{outside:.6g} of the length of {what}, which lies outside", 0)
             report.note(f"{len(before)} {what} are clipped by {where}: {len(after)} are left")
     sources = [(polygon, material) for _, material, polygon in polygons]
     inner = _edges([(polygon, material) for kind, material, polygon in polygons if kind == "area"])
@@ -115,6 +118,10 @@ def close_chains(chains: list[Ring], tolerance: float, kind: str, report: Report
 
 def _distance(a: Any, b: Any) -> float:
     return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+
+
+def _length(lines: Lines) -> float:
+    return sum(_distance(line[:2], line[2:]) for line, _ in lines)
 
 
 def _edges(sources: list[tuple[Any, int]]) -> Lines:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 from ..errors import InputError, Problem
@@ -28,6 +29,8 @@ class Report:
         self.problems: list[Problem] = []
         self.errors: list[Problem] = []
         self._lines = text.split("\n")
+        self.taken: Counter[tuple[str, str]] = Counter()  # what the file has, in the singular and plural
+        self.left: Counter[tuple[str, str]] = Counter()  # what of it is not taken
         self._warnings = 0
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> None:
@@ -47,6 +50,14 @@ class Report:
         if self._warnings == MOST_WARNINGS:
             problem = Problem(f"warnings after the first {MOST_WARNINGS} are left out", self.path, severity="warning")
             self.problems.append(problem)
+
+    def take(self, one: str, many: str, count: int = 1) -> None:
+        """Count something of the file that is taken."""
+        self.taken[one, many] += count
+
+    def leave(self, one: str, many: str, count: int = 1) -> None:
+        """Count something of the file that is not taken."""
+        self.left[one, many] += count
 
     def note(self, message: str) -> None:
         """Add a note."""

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Results for other programs: VTK (ParaView, PyVista), tables as CSV, outlines as plain text or DXF."""
+"""Results for other programs: VTK (ParaView, PyVista), CSV, plain text, DXF, xarray, GeoPandas."""
 
 from __future__ import annotations
 
 from .common import parse_frames
 from .outlines import to_dxf, to_text
 from .tables import to_csv
+from .tables_of import to_geopandas, to_xarray
 from .vtk import to_vtk
+from .vtkhdf import to_vtkhdf
 
-__all__ = ["parse_frames", "to_csv", "to_dxf", "to_text", "to_vtk"]
+__all__ = ["parse_frames", "to_csv", "to_dxf", "to_geopandas", "to_text", "to_vtk", "to_vtkhdf", "to_xarray"]

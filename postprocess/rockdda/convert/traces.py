@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+"""Traces of fractures as text, as FracPaQ reads them: a trace in each line, x and y of its nodes one after the other.
+
+Numbers stand between tabs, blanks, commas or semicolons; lines end as on any system, also with a carriage return only.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from pathlib import Path
+
+from ..errors import InputError
+from ..text import shown
+from .geometry import Geometry
+from .report import MOST_LINES, Report, read_text
+
+LARGEST = 1e30  # as the program allows
+WORD = re.compile(r"[^\s,;]+")
+COMMENTS = ("#", "%", "!")
+
+
+def looks_like_traces(head: bytes) -> bool:
+    """Does a file begin with a line of an even count of four numbers or more, perhaps behind a line of words?"""
+    rows = [row for row in unix_lines(head.decode("latin-1")).split("\n")[:-1] if row.strip()][:3]
+    rows = [row for row in rows if not row.lstrip().startswith(COMMENTS)]
+    return any(_is_trace(row) for row in rows[:2])
+
+
+def _is_trace(row: str) -> bool:
+    words = WORD.findall(row)
+    return len(words) >= 4 and len(words) % 2 == 0 and all(_number(word) is not None for word in words)
+
+
+def unix_lines(text: str) -> str:
+    """The text with a line feed at each end of a line."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _number(word: str) -> float | None:
+    try:
+        value = float(word) if "_" not in word else math.nan
+    except ValueError:
+        return None
+    return value if abs(value) < LARGEST else None
+
+
+def read_traces(path: Path, material: int = 1, kind: str = "joint") -> tuple[Geometry, Report]:
+    """The lines of a file of traces, all of one kind and material."""
+    text = unix_lines(read_text(path))
+    report, geometry = Report(path, text), Geometry()
+    into = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
+    first = True
+    for number, row in enumerate(text.split("\n"), start=1):
+        words = list(WORD.finditer(row))
+        if not words or row.lstrip().startswith(COMMENTS):
+            continue
+        values = [_number(word.group()) for word in words]
+        if first and values[0] is None:
+            report.leave("line of words at the head", "lines of words at the head")
+            first = False
+            continue
+        first = False
+        wrong = next((word for word, value in zip(words, values, strict=True) if value is None), None)
+        if wrong is not None:
+            found = shown(wrong.group())
+            report.error(f"expected a number below {LARGEST:g} in size, found {found}", number, wrong.start() + 1)
+            continue
+        if len(values) % 2:
+            report.error(f"a trace takes pairs x y, found {len(values)} numbers", number, words[-1].start() + 1)
+            continue
+        numbers = [float(value) for value in values if value is not None]
+        corners = list(zip(numbers[::2], numbers[1::2], strict=True))
+        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
+        if not pairs:
+            report.leave("trace of one point", "traces of one point")
+            continue
+        into[kind] += [(pair, material) for pair in pairs]
+        report.take("trace", "traces")
+        if sum(map(len, into.values())) > MOST_LINES:
+            raise InputError(f"has more than {MOST_LINES} lines", path)
+    if not report.errors and not any(into.values()):
+        report.error("there is no trace: expected a trace x1 y1 x2 y2 ... in each line")
+    report.raise_errors()
+    return geometry, report

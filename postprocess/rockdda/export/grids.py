@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""What files for ParaView hold of a frame, as plain arrays: blocks, bolts, joints, boundaries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..frames import FIELDS
+from ..joints import JOINT_FIELDS
+
+if TYPE_CHECKING:
+    from ..results import Frame, Results
+
+__all__ = ["Arrays", "Grid", "grids_of", "in_space"]
+
+Arrays = dict[str, npt.NDArray[Any]]
+BOUNDARY_KINDS = ("fixed", "roller", "moving", "traction", "viscous", "free_field")  # 1, 2, … in the files
+INTEGERS = ("material", "block")  # fields that are numbers of things
+LINE, POLYGON = 3, 7  # cells of VTK
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of one shape; cell i owns the vertices [offset[i], offset[i+1])."""
+
+    vertices: npt.NDArray[Any]  # (n, 2)
+    offset: npt.NDArray[Any]
+    shape: int  # number of the kind of cell in VTK
+    points: Arrays  # values of vertices
+    cells: Arrays  # and of cells
+
+
+def grids_of(results: Results, frame: Frame) -> dict[str, Grid]:
+    """The grids of a frame by what their file names have behind the stem: blocks, bolts, joints."""
+    grids = {"": _blocks(frame)}
+    if len(frame.bolt_ends):
+        grids["_bolts"] = _bolts(frame)
+    if frame.results.has_joints:
+        grids["_joints"] = _joints(frame)
+    if len(results.boundary_edges):
+        grids["_boundaries"] = _boundaries(results, frame)
+    return grids
+
+
+def _blocks(frame: Frame) -> Grid:
+    """One frame as a grid of polygons."""
+    results = frame.results
+    tensor = np.zeros((results.n_blocks, 3, 3))
+    tensor[:, 0, 0], tensor[:, 1, 1] = frame.stress[:, 0], frame.stress[:, 1]
+    tensor[:, 0, 1] = tensor[:, 1, 0] = frame.stress[:, 2]
+    cells: Arrays = {
+        name: frame.field(name).astype(np.int32 if name in INTEGERS else np.float64, copy=False) for name in FIELDS
+    }
+    cells["velocity"] = in_space(frame.velocity[:, :2])
+    cells["stress_tensor"] = tensor.reshape(-1, 9)
+    cells["area_at_start"] = results.block_area
+    points: Arrays = {
+        "displacement": in_space(frame.vertex_displacement),
+        "edge_joint": results.edge_joint.astype(np.int32),
+    }
+    vertices, offset, active = frame.vertices, results.vertex_offset, frame.active
+    if not active.all():  # blocks that are not there are left out; the field `block` keeps their numbers
+        corners = np.diff(offset)
+        there = np.repeat(active, corners)
+        cells = {name: values[active] for name, values in cells.items()}
+        points = {name: values[there] for name, values in points.items()}
+        vertices, offset = vertices[there], np.concatenate([[0], np.cumsum(corners[active])])
+    return Grid(vertices, offset, POLYGON, points, cells)
+
+
+def _bolts(frame: Frame) -> Grid:
+    """The bolts of a frame as a grid of lines."""
+    ends, at_start = (bolts.reshape(-1, 2) for bolts in (frame.bolt_ends, frame.results.bolt_ends))
+    n = len(frame.bolt_ends)
+    cells: Arrays = {
+        "force": frame.bolt_force,
+        "bolt": np.arange(1, n + 1, dtype=np.int32),
+        "blocks": (frame.results.bolt_blocks + 1).astype(np.int32),
+    }
+    return Grid(ends, 2 * np.arange(n + 1), LINE, {"displacement": in_space(ends - at_start)}, cells)
+
+
+def _joints(frame: Frame) -> Grid:
+    """The joints of a frame as a grid of lines, one for each of their points."""
+    table = frame.results.joints(frame.index)
+    ends = table[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2)
+    cells: Arrays = {name: table[name].to_numpy(dtype=float) for name in (*JOINT_FIELDS, "length")}
+    cells |= {name: table[name].to_numpy().astype(np.int32) for name in ("state", "material")}
+    cells["joint"] = (table["joint"].to_numpy() + 1).astype(np.int32)
+    cells["blocks"] = (table[["first", "second"]].to_numpy() + 1).astype(np.int32)
+    cells["force"] = in_space(table[["force_x", "force_y"]].to_numpy(dtype=float))
+    return Grid(ends, 2 * np.arange(len(table) + 1), LINE, {}, cells)
+
+
+def _boundaries(results: Results, frame: Frame) -> Grid:
+    """The edges of boundaries in a frame as a grid of lines, without those of blocks that are not there."""
+    ends, number = results.boundary_ends, results.boundary_edges[:, 0]
+    there = np.repeat(frame.active, np.diff(results.vertex_offset))[ends[:, 0]]
+    ends, number = ends[there], number[there]
+    kind = np.array([1 + BOUNDARY_KINDS.index(name) for name in results.boundary_kinds])
+    row = int(np.searchsorted(results["history/step"], frame.step))
+    force = results.boundary_force[row] if frame.step > 0 else np.zeros((len(kind), 2))
+    cells: Arrays = {"boundary": (number + 1).astype(np.int32), "kind": kind[number].astype(np.int32)}
+    cells["force_of_boundary"] = in_space(force[number])
+    return Grid(frame.vertices[ends].reshape(-1, 2), 2 * np.arange(len(ends) + 1), LINE, {}, cells)
+
+
+def in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Vectors in the plane with a third component, zero."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])

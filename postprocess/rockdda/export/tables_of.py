@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""Results for Python: a data set of xarray, tables of GeoPandas."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
+from ..stages import STAGE_TABLES
+
+if TYPE_CHECKING:
+    import geopandas
+    import xarray
+
+    from ..results import Frame, Results
+
+__all__ = ["to_geopandas", "to_xarray"]
+
+
+def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
+    """Frames, history and contacts as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
+
+    Dimensions: frame (with the coordinates time, frame_step and frame_stage: its name), block, vertex, step (with
+    step_time), contact (with contact_frame and contact_time; without it where `contacts` is false), xy,
+    stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary. `time`, `step_time`,
+    `contact_frame` and `contact_time` are indices: `data.sel(time=0.5, method="nearest")`, `data.sel(contact_frame=3)`.
+    """
+    try:
+        import xarray
+    except ImportError as error:
+        message = f"to_xarray needs the package xarray: pip install 'rockdda[xarray]' ({error})"
+        raise ImportError(message, name="xarray") from error
+    xy = ["x", "y"]
+    frame, block = "frame", "block"
+    data: dict[str, tuple[tuple[str, ...], Any]] = {
+        "vertices": ((frame, "vertex", "xy"), results["frames/vertices"]),
+        "centroid": ((frame, block, "xy"), results["frames/centroid"]),
+        "rotation": ((frame, block), results["frames/rotation"]),
+        "stress": ((frame, block, "stress_component"), results["frames/stress"]),
+        "velocity": ((frame, block, "velocity_component"), results["frames/velocity"]),
+        "block_area": ((block,), results.block_area),
+    }
+    shapes: dict[str, tuple[str, ...]] = {
+        "dt": ("step",),
+        "open_close_iterations": ("step",),
+        "attempts": ("step",),
+        "solver_iterations": ("step",),
+        "contacts": ("step", "contact_count"),
+        "max_displacement": ("step",),
+        "energy": ("step", "energy_column"),
+        "measured_displacement": ("step", "measured", "xy"),
+        "measured_stress": ("step", "measured", "stress_component"),
+        "measured_rotation": ("step", "measured"),
+        "fixed_force": ("step", "fixed", "xy"),
+    }
+    if "history/unbalanced" in results:  # not in older files
+        shapes |= dict.fromkeys(STAGE_TABLES, ("step",))
+        data["active"] = ((frame, block), results.active)
+    for name, dimensions in shapes.items():
+        data[name] = (dimensions, results[f"history/{name}"])
+    data["boundary_force"] = (("step", "boundary", "xy"), results.boundary_force)
+    found = xarray.Dataset(
+        data,
+        coords={
+            "time": (frame, results.times),
+            "frame_step": (frame, results.steps),
+            "frame_stage": (frame, np.array(results.stage_names)[results.frame_stages]),
+            "step": results["history/step"],
+            "step_time": ("step", results["history/time"]),
+            "block_material": (block, results.block_material),
+            "vertex_block": ("vertex", np.repeat(np.arange(results.n_blocks), np.diff(results.vertex_offset))),
+            "measured": results.point_numbers("measured"),
+            "boundary_kind": ("boundary", results.boundary_kinds),
+            "xy": xy,
+            "stress_component": ["x", "y", "xy"],
+            "velocity_component": ["u", "v", "r", "ex", "ey", "gxy"],
+            "energy_column": results.energy_names,
+            "contact_count": ["open", "sliding", "locked"],
+        },
+        attrs={"title": results.title, "program_version": results.program_version, "exit_reason": results.exit_reason},
+    )
+    if contacts:
+        found = found.assign(_contacts(results)).assign_coords(_contact_coordinates(results))
+    for name in ("time", "step_time", *(("contact_frame", "contact_time") if contacts else ())):
+        found = found.set_xindex(name)
+    return found
+
+
+def _contacts(results: Results) -> dict[str, tuple[tuple[str, ...], npt.NDArray[Any]]]:
+    """The contacts of all frames, one frame after the other."""
+    tables = CONTACT_TABLES + (JOINT_TABLES if results.has_joints else [])
+    shapes = {
+        "contact_point": ("contact", "xy"),
+        "contact_force": ("contact", "xy"),
+        "contact_blocks": ("contact", "side"),
+    }
+    return {name: (shapes.get(name, ("contact",)), results[f"frames/{name}"]) for name in tables}
+
+
+def _contact_coordinates(results: Results) -> dict[str, tuple[str, npt.NDArray[Any]]]:
+    frame = np.repeat(np.arange(results.n_frames), np.diff(results["frames/contact_offset"]))
+    return {"contact_frame": ("contact", frame), "contact_time": ("contact", results.times[frame])}
+
+
+def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: Any = None) -> geopandas.GeoDataFrame:
+    """Shapes and values of a frame as a table of GeoPandas (`pip install rockdda[gis]`), ready for a GeoPackage.
+
+    what: 'blocks' (polygons with all fields; blocks that are not there are left out), 'joints' (lines with the
+    columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post export`;
+    crs is the reference system of the coordinates, where they have one.
+    """
+    try:
+        import geopandas
+    except ImportError as error:
+        message = f"to_geopandas needs the package geopandas: pip install 'rockdda[gis]' ({error})"
+        raise ImportError(message, name="geopandas") from error
+    tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
+    if what not in tables:
+        raise InputError(f"there is no table {what!r}; the tables are: {', '.join(tables)}")
+    columns, shapes = tables[what](results.frames[frame])
+    return geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
+
+
+def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:
+    from shapely import Polygon
+
+    there = frame.active
+    columns = {name: frame.field(name)[there] for name in FIELDS}
+    polygons = [Polygon(ring) for ring, is_there in zip(frame.polygons(), there.tolist(), strict=True) if is_there]
+    return columns, polygons
+
+
+def _joints(frame: Frame) -> tuple[dict[str, Any], Any]:
+    from shapely import linestrings
+
+    table = frame.results.joints(frame.index)
+    ends = table[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
+    counted = ("joint", "first", "second")
+    rest = table.drop(columns=["edge", "x1", "y1", "x2", "y2"])
+    return {str(name): rest[name].to_numpy() + (name in counted) for name in rest.columns}, linestrings(ends)
+
+
+def _contact_points(frame: Frame) -> tuple[dict[str, Any], Any]:
+    from shapely import points
+
+    contacts = frame.contacts
+    columns: dict[str, Any] = {"first": contacts.blocks[:, 0] + 1, "second": contacts.blocks[:, 1] + 1}
+    columns |= {"state": contacts.state, "force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
+    return columns, points(contacts.point)
