@@ -2,6 +2,7 @@
 """How the command ends when it is interrupted, and when its output cannot be written."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -119,3 +120,26 @@ def test_shells_complete_commands_and_fields(folder):
         }
         done = subprocess.run(command, env=environment | asked, capture_output=True, text=True, timeout=60)
         assert done.stdout.split() == [wanted], shown
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_scripts_of_shells_are_taken_by_them(folder, shell):
+    home = folder / "bin"
+    home.mkdir(exist_ok=True)
+    command = home / "rockdda-post"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m rockdda "$@"\n')
+    command.chmod(0o755)
+    if not shutil.which(shell):
+        pytest.skip(f"there is no {shell} here")
+    path = {"PATH": f"{home}:{os.environ['PATH']}", "PYTHONPATH": str(Path(cli.__file__).parents[2])}
+    environment = os.environ | path | {"HOME": str(folder)}
+    script = {
+        "bash": 'eval "$(rockdda-post completion bash)"; COMP_WORDS=(rockdda-post compl) COMP_CWORD=1\n'
+        '_rockdda_post_completion rockdda-post; printf "%s\\n" "${COMPREPLY[@]}"',
+        "zsh": 'eval "$(rockdda-post completion zsh)"; whence -w _rockdda_post_completion',
+        "fish": 'rockdda-post completion fish | source; complete -C "rockdda-post compl"',
+    }[shell]
+    done = subprocess.run([shell, "-c", script], env=environment, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    expected = "_rockdda_post_completion: function" if shell == "zsh" else "completion"
+    assert [line.split("\t")[0] for line in done.stdout.splitlines()] == [expected]

@@ -28,6 +28,9 @@ module rockdda_app_arguments
                  as_namelist = .false.
    end type command_line_type
 
+   character(len=*), parameter :: unknown_shell = '?'    !! of 'rockdda completion' without one
+   character(len=4), parameter :: shells(3) = ['bash', 'zsh ', 'fish']
+
    !> The command line while it is read.
    type :: parser_type
       type(command_line_type) :: line
@@ -135,6 +138,12 @@ contains
             self%line%command = word
          else if (word == 'help') then
             self%line%help = .true.
+         else if (self%line%help .and. word == 'completion') then
+            self%line%topic = word
+         else if (self%line%completion == unknown_shell) then
+            call self%set_option('--completion', word)
+         else if (word == 'completion') then
+            self%line%completion = unknown_shell
          else if (self%line%help .and. len(word) > 0) then
             self%line%topic = word
          else if (len(word) == 0) then
@@ -171,9 +180,8 @@ contains
          case ('--solver'); line%solver = value
          case ('--completion')
             line%completion = value
-            if (value /= 'bash' .and. value /= 'zsh') call add_problem(self%problems, &
-                                                                    "option --completion: '"//value// &
-                                                                    "' is neither bash nor zsh")
+            if (all(shells /= value)) call add_problem(self%problems, "completion: '"//value// &
+                                                       "' is none of bash, zsh, fish"//did_you_mean(value, shells))
          case ('--search'); call get_search(value, line%search, self%problems)
          case ('--joints'); call get_name(name, value, line%search%joints, self%problems)
          case ('--stage'); call get_name(name, value, line%search%stage, self%problems)
@@ -290,6 +298,9 @@ contains
    subroutine check_options(self)
       class(parser_type), intent(inout) :: self
       integer :: k
+      if (self%line%completion == unknown_shell .and. .not. self%line%help) call add_problem( &
+         self%problems, "'rockdda completion' needs a shell: bash, zsh or fish")
+      if (self%line%help .and. self%line%completion == unknown_shell) self%line%topic = 'completion'
       if (len(self%line%command) == 0) return
       do k = 1, size(options)
          if (.not. self%is_given(k) .or. is_option_of(k, self%line%command)) cycle

@@ -3,7 +3,7 @@
 module rockdda_app_command_help
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_io_option_documents, only : group_help, groups_help, group_suggestion
+   use rockdda_io_option_documents, only : group_help, group_names, groups_help, group_suggestion
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_command_options, only : command_names
    use rockdda_app_completion, only : completion_script
@@ -28,9 +28,11 @@ contains
       group = line%topic
       if (index(group, '&') == 1) group = group(2:)
       if (len(line%completion) > 0 .and. .not. line%help) then
-         text = completion_script(line%completion)
-      else if (len(line%topic) == 0) then
-         text = usage_text(line%command)
+         text = completion_script(line%completion, group_names())
+      else if (len(line%topic) == 0 .or. line%topic == 'completion') then
+         text = line%command
+         if (len(line%topic) > 0) text = line%topic
+         text = usage_text(text)
       else if (group == 'groups') then
          text = groups_help()
       else
@@ -42,7 +44,7 @@ contains
       end if
       ok = .true.
       call make_error(error, error_code%input, "no help on '"//line%topic//"'"// &
-                      group_suggestion(group, [character(len=6) :: command_names, 'groups']))
+                      group_suggestion(group, [character(len=10) :: command_names, 'groups', 'completion']))
       call report_failure(line, messages, error, exit_code)
    end subroutine run_help
 

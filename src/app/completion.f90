@@ -1,24 +1,37 @@
 ! SPDX-License-Identifier: MIT
-!> A script that completes commands, options and files in a shell, made from the table that reads the command line.
+!> Scripts that complete commands, options and files in a shell, made from the table that reads the command line.
 module rockdda_app_completion
-   use rockdda_app_command_options, only : command_names, options_of
+   use rockdda_app_command_options, only : command_names, is_option_of, option_kind, options, options_of
    use rockdda_linear_factory, only : solver_names
    implicit none
    private
    public :: completion_script
 
    character(len=1), parameter :: nl = new_line('a')
+   character(len=*), parameter :: kinds_of_models = 'slope tunnel arch', searches = 'strength tilt push gravity', &
+                                  dialects = 'dda_windows g0', shells = 'bash zsh fish'
 
 contains
 
-   !> The script for bash; zsh reads it, too, with its module for scripts of bash.
-   pure function completion_script(shell) result(text)
+   !> The script for bash, zsh (which reads that of bash, too, with its module for such scripts) or fish.
+   pure function completion_script(shell, groups) result(text)
       character(len=*), intent(in) :: shell
+      character(len=*), intent(in) :: groups     !! names of the groups of model files, a blank before each
+      character(len=:), allocatable :: text
+      select case (shell)
+      case ('fish'); text = fish_script(help_topics(groups))
+      case ('zsh')
+         text = 'autoload -U +X compinit bashcompinit && compinit && bashcompinit'//nl//bash_script(help_topics(groups))
+      case default; text = bash_script(help_topics(groups))
+      end select
+   end function completion_script
+
+   !> The script for bash.
+   pure function bash_script(topics) result(text)
+      character(len=*), intent(in) :: topics
       character(len=:), allocatable :: text
       integer :: i
-      text = ''
-      if (shell == 'zsh') text = 'autoload -U +X compinit bashcompinit && compinit && bashcompinit'//nl
-      text = text//'_rockdda() {'//nl// &
+      text = '_rockdda() {'//nl// &
              '  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command= words= i'//nl// &
              '  COMPREPLY=()'//nl// &
              '  for ((i = 1; i < COMP_CWORD; i++)); do'//nl// &
@@ -26,10 +39,12 @@ contains
              '  done'//nl// &
              '  case $before in'//nl// &
              '    --solver) words="'//solvers()//'";;'//nl// &
-             '    --search) words="strength tilt push gravity";;'//nl// &
-             '    --dialect) words="dda_windows g0";;'//nl// &
-             '    --completion) words="bash zsh";;'//nl// &
-             '    -o|--output|--config) command=file;;'//nl// &
+             '    --search) words="'//searches//'";;'//nl// &
+             '    --dialect) words="'//dialects//'";;'//nl// &
+             '    completion|--completion) words="'//shells//'";;'//nl// &
+             '    help) words="'//topics//'";;'//nl// &
+             '    new) words="'//kinds_of_models//'";;'//nl// &
+             '    -o|--output|-c|--config) command=file;;'//nl// &
              '  esac'//nl// &
              '  if [[ -z $words && $word == -* && $command != file ]]; then'//nl// &
              '    case $command in'//nl
@@ -50,7 +65,53 @@ contains
              '  fi'//nl// &
              '}'//nl// &
              'complete -o filenames -F _rockdda rockdda'
-   end function completion_script
+   end function bash_script
+
+   !> The script for fish. Commands that read files complete them; the others do not.
+   pure function fish_script(topics) result(text)
+      character(len=*), intent(in) :: topics
+      character(len=:), allocatable :: text
+      integer :: k
+      text = "complete -c rockdda -n __fish_use_subcommand -f -a '"//all_commands(' ')//"'"//nl// &
+             seen('help')//" -f -a '"//topics//"'"//nl// &
+             seen('new')//" -f -a '"//kinds_of_models//"'"//nl// &
+             seen('completion')//" -f -a '"//shells//"'"
+      do k = 1, size(options)
+         if (options(k)%name == '--completion') cycle
+         text = text//nl//fish_option(k)
+      end do
+   end function fish_script
+
+   !> The line for option k.
+   pure function fish_option(k) result(text)
+      integer, intent(in) :: k
+      character(len=:), allocatable :: text
+      character(len=len(options%name)) :: name
+      integer :: i
+      text = ''
+      do i = 1, size(command_names)
+         if (is_option_of(k, trim(command_names(i)))) text = text//' '//trim(command_names(i))
+      end do
+      name = options(k)%name
+      text = seen(text(2:))//' -l '//trim(name(3:))
+      if (options(k)%kind /= option_kind%flag) text = text//' -r'
+      select case (name)
+      case ('--output'); text = text//' -s o -F'
+      case ('--config'); text = text//' -s c -F'
+      case ('--solver'); text = text//" -f -a '"//solvers()//"'"
+      case ('--search'); text = text//" -f -a '"//searches//"'"
+      case ('--dialect'); text = text//" -f -a '"//dialects//"'"
+      case default
+         if (options(k)%kind /= option_kind%flag) text = text//' -f'
+      end select
+   end function fish_option
+
+   !> The beginning of a line of fish that holds behind one of these commands, blanks between them.
+   pure function seen(commands) result(text)
+      character(len=*), intent(in) :: commands
+      character(len=:), allocatable :: text
+      text = "complete -c rockdda -n '__fish_seen_subcommand_from "//commands//"'"
+   end function seen
 
    !> The commands with a separator between them.
    pure function all_commands(between) result(text)
@@ -59,10 +120,22 @@ contains
       integer :: i
       text = ' '
       do i = 1, size(command_names)
-         if (i > 1) text = text//between
-         text = text//trim(command_names(i))
+         text = text//trim(command_names(i))//between
       end do
+      text = text//'help'//between//'completion'
    end function all_commands
+
+   !> What `rockdda help` explains.
+   pure function help_topics(groups) result(text)
+      character(len=*), intent(in) :: groups
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(command_names)
+         text = text//trim(command_names(i))//' '
+      end do
+      text = text//'completion groups'//groups
+   end function help_topics
 
    !> The solvers, between blanks.
    pure function solvers() result(text)

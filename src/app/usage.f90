@@ -23,6 +23,7 @@ contains
       case ('fos'); text = fos_text()
       case ('check'); text = check_text()
       case ('info'); text = info_text()
+      case ('completion'); text = completion_text()
       case default; text = program_text()
       end select
    end function usage_text
@@ -45,13 +46,11 @@ contains
              '  info    describe a model, block, result or checkpoint file'//nl// &
              nl// &
              "'rockdda help COMMAND' explains a command and gives examples, 'rockdda help GROUP' the"//nl// &
-             "options of a group of a model file, such as stage; 'rockdda help groups' lists the groups."//nl// &
+             "options of a group of a model file, such as stage; 'rockdda help groups' lists the groups,"//nl// &
+             "'rockdda completion SHELL' prints a script that completes commands, options and files."//nl// &
              nl// &
              common_text()// &
              '  --version         version, compiler, build options, libraries'//nl// &
-             '  --completion SHELL'//nl// &
-             '                    a script that completes commands, options and files; bash or zsh:'//nl// &
-             '                    eval "$(rockdda --completion bash)"'//nl// &
              nl// &
              exit_text()
    end function program_text
@@ -273,6 +272,19 @@ contains
              '  rockdda info slope.h5 --json'//nl// &
              '  rockdda info inputs/incline'
    end function info_text
+
+   !> Help of `rockdda completion`.
+   pure function completion_text() result(text)
+      character(len=:), allocatable :: text
+      text = 'usage: rockdda completion bash|zsh|fish'//nl// &
+             nl// &
+             'Prints a script that completes commands, options, their values, topics of the help and files.'//nl// &
+             nl// &
+             'examples:'//nl// &
+             '  eval "$(rockdda completion bash)"                                     in ~/.bashrc'//nl// &
+             '  eval "$(rockdda completion zsh)"                                      in ~/.zshrc'//nl// &
+             '  rockdda completion fish > ~/.config/fish/completions/rockdda.fish'
+   end function completion_text
 
    !> Options of all commands.
    pure function common_text() result(text)

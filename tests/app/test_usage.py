@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import unittest
 from pathlib import Path
@@ -115,7 +116,7 @@ class Completion(ProgramTest):
     def complete(self, *words):
         """What bash proposes for the last of these words."""
         script = (
-            'eval "$("$PROGRAM" --completion bash)"; complete -p rockdda >/dev/null || exit 1\n'
+            'eval "$("$PROGRAM" completion bash)"; complete -p rockdda >/dev/null || exit 1\n'
             'COMP_WORDS=(rockdda "$@") COMP_CWORD=$#\n_rockdda\nprintf "%s\\n" "${COMPREPLY[@]}"'
         )
         process = subprocess.run(
@@ -132,6 +133,11 @@ class Completion(ProgramTest):
     def test_commands_options_values_and_files(self):
         self.write("two words.dc", "")
         self.assertEqual(self.complete("re"), ["resume"])
+        self.assertEqual(self.complete("compl"), ["completion"])
+        self.assertEqual(self.complete("completion", ""), ["bash", "zsh", "fish"])
+        self.assertEqual(self.complete("new", "t"), ["tunnel"])
+        self.assertEqual(self.complete("help", "joint_m"), ["joint_material"])
+        self.assertEqual(self.complete("help", "fo"), ["fos"])
         self.assertEqual(self.complete("cut", "--d"), ["--dialect"])
         self.assertEqual(self.complete("cut", "--st"), [""])
         self.assertEqual(self.complete("run", "--st"), ["--steps", "--strict"])
@@ -144,9 +150,52 @@ class Completion(ProgramTest):
             named = set(re.findall(r"--[a-z-]+(?= )", self.run_program(command, "--help").out)) - {"--version"}
             self.assertLessEqual(named, set(self.complete(command, "--")), command)
 
-    def test_unknown_shell(self):
-        outcome = self.run_program("--completion", "csh")
-        self.assertFails(outcome, 2, "rockdda: error: option --completion: 'csh' is neither bash nor zsh")
+    def in_shell(self, shell, script):
+        if not shutil.which(shell):
+            self.skipTest(f"there is no {shell} here")
+        environment = {**os.environ, "PROGRAM": PROGRAM, "HOME": str(self.folder)}
+        process = subprocess.run(
+            [shell, "-c", script], cwd=self.folder, capture_output=True, text=True, env=environment, timeout=60
+        )
+        self.assertEqual((process.returncode, process.stderr), (0, ""))
+        return [line.split("\t")[0] for line in process.stdout.splitlines()]
+
+    def test_fish_completes_commands_options_values_and_files(self):
+        self.write("two words.dc", "")
+        for words, expected in (
+            ("res", ["resume"]),
+            ("help joint_m", ["joint_material"]),
+            ("new t", ["tunnel"]),
+            ("run --st", ["--steps", "--strict"]),
+            ("cut --st", []),
+            ("run --solver ch", ["cholmod"]),
+            ("check two", ["two words.dc"]),
+            ("run -o tw", ["two words.dc"]),
+        ):
+            script = f'"$PROGRAM" completion fish | source; complete -C "rockdda {words}"'
+            self.assertEqual([found.replace("\\ ", " ") for found in self.in_shell("fish", script)], expected, words)
+
+    def test_zsh_takes_the_script(self):
+        self.assertEqual(
+            self.in_shell("zsh", 'eval "$("$PROGRAM" completion zsh)"; whence -w _rockdda'), ["_rockdda: function"]
+        )
+
+    def test_the_former_option_gives_the_same_script(self):
+        for shell in ("bash", "zsh", "fish"):
+            scripts = {self.run_program(*words, shell).out for words in (["completion"], ["--completion"])}
+            self.assertEqual(len(scripts), 1)
+
+    def test_mistakes(self):
+        outcome = self.run_program("completion", "fihs")
+        self.assertFails(
+            outcome, 2, "rockdda: error: completion: 'fihs' is none of bash, zsh, fish; did you mean 'fish'?"
+        )
+        self.assertFails(
+            self.run_program("completion"), 2, "rockdda: error: 'rockdda completion' needs a shell: bash, zsh or fish"
+        )
+        for words in (["help", "completion"], ["completion", "--help"]):
+            outcome = self.run_program(*words)
+            self.assertEqual((outcome.code, outcome.out.split("\n")[0]), (0, "usage: rockdda completion bash|zsh|fish"))
 
 
 class Escapes(ProgramTest):

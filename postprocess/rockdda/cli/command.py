@@ -14,7 +14,7 @@ import typer
 
 from ..errors import ConvergenceError, InputError, OutputError, RockddaError
 from ..joints import JOINT_FIELDS
-from . import exchange, records, studies, validate
+from . import exchange, records, shells, studies, validate
 from .common import (
     BAD_INPUT,
     DONE,
@@ -347,6 +347,7 @@ exchange.register(app)
 records.register(app)
 studies.register(app)
 validate.register(app)
+shells.register(app)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -10,7 +10,7 @@ module rockdda_io_option_documents
    use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
    private
-   public :: options_markdown, options_schema, group_help, groups_help, group_suggestion
+   public :: options_markdown, options_schema, group_help, groups_help, group_names, group_suggestion
 
    character(len=*), parameter :: nl = new_line('a')
 
@@ -96,6 +96,19 @@ contains
       end do
       text = text//nl//nl//"'rockdda help GROUP' tells the options of a group."
    end function groups_help
+
+   !> The names of all groups, a blank before each.
+   function group_names() result(text)
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      integer :: i
+      allocate (list)
+      call list_options(list)
+      text = ''
+      do i = 1, list%n_groups
+         text = text//' '//trim(list%groups(i)%name)
+      end do
+   end function group_names
 
    !> "; did you mean …?" with the nearest name of a group or of these words.
    function group_suggestion(name, words) result(text)
