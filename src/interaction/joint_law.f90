@@ -71,6 +71,7 @@ module rockdda_interaction_joint_law
       integer :: slip_sign             !! direction of the slip while sliding, +1/-1
       logical :: bonded                !! has peak cohesion and tensile strength, not those without a bond
       logical :: tied = .false.        !! intact rock: neither slides nor opens within a step
+      logical :: worn = .false.        !! has opened and closed again and again: friction alone in this attempt
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -280,6 +281,7 @@ contains
       if (law%law == contact_law%coulomb) then
          ! the law of most joints, without a call to another module
          strength = law%friction*max(normal_force, 0.0_wp)
+         if (joint%worn) return
          if (bonded) then
             strength = strength + law%cohesion*joint%length
          else if (law%residual_cohesion > 0) then
@@ -290,6 +292,8 @@ contains
       end if
       strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &
                                 joint%total_slip + abs(slip))
+      if (joint%worn) strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, &
+                                     abs(slip)/settings%dt, joint%total_slip + abs(slip)))
    end function strength
 
 end module rockdda_interaction_joint_law

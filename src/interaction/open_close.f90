@@ -198,9 +198,12 @@ contains
          slip = self%slip(c)
          is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
                                   self%gap(max(1, table%partner(c))))
-         ! a bond that holds shear without compression may have no equilibrium, neither open nor with the shear it had
+         ! cohesion that holds shear without compression may have no equilibrium, neither open nor closed
          if (is_closed .and. old == contact_state%open .and. self%changes(c) >= worn_changes .and. &
-             .not. settings%peer) joint%shear = 0
+             .not. settings%peer) then
+            joint%shear = 0
+            joint%worn = .true.
+         end if
          if (is_closed) call map_joint(laws(table%joint(c)), settings, joint, gap, slip, response)
          if (old /= contact_state%open) self%normal_force(c) = -joint%k_n*gap
          new = contact_state%open
@@ -279,6 +282,7 @@ contains
       joint%slip_sign = table%slip_sign(c)
       joint%bonded = table%bonded(c)
       joint%tied = table%tied(c)
+      joint%worn = .false.
    end subroutine remember
 
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
@@ -411,7 +415,7 @@ contains
          stays_closed = closes(self, table, settings, c, gap, partner_gap)
       else
          limit = settings%open_tolerance
-         if ((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) &
+         if (((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) .and. .not. joint%worn) &
             limit = opening_gap(law, settings, joint)
          stays_closed = .not. gap > limit
          ! outside the partner's line: the corner has been passed
