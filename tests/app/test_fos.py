@@ -128,6 +128,17 @@ class Values(FosTest):
             self.search(self.block(slope(30), friction=10, cohesion=20e3), "--search", "gravity"), truth
         )
 
+    def test_slips_that_hardly_fail_are_decided(self):
+        """Cohesive bedding whose points open and close: forces that miss equilibrium by a thousandth are enough."""
+        self.assertEqual(self.run_program("new", "slope", "demo").code, 0)
+        outcome = self.run_program("fos", "demo.nml", "--from", "1.5", "--to", "1.75", "--quiet", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertNotIn("neither came to rest", outcome.err)
+        failing = [trial for trial in outcome.json["trials"] if not trial["stable"]]
+        self.assertLess(min(trial["unbalanced"] for trial in failing), 2e-3)
+        self.assertLess(max(trial["steps"] for trial in failing), 1000)
+        self.assertLess(max(trial["steps"] for trial in outcome.json["trials"] if trial["stable"]), 150)
+
 
 class Promises(FosTest):
     def test_the_last_line_tells_the_factor(self):

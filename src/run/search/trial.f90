@@ -12,6 +12,7 @@ module rockdda_run_trial
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_options, only : search_options_type, scale_model
    use rockdda_run_settled_state, only : copy_simulation
+   use rockdda_run_trial_pace, only : trial_pace_type
    use rockdda_run_trial_verdict, only : trial_verdict_type, verdict, typical_size
    implicit none
    private
@@ -134,6 +135,7 @@ contains
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
       type(trial_verdict_type) :: judgement
+      type(trial_pace_type) :: pace
       real(wp) :: least, least_before      ! unbalanced forces of this tenth of the steps, and of all before
       integer :: outcome, part
       interrupted = .false.
@@ -149,7 +151,12 @@ contains
          interrupted = run%sim%interrupted
          if (interrupted) return
          trial%steps = trial%steps + 1
-         outcome = judgement%judge(run%sim)
+         if (pace%carries) then
+            call judgement%measure(run%sim)
+         else
+            outcome = judgement%judge(run%sim)
+         end if
+         call pace%follow(maxval(judgement%moved), run%sim)
          call run%write_step(error)
          if (allocated(error)) return
          trial%unbalanced = run%sim%record%unbalanced

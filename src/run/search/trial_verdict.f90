@@ -49,6 +49,7 @@ module rockdda_run_trial_verdict
       integer :: first_failing = 0              !! the block by which the verdict was reached
    contains
       procedure :: begin
+      procedure :: measure
       procedure :: judge
    end type trial_verdict_type
 
@@ -69,7 +70,22 @@ contains
       allocate (self%step(n_marks, nb), self%mark(nb), source=0)
    end subroutine begin
 
-   !> The verdict after an accepted step.
+   !> Measure how far blocks have moved.
+   subroutine measure(self, sim)
+      class(trial_verdict_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      integer :: i
+      associate (state => sim%state)
+         do i = 1, size(self%moved)
+            if (.not. sim%forces%counts(i, state)) cycle
+            self%moved(i) = norm2(state%centroid(:, i) - self%centroid(:, i)) + &
+                            sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))* &
+                            abs(state%rotation(i) - self%rotation(i))
+         end do
+      end associate
+   end subroutine measure
+
+   !> The verdict after an accepted step that began at rest.
    integer function judge(self, sim) result(outcome)
       class(trial_verdict_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
@@ -77,15 +93,11 @@ contains
       integer :: i, m
       self%steps = self%steps + 1
       outcome = verdict%open
+      call self%measure(sim)
       do i = 1, size(self%moved)
          if (.not. sim%forces%counts(i, sim%state)) cycle
-         associate (state => sim%state)
-            self%moved(i) = norm2(state%centroid(:, i) - self%centroid(:, i)) + &
-                            sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))* &
-                            abs(state%rotation(i) - self%rotation(i))
-            first = max(first_share*sqrt(state%area(i)), self%deformation, self%least/2**marks_between)
-            pull = sim%forces%force_of(i, state)
-         end associate
+         first = max(first_share*sqrt(sim%state%area(i)), self%deformation, self%least/2**marks_between)
+         pull = sim%forces%force_of(i, sim%state)
          do while (self%mark(i) < n_marks)
             m = self%mark(i) + 1
             if (self%moved(i) < first*2.0_wp**(m - 1)) exit

@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: MIT
+!> The pace of a trial: static steps, and steps that carry velocities on where static ones hardly move.
+!>
+!> Every static step begins at rest, so that a constant pull P moves a mass m by P dt**2/(2 m) in each step. Where
+!> contacts open and close all the time, steps stay short, and a mechanism whose forces miss equilibrium by a thousandth
+!> needs thousands of steps to move as far as its verdict needs. Steps that carry velocities on move it by n**2 times as
+!> much in n steps. So, when the unbalanced force no longer falls, `carried_steps` steps carry velocities on, and static
+!> ones follow. The verdict is reached in static steps alone: it compares pulls of blocks that begin at rest.
+module rockdda_run_trial_pace
+   use rockdda_base_kinds, only : wp
+   use rockdda_stepping_simulation, only : simulation_type
+   implicit none
+   private
+   public :: trial_pace_type
+
+   !> Static steps after which the least unbalanced force is compared with the least one before; when velocities have
+   !> been carried, so few that they show whether the pull has stayed.
+   integer, parameter :: static_steps = 50, checking_steps = 5
+   !> Velocities are carried when the unbalanced force is still more than this share.
+   real(wp), parameter :: no_progress = 0.5_wp
+   !> They are carried over so many steps, or until the largest distance from the settled state has grown by this
+   !> factor: verdicts compare pulls while it grows fourfold.
+   integer, parameter :: carried_steps = 25
+   real(wp), parameter :: farther = 1.5_wp
+   !> Share of the velocity that is carried on. Below 1, so that blocks that ring about their place come to rest.
+   real(wp), parameter :: carried = 0.99_wp
+
+   type :: trial_pace_type
+      logical :: carries = .false.                       !! the next step begins with the velocities of this one
+      integer, private :: steps = 0                      !! since the pace has changed, or was checked
+      integer, private :: enough = static_steps
+      real(wp), private :: least = huge(1.0_wp)          !! unbalanced force of these steps
+      real(wp), private :: least_before = huge(1.0_wp)
+      real(wp), private :: start = 0                     !! distance at which velocities began to be carried [length]
+   contains
+      procedure :: follow
+      procedure, private :: set
+   end type trial_pace_type
+
+contains
+
+   !> Choose how the next step begins.
+   subroutine follow(self, distance, sim)
+      class(trial_pace_type), intent(inout) :: self
+      real(wp), intent(in) :: distance               !! largest of a block from the settled state [length]
+      type(simulation_type), intent(inout) :: sim    !! after an accepted step of the trial
+      logical :: stuck
+      self%steps = self%steps + 1
+      if (self%carries) then
+         if (self%steps < carried_steps .and. distance < farther*self%start .and. sim%control%balanced == 0) return
+         call self%set(.false., sim)
+         self%enough = checking_steps
+         return
+      end if
+      self%least = min(self%least, sim%record%unbalanced)
+      if (self%steps < self%enough) return
+      stuck = self%least > no_progress*self%least_before
+      self%least_before = min(self%least, self%least_before)
+      self%steps = 0
+      self%least = huge(1.0_wp)
+      self%enough = static_steps
+      if (.not. stuck) return
+      self%start = distance
+      call self%set(.true., sim)
+   end subroutine follow
+
+   !> Carry velocities from now on, or not.
+   subroutine set(self, carries, sim)
+      class(trial_pace_type), intent(inout) :: self
+      logical, intent(in) :: carries
+      type(simulation_type), intent(inout) :: sim
+      self%carries = carries
+      self%steps = 0
+      sim%parameters%stages(size(sim%parameters%stages))%k01 = merge(carried, 0.0_wp, carries)
+      sim%control%balanced = 0
+      sim%control%dt = min(sim%control%dt, sim%parameters%dt_max)
+      if (.not. carries) sim%state%velocity = 0
+   end subroutine set
+
+end module rockdda_run_trial_pace
