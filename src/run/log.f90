@@ -132,9 +132,11 @@ contains
       class(run_log_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: planned
       if (size(sim%parameters%boundaries) > 0) call self%put(reactions_text(sim), error)
-      if (.not. allocated(error)) call self%put('# planned time: '//to_string(sim%planned_time(), 10)//'. '// &
-                                                cuts_text(sim), error)
+      planned = 'none, the stages decide'
+      if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
+      if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
    end subroutine write_outcome
 
 end module rockdda_run_log
