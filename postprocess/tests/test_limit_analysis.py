@@ -55,6 +55,7 @@ def test_a_sliding_block_under_a_roof_is_locked_by_dilation_alone():
     under = RigidBlocks.from_polygons(blocks, {0, 1}, friction=30.0)
     assert under.push().factor == math.inf
     assert under.push_of_mechanism([(0, 0, 0), (0, 0, 0), (1, 0, 0)]) == pytest.approx(tangent, rel=1e-9)
+    assert under.push_without_dilation().factor == pytest.approx(tangent, rel=1e-4)
     with pytest.raises(RockddaError, match="no push"):
         under.push_of_mechanism([(0, 0, 0), (0, 0, 0), (0, 1, 0)])  # lifted off: nothing carries its weight
 
@@ -89,6 +90,22 @@ def test_stack_topples_as_a_whole(n):
 def test_walls_of_ferris_and_tin_loi(rows, slab, factor):
     blocks = RigidBlocks.from_polygons(courses(rows, 0.4, 0.175, slab), {0}, friction=TANGENT)
     assert blocks.push().factor == pytest.approx(factor, abs=1e-5)
+
+
+def test_friction_without_dilation():
+    """One block slides or topples as before; a wall fails below the bound, where its mechanism is in equilibrium."""
+    for friction, width, height in [(30, 1, 3), (10, 1, 3), (35, 1, 1)]:
+        limit = min(math.tan(math.radians(friction)), width / height)
+        block = on_base(rectangle(0, 0, width, height), friction=friction)
+        assert block.push_without_dilation().factor == pytest.approx(limit, rel=1e-4)
+        assert block.push_without_dilation(-1).factor == pytest.approx(limit, rel=1e-4)
+        velocity = block.push_without_dilation().velocity[1]
+        if width / height >= math.tan(math.radians(friction)):
+            assert velocity[1] / velocity[0] == pytest.approx(0, abs=1e-9)
+    blocks = RigidBlocks.from_polygons(courses(PIERCED_WALL, 0.4, 0.175, None), {0}, friction=TANGENT)
+    found = blocks.push_without_dilation()
+    assert found.factor < 0.9 * blocks.push().factor
+    assert found.factor == pytest.approx(blocks.push_of_mechanism(found.velocity), rel=1e-3)
 
 
 @pytest.mark.parametrize(("n", "factor"), [(7, 0.3736), (28, 0.3549)])

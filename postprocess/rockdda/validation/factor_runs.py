@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
 from ..critical import CriticalFactor, factor_of_safety
 from ..plot import draw_trials, mechanism
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ..model import Model
     from .case import Record
     from .limit_analysis import RigidBlocks
@@ -99,10 +102,15 @@ def trial_table(record: Record, found: Sequence[tuple[str, CriticalFactor]], cap
 def draw_mechanism(record: Record, found: CriticalFactor, name: str, caption: str) -> None:
     """The picture of a mechanism."""
     assert found.results is not None
-    axes = mechanism(found.results, units="m,s,N")
-    record.figure(axes.get_figure(), name, caption)
+    record.figure(_figure(mechanism(found.results, units="m,s,N")), name, caption)
 
 
 def draw_trial_values(record: Record, found: CriticalFactor, name: str, caption: str) -> None:
     """The picture of a search."""
-    record.figure(draw_trials(found, units="m,s,N").get_figure(), name, caption)
+    record.figure(_figure(draw_trials(found, units="m,s,N")), name, caption)
+
+
+def _figure(axes: Axes) -> Figure:
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    return figure

@@ -11,6 +11,11 @@ equilibrium under their dead load and α times their live load. By the static th
 forces gives a lower bound of the collapse factor of an *associated* material, and the largest α is this factor. Coulomb
 friction without dilation can fail at a lower α, never at a higher one (Drucker 1954; Ferris & Tin-Loi 2001).
 
+Without dilation the load is found by a row of linear programmes (Gilbert, Casapulla & Ahmed 2006): the limit of each
+joint becomes one that does not depend on its normal force, |T| ≤ tan φ N', so that sliding does not dilate, with the
+N' of the programmes before; it is found when N' no longer changes the load. Forces of blocks that do not move are not
+unique, and such loads need not be: the statics of the mechanism tells whether it is one.
+
 For a known mechanism the load without dilation follows from equilibrium alone: where a joint slides its shear force is
 the friction, against the motion; at an end that opens there is no force. The forces of the other joints obey the limits
 above, and the least α of all such sets is the load.
@@ -40,6 +45,8 @@ IntArray = npt.NDArray[np.int64]
 
 PARALLEL = 1e-3  # sine of the angle between edges that face each other
 SHORTEST = 1e-6  # share of the shorter edge: shorter stretches are corners that touch
+KEPT = 0.6  # share of the normal forces before that the next programme keeps, so that the row does not run in circles
+MOST_PROGRAMMES = 100
 MOVES = 0.02  # share of the largest displacement: joints that slide or open by less only deform
 
 
@@ -196,6 +203,33 @@ class RigidBlocks:
         if found is None:
             raise RockddaError("limit analysis: no equilibrium under the dead load alone")
         return found
+
+    def push_without_dilation(self, direction: float = 1.0, tolerance: float = 1e-4) -> LimitLoad:
+        """The push with Coulomb friction that slides without dilation, to a share `tolerance`, and its mechanism."""
+        live = np.zeros((len(self.weight), 3))
+        live[:, 0] = direction * self.weight
+        problem = self._problem(self._dead(0.0), live, 1.0)
+        entries, most = self._limits(1.0)
+        n = 3 * len(self.joints)
+        tangents = np.repeat([math.tan(math.radians(self.friction[j.material])) for j in self.joints], 2)
+        shear = _sparse([entry for entry in entries if entry[1] % 3 == 2], (len(most), n + 1))
+        normal: FloatArray | None = None
+        factors: list[float] = []
+        for _ in range(MOST_PROGRAMMES):
+            found = _solve(problem)
+            if found is not None and found.status == 3 and normal is None:  # locked by dilation alone
+                found = _solve(self._problem(self._dead(0.0), np.zeros_like(live), 1.0))
+            if found is None or found.status != 0:
+                raise RockddaError("limit analysis: no push without dilation was found")
+            factors.append(float(found.x[-1]))
+            if len(factors) > 4 and np.ptp(factors[-4:]) <= tolerance * abs(factors[-1]):
+                velocity = np.zeros((len(self.weight), 3))
+                velocity[self.free] = -found.eqlin.marginals.reshape(-1, 3) * self._scale
+                return LimitLoad(factors[-1], velocity)
+            last = found.x[0:n:3] + found.x[1:n:3]
+            normal = last if normal is None else KEPT * normal + (1.0 - KEPT) * last
+            problem |= {"A_ub": shear, "b_ub": np.array(most) + tangents * np.repeat(normal, 2)}
+        raise RockddaError(f"limit analysis: pushes without dilation still change: {factors[-4:]}")
 
     def push_of_mechanism(self, motion: npt.ArrayLike, direction: float = 1.0) -> float:
         """The least push under which the blocks can move like this with Coulomb friction without dilation.

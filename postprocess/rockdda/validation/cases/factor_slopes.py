@@ -144,8 +144,8 @@ def toppling(record: Record) -> None:
     free = found[0][1]
     assert free.results is not None
     motion = dict(zip(free.mechanism.blocks, free.mechanism.kinds, strict=True))
-    order = np.argsort(-free.results.block_centroid[:, 0])
-    order = [int(i) for i in order if i != int(np.argmax(free.results.block_area))]
+    from_the_toe = np.argsort(-free.results.block_centroid[:, 0])
+    order = [int(i) for i in from_the_toe if i != int(np.argmax(free.results.block_area))]
     _, modes = handed_on(math.degrees(math.atan(required(0.0))))
     expected = {"topples": "toppling", "slides": "sliding", "": None}
     wrong = [
