@@ -47,11 +47,13 @@ contains
             call append_material(materials)
          end do
          if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
-             .not. is_set(added(i)%friction_angle) .and. .not. never_slips(added(i))) &
+             .not. is_set(added(i)%friction_angle) .and. .not. has_own_friction(added(i))) &
             call messages%add(severity%error, what//'an added material needs its angle of friction', added(i)%origin)
          if (any(added(1:i - 1)%number == m)) call messages%add(severity%warning, what//'is described twice; what '// &
             'this group names replaces what the one before it has', added(i)%origin)
          call change_joint(added(i), materials(m))
+         if (m > n_described .and. is_barton_bandis(materials(m)) .and. .not. is_set(added(i)%friction_angle)) &
+            materials(m)%friction_angle = max(materials(m)%residual_friction, 0.0_wp)
          bond_named(m) = bond_named(m) .or. is_set(added(i)%cohesion) .or. is_set(added(i)%tension)
       end do
       do i = 1, size(laws)
@@ -85,11 +87,19 @@ contains
       end do
    end subroutine take_joint_options
 
-   !> Is a material intact rock that never breaks? Its friction then counts nowhere.
-   pure logical function never_slips(group)
+   !> Does a material need no angle of friction: a tie without strength, which never slips, or the law barton_bandis,
+   !> whose angle of flat surfaces is `residual_friction`?
+   pure logical function has_own_friction(group)
       type(joint_material_type), intent(in) :: group
-      never_slips = group%tie .and. .not. (is_set(group%cohesion) .or. is_set(group%tension))
-   end function never_slips
+      has_own_friction = group%tie .and. .not. (is_set(group%cohesion) .or. is_set(group%tension))
+      has_own_friction = has_own_friction .or. is_barton_bandis(group)
+   end function has_own_friction
+
+   pure logical function is_barton_bandis(group)
+      type(joint_material_type), intent(in) :: group
+      is_barton_bandis = .false.
+      if (allocated(group%law)) is_barton_bandis = group%law == 'barton_bandis'
+   end function is_barton_bandis
 
    !> One material more, with the values of a joint without strength.
    subroutine append_material(materials)

@@ -397,8 +397,9 @@ contains
       character(len=*), parameter :: stays = 'as it is, else 0', laws = 'theory.md#6-contacts'
       call table%add(option('name', 'name of the material', default_text='none'), m%name)
       call table%add(option('friction', 'friction angle, of the peak where a law weakens it', unit='deg', &
-                            least=0.0_wp, &
-                            below=90.0_wp, default_text='as it is; an added material needs it'), m%friction_angle)
+                            least=0.0_wp, below=90.0_wp, &
+                            default_text='as it is; an added material needs it, but with barton_bandis'), &
+                     m%friction_angle)
       call table%add(option('cohesion', 'shear strength without normal stress', unit='stress', least=0.0_wp, &
                             default_text=stays), m%cohesion)
       call table%add(option('tension', 'tensile strength', unit='stress', least=0.0_wp, default_text=stays, &
