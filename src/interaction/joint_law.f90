@@ -35,7 +35,8 @@ module rockdda_interaction_joint_law
    use rockdda_base_kinds, only : wp
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
+   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, cohesion_at, &
+      tension_at
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
@@ -63,6 +64,7 @@ module rockdda_interaction_joint_law
       real(wp) :: shear                !! elongation of the shear spring at the start of the step [length]
       real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
       real(wp) :: length               !! contact length for cohesion and tension
+      real(wp) :: more_length = 0      !! to add to it for cohesion, see rockdda_interaction_closed_part
       real(wp) :: k_n, k_s             !! stiffness of its springs, normal and shear [force/length]
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
@@ -283,17 +285,21 @@ contains
          strength = law%friction*max(normal_force, 0.0_wp)
          if (joint%worn) return
          if (bonded) then
-            strength = strength + law%cohesion*joint%length
+            strength = strength + law%cohesion*(joint%length + joint%more_length)
          else if (law%residual_cohesion > 0) then
-            strength = strength + law%residual_cohesion*joint%length
+            strength = strength + law%residual_cohesion*(joint%length + joint%more_length)
          end if
          if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
          return
       end if
       strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &
                                 joint%total_slip + abs(slip))
-      if (joint%worn) strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, &
-                                     abs(slip)/settings%dt, joint%total_slip + abs(slip)))
+      if (joint%worn) then
+         strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, abs(slip)/settings%dt, &
+                                                          joint%total_slip + abs(slip)))
+      else
+         strength = strength + cohesion_at(law, joint%total_slip + abs(slip), bonded)*joint%more_length
+      end if
    end function strength
 
 end module rockdda_interaction_joint_law

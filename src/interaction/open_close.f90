@@ -7,6 +7,7 @@ module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_closed_part, only : has_closed_part, set_closed_parts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
       map_joint, miss_of_joint, end_joints, opening_gap, sliding_friction
@@ -56,7 +57,7 @@ contains
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
-      integer :: n, p
+      integer :: c, n, p
       n = table%n
       call make_room(self, n)
       !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
@@ -65,6 +66,13 @@ contains
          call begin_rows((p - 1)*piece + 1, min(p*piece, n), self, table, laws, settings)
       end do
       !$omp end parallel do
+      if (.not. any(has_closed_part(laws))) return
+      call set_closed_parts(table, laws, settings, self%joint)
+      do c = 1, n
+         if (self%joint(c)%state == contact_state%sliding .and. abs(self%joint(c)%more_length) > 0) &
+            self%joint(c)%friction = sliding_friction(laws(table%joint(c)), settings, self%joint(c), &
+                                                      self%normal_force(c), 0.0_wp)
+      end do
    end subroutine begin
 
    !> `begin` for some of the rows.
@@ -273,6 +281,7 @@ contains
       joint%shear = table%shear(c)
       joint%total_slip = table%total_slip(c)
       joint%length = table%length(c)
+      joint%more_length = 0
       joint%k_n = table%k_n(c)
       joint%k_s = table%k_s(c)
       joint%normal_drag = 0

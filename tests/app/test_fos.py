@@ -128,6 +128,15 @@ class Values(FosTest):
             self.search(self.block(slope(30), friction=10, cohesion=20e3), "--search", "gravity"), truth
         )
 
+    def test_cohesion_of_a_base_that_opens_at_one_end(self):
+        """Linear stress on 3 (1 - 0.35) of 2 m; three stations know the end of the closed part to 5 %, five to 1 %."""
+        weight = 2 * 2400 * 9.81
+        truth = 20e3 * 3 * (1 - 0.5 * math.tan(math.radians(35))) / (weight * math.sin(math.radians(35)))
+        name = self.block(slope(35), friction=0, cohesion=20e3)
+        self.assert_between(self.search(name, "--search", "gravity"), truth, share=0.05)
+        name = self.block(slope(35), friction=0, cohesion=20e3, more="&contact points = 5 /\n")
+        self.assert_between(self.search(name, "--search", "gravity"), truth)
+
     def test_slips_that_hardly_fail_are_decided(self):
         """Cohesive bedding whose points open and close: forces that miss equilibrium by a thousandth are enough."""
         self.assertEqual(self.run_program("new", "slope", "demo").code, 0)
