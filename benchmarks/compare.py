@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Two programs on the same runs, in turn: ratios of their times pair by pair (scripts/bench --compare OLD NEW).
 
-The speed of a shared machine drifts, so that times of different minutes cannot be compared. Here the programs alternate,
-the one that begins too, and each pair gives one ratio; printed are the median of the ratios and the middle half of them.
-Processor time does not contain what other programs take, but it grows where these share caches and memory. Instructions
-of the user's code are counted by `perf` where the machine lets it, else on request by callgrind (slow, one run each).
+The speed of a shared machine drifts, so that times of different minutes cannot be compared. Here the programs
+alternate, the one that begins too, and each pair gives one ratio; printed are the median of the ratios and the middle
+half of them. Processor time does not contain what other programs take, but it grows where these share caches and
+memory. Instructions of the user's code are counted by `perf` where the machine lets it, else on request by callgrind
+(slow, one run each).
 """
 
 from __future__ import annotations

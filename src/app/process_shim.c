@@ -15,6 +15,7 @@ void rockdda_leave(int code);
 int rockdda_memory_is_gone(void);
 int rockdda_memory_is_there(size_t bytes);
 void rockdda_process_out_of_memory(size_t bytes);
+void rockdda_process_missing_library(const char *name, const char *reason);
 
 static volatile sig_atomic_t signal_seen = 0; /* first stop signal */
 static volatile sig_atomic_t writing = 0;     /* output is being written: do not exit now */
@@ -104,6 +105,21 @@ void rockdda_process_out_of_memory(size_t bytes)
    say(memory_message);
    if (watching) say(kept_message);
    summarise("3", "out of memory");
+   rockdda_leave(3);
+}
+
+/* A library that is loaded when it is needed cannot be loaded (src/late/late.c). */
+void rockdda_process_missing_library(const char *name, const char *reason)
+{
+   if (rockdda_memory_is_gone()) rockdda_process_out_of_memory(0);
+   orderly = 1;
+   say("\nrockdda: cannot load ");
+   say(name);
+   say(", which the solvers 'cholmod' and 'dense' need: ");
+   say(reason ? reason : "a procedure is missing");
+   say("; install it, or choose the solver pcg\n");
+   if (watching) say(kept_message);
+   summarise("3", "a library is missing");
    rockdda_leave(3);
 }
 

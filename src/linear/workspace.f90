@@ -8,8 +8,8 @@ module rockdda_linear_workspace
    private
    public :: check_workspace
 
-   !> Required address space [bytes]: that of OpenBLAS and some for the factor.
-   integer(c_size_t), parameter :: least_room = 160000000_c_size_t
+   !> Required address space [bytes]: that of OpenBLAS, its code and some for the factor.
+   integer(c_size_t), parameter :: least_room = 210000000_c_size_t
 
    interface
       integer(c_int) function c_is_there(bytes) bind(C, name='rockdda_memory_is_there')
@@ -25,7 +25,7 @@ contains
       character(len=*), intent(in) :: name   !! of the solver
       type(error_type), allocatable, intent(out) :: error
       if (c_is_there(least_room) == 0) call make_error(error, error_code%computation, &
-         'out of memory: the solver '//name//' needs 160 MB of address space to begin; choose pcg', &
+         'out of memory: the solver '//name//' needs 210 MB of address space to begin; choose pcg', &
          is_fatal=.true.)
    end subroutine check_workspace
 

@@ -26,12 +26,12 @@ module rockdda_run_checkpointing
 
 contains
 
-   !> Write a checkpoint of a simulation beside its results. On error the older one is unchanged.
-   subroutine save_checkpoint(results, sim, facts, sync, digest, error)
+   !> Write a checkpoint of a simulation beside its results and wait until it is on the disk. On error the older one is
+   !> unchanged.
+   subroutine save_checkpoint(results, sim, facts, digest, error)
       character(len=*), intent(in) :: results             !! path
       type(simulation_type), intent(inout) :: sim         !! not changed
       type(checkpoint_facts_type), intent(inout) :: facts
-      logical, intent(in) :: sync                         !! wait until it is on the disk
       character(len=digest_length), intent(out) :: digest
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_type) :: checkpoint
@@ -43,7 +43,7 @@ contains
       call exchange_blocks(checkpoint%archive, blocks)
       call exchange_parameters(checkpoint%archive, sim%parameters)
       call exchange_simulation(checkpoint%archive, sim, facts)
-      call checkpoint%end_saving(sync, error)
+      call checkpoint%end_saving(error)
       digest = checkpoint%digest
    end subroutine save_checkpoint
 

@@ -62,12 +62,12 @@ contains
       self%log%last_step = step
    end subroutine take_progress
 
-   !> Create results, log and the first checkpoint.
+   !> Create results and log. The first checkpoint follows when it is due.
    subroutine create_files(self, input, replace, sim, messages, error)
       class(run_files_type), intent(inout) :: self
       type(model_input_type), intent(in) :: input
       logical, intent(in) :: replace               !! results that exist
-      type(simulation_type), intent(inout) :: sim  !! at time 0; not changed
+      type(simulation_type), intent(in) :: sim     !! at time 0
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
       call self%take_names()
@@ -79,7 +79,7 @@ contains
       self%plan = new_frame_plan(input%options, input%parameters)
       call self%log%begin(self%log_file, input, self%facts%header, self%output, self%plan, messages, error)
       if (.not. allocated(error)) call self%save_frame(sim, error)
-      if (.not. allocated(error)) call self%save(sim, .false., error)
+      call self%timer%start(wall_seconds())
    end subroutine create_files
 
    !> Reopen results and log at the checkpoint.
@@ -118,15 +118,14 @@ contains
 
    !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they contain all its rows.
    !> On error the older checkpoint and its undo file are unchanged.
-   subroutine save(self, sim, sync, error)
+   subroutine save(self, sim, error)
       class(run_files_type), intent(inout) :: self
       type(simulation_type), intent(inout) :: sim      !! not changed
-      logical, intent(in) :: sync                      !! wait until it is on the disk
       type(error_type), allocatable, intent(out) :: error
       character(len=digest_length) :: digest
       call self%timer%restart(wall_seconds())
       call self%results%flush(error)
-      if (.not. allocated(error) .and. sync) call self%results%sync(error)
+      if (.not. allocated(error)) call self%results%sync(error)
       if (allocated(error) .or. self%results%has_failed()) return
       self%facts%rows = self%results%rows()
       self%facts%written = utc_now()
@@ -134,7 +133,7 @@ contains
       self%facts%frame_interval = self%plan%interval
       self%facts%frames_passed = self%plan%passed
       self%facts%last_frame = self%last_frame
-      call save_checkpoint(self%output, sim, self%facts, sync, digest, error)
+      call save_checkpoint(self%output, sim, self%facts, digest, error)
       call self%timer%restart(wall_seconds())
       if (.not. allocated(error)) call self%results%keep_undo(digest, error)
    end subroutine save

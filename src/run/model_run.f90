@@ -72,8 +72,7 @@ contains
       if (.not. allocated(error)) call self%sim%init(input%blocks, input%parameters, error)
    end subroutine prepare
 
-   !> Create results and log with header, model and frame 0, and write the first checkpoint: from now on the run can be
-   !> resumed.
+   !> Create results and log with header, model and frame 0. The run can be resumed from its first checkpoint on.
    subroutine open_run(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
       class(run_request_type), intent(in) :: request
@@ -161,7 +160,7 @@ contains
          return
       end if
       if (self%sim%parameters%n_steps /= self%planned_steps .or. &
-          abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%run_files_type%save(self%sim, .true., error)
+          abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%run_files_type%save(self%sim, error)
    end subroutine continue_files
 
    !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due.
@@ -191,7 +190,7 @@ contains
          return
       end if
       ! a failed checkpoint ends the run only if the results failed too: otherwise warn, and try again at the next one
-      call self%run_files_type%save(self%sim, .true., problem)
+      call self%run_files_type%save(self%sim, problem)
       if (.not. allocated(problem)) return
       if (self%results%has_failed()) then
          call move_alloc(problem, error)
@@ -242,7 +241,7 @@ contains
       character(len=:), allocatable :: short
 
       if (allocated(self%warning)) deallocate (self%warning)
-      if (.not. allocated(error)) call self%run_files_type%save(self%sim, .true., no_checkpoint)
+      if (.not. allocated(error)) call self%run_files_type%save(self%sim, no_checkpoint)
       if (self%last_frame /= self%sim%state%step) call self%run_files_type%save_frame(self%sim, output_error)
       if (.not. allocated(output_error) .and. self%log%last_step /= self%sim%state%step .and. &
           self%sim%state%step > 0) call self%log%write_step(self%sim, output_error)

@@ -79,7 +79,8 @@ class Cholmod(LibraryTest):
 
     def test_it_fails_in_a_later_step(self):
         self.assertEqual(self.run_program(*self.command, "-o", "whole.h5").code, 0)
-        outcome = self.run_program(*self.command, "--json", env=self.fault("cholmod_l_solve2", 4, INVALID))
+        every_step = ("--checkpoint-every", "1e-9")
+        outcome = self.run_program(*self.command, *every_step, "--json", env=self.fault("cholmod_l_solve2", 4, INVALID))
         self.assertEqual((outcome.code, outcome.json["exit_code"]), (1, 1), outcome.err)
         steps = outcome.json["steps"]
         self.assertGreater(steps, 0)

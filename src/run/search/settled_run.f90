@@ -153,7 +153,7 @@ contains
       facts%header%analysis = input%analysis_text
       facts%header%config = input%config_text
       facts%written = utc_now()
-      call save_checkpoint(journal%results(), settled, facts, .true., digest, error)
+      call save_checkpoint(journal%results(), settled, facts, digest, error)
       if (.not. allocated(error)) call journal%begin(error)
    end subroutine begin_journal
 

@@ -7,7 +7,7 @@
 !>
 !>     call checkpoint%begin_saving(path, facts, error)            call checkpoint%begin_loading(path, facts, error)
 !>     … the exchange_… procedures on checkpoint%archive …         … the same procedures …
-!>     call checkpoint%end_saving(.true., error)                   call checkpoint%end_loading(error)
+!>     call checkpoint%end_saving(error)                           call checkpoint%end_loading(error)
 module rockdda_io_checkpoint
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_kinds, only : wp, i8
@@ -66,16 +66,15 @@ module rockdda_io_checkpoint
          character(kind=c_char), intent(in) :: path(*)
       end function c_begin
 
-      integer(c_int) function c_seal(path, bytes, n, sync) bind(C, name='rockdda_checkpoint_seal')
+      integer(c_int) function c_seal(path, bytes, n) bind(C, name='rockdda_checkpoint_seal')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*), bytes(*)
-         integer(c_int), value :: n, sync
+         integer(c_int), value :: n
       end function c_seal
 
-      integer(c_int) function c_replace(from, to, sync) bind(C, name='rockdda_checkpoint_replace')
+      integer(c_int) function c_replace(from, to) bind(C, name='rockdda_checkpoint_replace')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: from(*), to(*)
-         integer(c_int), value :: sync
       end function c_replace
    end interface
 
@@ -141,23 +140,21 @@ contains
       if (allocated(error)) call give_up(self)
    end subroutine begin_saving
 
-   !> Finish the checkpoint and rename it over the older one. On error the older one is unchanged.
-   subroutine end_saving(self, sync, error)
+   !> Finish the checkpoint, rename it over the older one and wait until it is on the disk. On error the older one is
+   !> unchanged.
+   subroutine end_saving(self, error)
       class(checkpoint_type), intent(inout) :: self
-      logical, intent(in) :: sync                   !! wait until it is on the disk
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: part, line
-      integer(c_int) :: wait
-      wait = merge(1_c_int, 0_c_int, sync)
       part = part_path(self%path)
       if (allocated(self%archive%error)) call move_alloc(self%archive%error, error)
       if (.not. allocated(error)) call self%archive%file%close(error)
       if (.not. allocated(error)) call digest_of_file(part, -1_i8, self%digest, error)
       if (.not. allocated(error)) then
          line = seal_start//hexadecimal(self%digest)//new_line('a')
-         call explain(c_seal(part//c_null_char, line, len(line, c_int), wait))
+         call explain(c_seal(part//c_null_char, line, len(line, c_int)))
       end if
-      if (.not. allocated(error)) call explain(c_replace(part//c_null_char, self%path//c_null_char, wait))
+      if (.not. allocated(error)) call explain(c_replace(part//c_null_char, self%path//c_null_char))
       if (allocated(error)) call give_up(self)
 
    contains

@@ -23,26 +23,25 @@ int rockdda_checkpoint_begin(const char *path)
    return close(fd) == 0 ? 0 : errno;
 }
 
-/* Append n bytes, and wait until the file is on the disk when asked to. 0 or an errno value. */
-int rockdda_checkpoint_seal(const char *path, const char *bytes, int n, int sync)
+/* Append n bytes, and wait until the file is on the disk. 0 or an errno value. */
+int rockdda_checkpoint_seal(const char *path, const char *bytes, int n)
 {
    int fd = open(path, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC), problem = 0;
    ssize_t done;
    if (fd < 0) return errno;
    done = write(fd, bytes, (size_t)n);
    if (done != n) problem = done < 0 ? errno : ENOSPC;
-   if (!problem && sync) problem = sync_it(fd);
+   if (!problem) problem = sync_it(fd);
    if (close(fd) != 0 && !problem) problem = errno;
    return problem;
 }
 
-/* Replace `to` by `from`; when asked to, wait until the folder on the disk says so. 0 or an errno value. */
-int rockdda_checkpoint_replace(const char *from, const char *to, int sync)
+/* Replace `to` by `from`; wait until the folder on the disk says so. 0 or an errno value. */
+int rockdda_checkpoint_replace(const char *from, const char *to)
 {
    char *folder, *slash;
    int fd, problem = 0;
    if (rename(from, to) != 0) return errno;
-   if (!sync) return 0;
    folder = strdup(to);
    if (!folder) return ENOMEM;
    slash = strrchr(folder, '/');

@@ -16,10 +16,11 @@ module rockdda_io_digest
    end interface fold
 
    interface
-      subroutine c_bytes(bytes, n, digest) bind(C, name='rockdda_sha256_bytes')
-         import :: c_char, c_long_long
+      subroutine c_bytes(bytes, n, portable, digest) bind(C, name='rockdda_sha256_bytes')
+         import :: c_char, c_int, c_long_long
          character(kind=c_char), intent(in) :: bytes(*)
          integer(c_long_long), value :: n
+         integer(c_int), value :: portable
          character(kind=c_char), intent(inout) :: digest(*)
       end subroutine c_bytes
 
@@ -47,12 +48,16 @@ module rockdda_io_digest
 
 contains
 
-   !> Digest of a text.
-   function digest_of_text(text) result(digest)
+   !> Digest of a text, by the processor's instructions for it where it has them.
+   function digest_of_text(text, portable) result(digest)
       character(len=*), intent(in) :: text
+      logical, intent(in), optional :: portable     !! without these instructions
       character(len=digest_length) :: digest
+      integer(c_int) :: how
       digest = ''
-      call c_bytes(text, len(text, c_long_long), digest)
+      how = 0
+      if (present(portable)) how = merge(1_c_int, 0_c_int, portable)
+      call c_bytes(text, len(text, c_long_long), how, digest)
    end function digest_of_text
 
    !> Compute the digest of the first n bytes of a file, of all of it when n < 0.

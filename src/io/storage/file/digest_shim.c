@@ -5,11 +5,20 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#if defined(__x86_64__) && defined(__GNUC__)
+#define WITH_INSTRUCTIONS
+#include <cpuid.h>
+#include <immintrin.h>
+#endif
+
+/* Take n blocks of 64 bytes. */
+typedef void take_blocks_t(uint32_t *state, const unsigned char *block, size_t n);
 
 typedef struct {
    uint32_t state[8];
    uint64_t length; /* bytes taken */
    unsigned char block[64];
+   take_blocks_t *take_blocks;
 } sha256_t;
 
 static const uint32_t start_state[8] = { 0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
@@ -52,16 +61,81 @@ static void take_block(uint32_t *state, const unsigned char *block)
    for (i = 0; i < 8; i++) state[i] += s[i];
 }
 
+static void take_portable(uint32_t *state, const unsigned char *block, size_t n)
+{
+   for (; n > 0; n--, block += 64) take_block(state, block);
+}
+
+#ifdef WITH_INSTRUCTIONS
+/* The same with the processor's instructions for SHA-256. They keep the state as the vectors (f, e, b, a) and
+ * (h, g, d, c), lowest first; each of them does two rounds, four words of the schedule serve four rounds. */
+__attribute__((target("sha,sse4.1,ssse3"))) static void take_instructed(uint32_t *state, const unsigned char *block,
+                                                                        size_t n)
+{
+   const __m128i order = _mm_set_epi64x(0x0c0d0e0f08090a0b, 0x0405060700010203); /* big endian words */
+   __m128i abcd = _mm_loadu_si128((const __m128i *)state), efgh = _mm_loadu_si128((const __m128i *)(state + 4));
+   __m128i cdab = _mm_shuffle_epi32(abcd, 0xb1), hgfe = _mm_shuffle_epi32(efgh, 0x1b);
+   __m128i abef = _mm_alignr_epi8(cdab, hgfe, 8), cdgh = _mm_blend_epi16(hgfe, cdab, 0xf0);
+   for (; n > 0; n--, block += 64) {
+      const __m128i abef_before = abef, cdgh_before = cdgh;
+      __m128i w[4], sum, next;
+      int i;
+      for (i = 0; i < 4; i++)
+         w[i] = _mm_shuffle_epi8(_mm_loadu_si128((const __m128i *)(block + 16 * i)), order);
+#pragma GCC unroll 16
+      for (i = 0; i < 16; i++) { /* rounds 4 i to 4 i + 3 */
+         sum = _mm_add_epi32(w[i % 4], _mm_loadu_si128((const __m128i *)(round_constants + 4 * i)));
+         cdgh = _mm_sha256rnds2_epu32(cdgh, abef, sum);
+         abef = _mm_sha256rnds2_epu32(abef, cdgh, _mm_shuffle_epi32(sum, 0x0e));
+         if (i < 12) { /* words 4 i + 16 to 4 i + 19 */
+            next = _mm_sha256msg1_epu32(w[i % 4], w[(i + 1) % 4]);
+            next = _mm_add_epi32(next, _mm_alignr_epi8(w[(i + 3) % 4], w[(i + 2) % 4], 4));
+            w[i % 4] = _mm_sha256msg2_epu32(next, w[(i + 3) % 4]);
+         }
+      }
+      abef = _mm_add_epi32(abef, abef_before);
+      cdgh = _mm_add_epi32(cdgh, cdgh_before);
+   }
+   cdab = _mm_shuffle_epi32(abef, 0x1b);
+   hgfe = _mm_shuffle_epi32(cdgh, 0xb1);
+   _mm_storeu_si128((__m128i *)state, _mm_blend_epi16(cdab, hgfe, 0xf0));
+   _mm_storeu_si128((__m128i *)(state + 4), _mm_alignr_epi8(hgfe, cdab, 8));
+}
+
+static int has_instructions(void)
+{
+   unsigned a, b, c, d;
+   if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_SSSE3) || !(c & bit_SSE4_1)) return 0;
+   return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_SHA);
+}
+#endif
+
+static void start(sha256_t *sha, int portable)
+{
+   memcpy(sha->state, start_state, sizeof start_state);
+   sha->length = 0;
+   sha->take_blocks = take_portable;
+#ifdef WITH_INSTRUCTIONS
+   if (!portable && has_instructions()) sha->take_blocks = take_instructed;
+#else
+   (void)portable;
+#endif
+}
+
 static void take(sha256_t *sha, const unsigned char *bytes, size_t n)
 {
-   while (n > 0) {
-      size_t used = (size_t)(sha->length % 64), part = 64 - used < n ? 64 - used : n;
+   size_t used = (size_t)(sha->length % 64), part;
+   sha->length += n;
+   if (used > 0) { /* fill the block that was begun */
+      part = 64 - used < n ? 64 - used : n;
       memcpy(sha->block + used, bytes, part);
-      sha->length += part;
       bytes += part;
       n -= part;
-      if (used + part == 64) take_block(sha->state, sha->block);
+      if (used + part < 64) return;
+      sha->take_blocks(sha->state, sha->block, 1);
    }
+   sha->take_blocks(sha->state, bytes, n / 64);
+   memcpy(sha->block, bytes + n - n % 64, n % 64);
 }
 
 static void finish(sha256_t *sha, unsigned char *digest)
@@ -103,12 +177,11 @@ int64_t rockdda_fold_integers(int64_t sum, const int32_t *values, long long n)
    return (int64_t)result;
 }
 
-/* Digest of bytes in memory. */
-void rockdda_sha256_bytes(const unsigned char *bytes, long long n, unsigned char *digest)
+/* Digest of bytes in memory; portable: without special instructions, for tests. */
+void rockdda_sha256_bytes(const unsigned char *bytes, long long n, int portable, unsigned char *digest)
 {
    sha256_t sha;
-   memcpy(sha.state, start_state, sizeof start_state);
-   sha.length = 0;
+   start(&sha, portable);
    take(&sha, bytes, (size_t)n);
    finish(&sha, digest);
 }
@@ -121,8 +194,7 @@ int rockdda_sha256_file(const char *path, long long n, unsigned char *digest)
    int problem = 0;
    FILE *file = fopen(path, "rb");
    if (!file) return errno;
-   memcpy(sha.state, start_state, sizeof start_state);
-   sha.length = 0;
+   start(&sha, 0);
    while (n != 0) {
       size_t wanted = n < 0 || n > (long long)sizeof buffer ? sizeof buffer : (size_t)n;
       size_t got = fread(buffer, 1, wanted, file);

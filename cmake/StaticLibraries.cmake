@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+# The program begins in a fifth of the time when it does not load the 52 shared libraries that HDF5 and CHOLMOD bring
+# along (Debian's HDF5 needs curl for files on servers, which needs Kerberos, LDAP and so on). Where their archives are
+# there, targets with the property ROCKDDA_STATIC get them instead, and load BLAS and METIS when these are first called
+# (src/late/late.c).
+#
+# Sets ROCKDDA_STATIC_LIBRARIES to the libraries of such a target; empty: not possible here.
+
+option(ROCKDDA_WITH_STATIC_LIBRARIES "Link HDF5 and CHOLMOD statically into the program, where that works" ON)
+set(ROCKDDA_STATIC_LIBRARIES "")
+
+# The archive beside a shared library, '' if there is none.
+function(rockdda_archive_of variable library)
+  string(REGEX REPLACE "\\.so[.0-9]*$" ".a" archive "${library}")
+  if(NOT library MATCHES "\\.so" OR NOT EXISTS "${archive}")
+    set(archive "")
+  endif()
+  set(${variable} "${archive}" PARENT_SCOPE)
+endfunction()
+
+# Name under which a shared library is loaded, '' if it cannot be found out.
+function(rockdda_soname_of variable library)
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p "${library}" OUTPUT_VARIABLE text ERROR_QUIET)
+  set(name "")
+  if(text MATCHES "SONAME +([^ \n]+)")
+    set(name "${CMAKE_MATCH_1}")
+  endif()
+  set(${variable} "${name}" PARENT_SCOPE)
+endfunction()
+
+# Archives whose allocations stay their own: the program ends when an allocation of its own code is refused
+# (src/app/allocation_shim.c), libraries report it.
+function(rockdda_copy_archives variable)
+  set(copies "")
+  foreach(archive IN LISTS ARGN)
+    get_filename_component(real "${archive}" REALPATH)
+    get_filename_component(name "${archive}" NAME)
+    set(copy ${PROJECT_BINARY_DIR}/static/${name})
+    file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/static)
+    if(NOT EXISTS ${copy} OR ${real} IS_NEWER_THAN ${copy})
+      execute_process(RESULT_VARIABLE failed ERROR_QUIET COMMAND ${CMAKE_OBJCOPY}
+        --redefine-sym malloc=__real_malloc --redefine-sym calloc=__real_calloc
+        --redefine-sym realloc=__real_realloc ${real} ${copy})
+      if(failed)
+        set(${variable} "" PARENT_SCOPE)
+        return()
+      endif()
+    endif()
+    list(APPEND copies ${copy})
+  endforeach()
+  set(${variable} "${copies}" PARENT_SCOPE)
+endfunction()
+
+function(rockdda_find_static_libraries)
+  foreach(part IN ITEMS hdf5_fortran hdf5)
+    rockdda_archive_of(archive "${HDF5_Fortran_LIBRARY_${part}}")
+    if(NOT archive)
+      return()
+    endif()
+    list(APPEND archives ${archive})
+  endforeach()
+  if(ROCKDDA_WITH_CHOLMOD)
+    get_filename_component(folder "${CHOLMOD_LIBRARY}" DIRECTORY)
+    foreach(part IN ITEMS cholmod amd colamd camd ccolamd suitesparseconfig)
+      if(NOT EXISTS ${folder}/lib${part}.a)
+        return()
+      endif()
+      list(APPEND archives ${folder}/lib${part}.a)
+    endforeach()
+    find_library(ROCKDDA_METIS_LIBRARY NAMES metis libmetis.so.5)
+    mark_as_advanced(ROCKDDA_METIS_LIBRARY)
+    if(NOT ROCKDDA_METIS_LIBRARY)
+      return()
+    endif()
+  endif()
+  list(GET LAPACK_LIBRARIES 0 blas)
+  rockdda_soname_of(blas_name "${blas}")
+  if(ROCKDDA_METIS_LIBRARY)
+    rockdda_soname_of(metis_name "${ROCKDDA_METIS_LIBRARY}")
+  endif()
+  if(NOT blas_name OR (ROCKDDA_WITH_CHOLMOD AND NOT metis_name))
+    return()
+  endif()
+  rockdda_copy_archives(copies ${archives})
+  if(NOT copies)
+    return()
+  endif()
+  # what HDF5 packs data with
+  foreach(part IN ITEMS sz z)
+    if(HDF5_C_LIBRARY_${part})
+      list(APPEND others ${HDF5_C_LIBRARY_${part}})
+    endif()
+  endforeach()
+  list(APPEND others ${CMAKE_DL_LIBS} m)
+
+  # Do they link without what the shared libraries need? Checked once.
+  set(CMAKE_REQUIRED_LIBRARIES ${archives} ${others} ${LAPACK_LIBRARIES} ${ROCKDDA_METIS_LIBRARY})
+  if(OpenMP_gomp_LIBRARY)
+    list(APPEND CMAKE_REQUIRED_LIBRARIES ${OpenMP_gomp_LIBRARY})
+  endif()
+  set(calls "H5open(); H5Dwrite(); H5Dread();")
+  if(ROCKDDA_WITH_CHOLMOD)
+    string(APPEND calls " cholmod_l_start(); cholmod_l_analyze(); cholmod_l_factorize(); cholmod_l_solve2();")
+  endif()
+  string(REGEX REPLACE "([A-Za-z0-9_]+)\\(\\);" "int \\1();" declarations "${calls}")
+  set(CMAKE_REQUIRED_QUIET ON)
+  check_c_source_compiles("${declarations} int main(void) { ${calls} return 0; }" ROCKDDA_STATIC_LIBRARIES_LINK)
+  if(NOT ROCKDDA_STATIC_LIBRARIES_LINK)
+    return()
+  endif()
+
+  add_library(rockdda_late STATIC ${PROJECT_SOURCE_DIR}/src/late/late.c)
+  target_compile_definitions(rockdda_late PRIVATE "ROCKDDA_BLAS=\"${blas_name}\"" "ROCKDDA_BLAS_PATH=\"${blas}\"")
+  if(ROCKDDA_WITH_CHOLMOD)
+    target_compile_definitions(rockdda_late PRIVATE
+      "ROCKDDA_METIS=\"${metis_name}\"" "ROCKDDA_METIS_PATH=\"${ROCKDDA_METIS_LIBRARY}\"")
+  endif()
+  target_compile_options(rockdda_late PRIVATE $<$<COMPILE_LANG_AND_ID:C,GNU,Clang>:-Wall -Wextra>)
+  set(ROCKDDA_STATIC_LIBRARIES ${copies} rockdda_late ${others} PARENT_SCOPE)
+endfunction()
+
+if(ROCKDDA_WITH_STATIC_LIBRARIES AND CMAKE_SYSTEM_NAME STREQUAL "Linux" AND CMAKE_OBJCOPY AND CMAKE_OBJDUMP)
+  include(CheckCSourceCompiles)
+  rockdda_find_static_libraries()
+endif()
+if(ROCKDDA_STATIC_LIBRARIES)
+  message(STATUS "HDF5 and CHOLMOD are linked statically into the program")
+endif()
