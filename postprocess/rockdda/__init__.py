@@ -92,6 +92,12 @@ def _to_vtk(results: _Any, path: _Any, **options: _Any) -> _Path:
     return to_vtk(results, path, **options)
 
 
+def _slider(results: _Any, field: str, **options: _Any) -> _Any:
+    from .plot import slider
+
+    return slider(results, field, **options)
+
+
 def _to_xarray(results: _Any, contacts: bool) -> _Any:
     from .export import to_xarray
 
@@ -128,5 +134,5 @@ def __dir__() -> list[str]:
 
 
 _OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk, search=_draw_search)
-_OUTPUTS.update(to_xarray=_to_xarray, to_geopandas=_to_geopandas)
+_OUTPUTS.update(slider=_slider, to_xarray=_to_xarray, to_geopandas=_to_geopandas)
 _old_names.install()

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 __all__ = ["ConvergenceError", "InputError", "InputWarning", "OutputError", "Problem", "RockddaError"]
@@ -74,3 +76,13 @@ class ConvergenceError(RockddaError, RuntimeError):
 
 class OutputError(RockddaError, OSError):
     """Output could not be written; what was written before is readable."""
+
+
+def need(module: str, extra: str, purpose: str) -> ModuleType:
+    """A module of a package that is installed on demand; ImportError that says which extra brings it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = {"imageio_ffmpeg": "imageio-ffmpeg", "vtkmodules": "vtk", "shapefile": "pyshp"}.get(module, module)
+        message = f"{purpose} needs the package {package}: pip install 'rockdda[{extra}]' ({error})"
+        raise ImportError(message, name=package) from error

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import html
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from .text import readable
 
-__all__ = ["card", "drawing_of_blocks", "drawing_of_lines", "facts_table"]
+__all__ = ["NotebookBar", "card", "drawing_of_blocks", "drawing_of_lines", "facts_table"]
 
 WIDTH = 340.0  # pixels of a drawing
 MOST = 5000  # shapes that are drawn
@@ -80,3 +81,28 @@ def _svg(content: str, size: tuple[float, float]) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.1f} {height:.1f}" style="background:#ffffff">{content}</svg>'
     )
+
+
+def in_notebook() -> bool:
+    """Does the code run in a notebook, which shows HTML and replaces it?"""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return getattr(shell, "kernel", None) is not None
+
+
+class NotebookBar:
+    """A bar of progress under the cell that runs, which needs no other package."""
+
+    def __init__(self, title: str) -> None:
+        from IPython.display import HTML, display  # a notebook has it
+
+        self._html, self.title = HTML, title
+        self._handle = display(HTML(self.text(0.0, "")), display_id=True)
+
+    def text(self, fraction: float, where: str) -> str:
+        """The bar."""
+        bar = f'<progress value="{min(max(fraction, 0.0), 1.0):.4f}" max="1" style="width:240px"></progress>'
+        return f"<div>{html.escape(readable(self.title))} {bar} {100 * fraction:.0f} % {html.escape(where)}</div>"
+
+    def show(self, fraction: float, step: int, time: float) -> None:
+        """Show how far the run has come."""
+        self._handle.update(self._html(self.text(fraction, f"step {step}, time {time:g}")))

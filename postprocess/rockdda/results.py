@@ -457,6 +457,10 @@ class Results(StageTables):
         """Draw the blocks of a frame, coloured by a field; returns the matplotlib axes. See `rockdda.plot.plot`."""
         return OUTPUTS["plot"](self, field=field, frame=frame, **options)
 
+    def slider(self, field: str = "displacement", **options: Any) -> Any:
+        """A slider over the frames, in a notebook (needs ipywidgets). See `rockdda.plot.slider`."""
+        return OUTPUTS["slider"](self, field, **options)
+
     def animate(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Path:
         """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .errors import ConvergenceError, InputError
 from .native import ENERGIES, REASON, RESULTS, TITLE, Session
+from .notebook import NotebookBar, in_notebook
 from .results import Contacts, Results
 from .results import open as open_results
 
@@ -338,6 +339,8 @@ def _reporter(progress: Progress | bool | None, stack: ExitStack, title: str) ->
         return None
     if progress is not True:
         return progress
+    if in_notebook():
+        return NotebookBar(title or "run").show
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 

@@ -140,5 +140,5 @@ def test_temporal_files_are_written_without_vtk(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
     wall = rockdda.open(write_wall(tmp_path / "wall.h5", 3, 2))
     assert export.to_vtk(wall, tmp_path / "wall.vtkhdf").exists()
-    with pytest.raises(rockdda.RockddaError, match="need VTK"):
+    with pytest.raises(rockdda.RockddaError, match=r"need VTK: pip install 'rockdda\[vtk\]'"):
         export.to_vtk(wall, tmp_path / "wall.pvd")

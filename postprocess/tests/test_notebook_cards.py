@@ -2,11 +2,14 @@
 """What notebooks show of models and results."""
 
 import re
+import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import numpy as np
 import pytest
 import rockdda
+from places import INPUTS
 from rockdda.notebook import MOST, drawing_of_blocks, drawing_of_lines
 from synthetic import write_wall
 
@@ -52,3 +55,40 @@ def test_what_cannot_be_seen_is_not_drawn():
     assert drawing_of_blocks(square, np.array([0, 4]), np.array([False])) == ""
     assert drawing_of_lines(np.zeros((MOST + 1, 4))) == ""
     assert "M" in drawing_of_lines(np.array([[0.0, 0, 0, 1]]))  # no width
+
+
+def test_a_slider_draws_the_frame_and_field_that_are_chosen(tmp_path):
+    pytest.importorskip("ipywidgets")
+    results = rockdda.open(write_wall(tmp_path / "wall.h5", 3, 2, frames=4))
+    widget = results.slider("stress_min")
+    (frames, fields, label), picture = widget.children[0].children, widget.children[1]
+    assert (frames.value, frames.max, fields.value, label.value) == (3, 3, "stress_min", "step 3, time 0.3")
+    pictures = [picture.value]
+    frames.value = 0
+    pictures.append(picture.value)
+    assert label.value == "step 0, time 0"
+    fields.value = "material"
+    pictures.append(picture.value)
+    assert len(set(pictures)) == 3
+    assert all(bytes(found).startswith(b"\x89PNG") for found in pictures)
+
+
+def test_a_slider_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ipywidgets", None)
+    with pytest.raises(ImportError, match=r"a slider needs the package ipywidgets: pip install 'rockdda\[notebook\]'"):
+        rockdda.open(write_wall(tmp_path / "wall.h5", 3, 2)).slider()
+
+
+def test_progress_in_a_notebook_is_a_bar_of_its_own(native, tmp_path):
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    paths = [str(Path(rockdda.__file__).parents[1]), *map(str, rockdda.__path__)]
+    source = (
+        f"import sys; sys.path.insert(0, {paths[0]!r})\nimport rockdda; rockdda.__path__.extend({paths[1:]!r})\n"
+        f"results = rockdda.run({str(INPUTS / 'flat_arch')!r}, steps=3, progress=True)"
+    )
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
+    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    (bar,) = [output["data"]["text/html"] for output in notebook.cells[0].outputs if "data" in output]
+    assert 'progress value="1.0000"' in bar
+    assert "100 % step 3, time" in bar

@@ -263,19 +263,29 @@ def view_command(
     units: UnitNames = None,
     show: ShownUnits = None,
 ) -> None:
-    """Show results in the browser, also during the run. Ctrl-C ends the server.
+    """Show results, or a model before any run, in the browser. Ctrl-C ends the server.
 
-    Play and scrub, zoom and move, pick a block to see its values and their history. The page is served on this
-    machine only.
+    Results (also during the run): play and scrub, zoom and move, pick a block to see its values and their history.
+    A model (.nml, .dc, .blk or a folder): lines, blocks, regions, boundaries, water and stages, with the messages of
+    `rockdda check` at their places; the page follows the files as they are edited. It is served on this machine only.
 
     Examples:
 
         rockdda-post view slope.h5
 
         rockdda-post view slope.h5 --no-browser --port 8000
+
+        rockdda-post view slope.nml
     """
     from ..film.viewer import view
+    from ..plot.input_files import is_input
 
+    def ready(address: str) -> None:
+        typer.echo(f"{file} is shown at {address} (Ctrl-C ends it)")
+
+    if file.is_dir() or is_input(file):
+        view(file, port, browser, ready=ready)
+        return
     results, units = in_shown_units(open_results(file, field=field), units, show)
     view(
         results,
@@ -283,7 +293,7 @@ def view_command(
         browser,
         field,
         units,
-        lambda address: typer.echo(f"{file} is shown at {address} (Ctrl-C ends it)"),
+        ready,
     )
 
 

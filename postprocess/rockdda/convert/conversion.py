@@ -13,11 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..deck import BlockMaterial, JointMaterial
-from ..errors import InputError, OutputError, Problem, RockddaError
+from ..errors import InputError, OutputError, Problem, RockddaError, need
 from ..program import find_program
 from ..text import has_controls
 from . import ddaml, dxf, geojson
-from .blocks import blocks_text, check_blocks
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
@@ -100,6 +99,8 @@ def convert(
         if geometry.bolts and geometry.bolt_values is None:
             reports[0].warning("the bolts have no stiffness: the program ignores them")
         if geometry.blocks:
+            from .blocks import blocks_text
+
             texts[stem.with_name(stem.name + ".blk")] = blocks_text(geometry, f"from {title}")
         else:
             texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
@@ -206,6 +207,8 @@ class _Reading:
         if kind == "dxf":
             drawn = dxf.read_dxf(path, self.layers, self.chord, scale=self.scale, default=default, known=self._known)
             return *drawn, False
+        if kind in ("gis", "compas"):
+            need("shapely", "dxf", "reading maps and meshes")
         if kind == "gis":
             from .gis import read_gis
 
@@ -251,7 +254,11 @@ class _Reading:
                 moved = move_to_local_origin(geometry, report)
                 self.moved = "" if moved is None else f"; the origin was at {moved[0]:.15g}, {moved[1]:.15g}"
             geometry.e0 = self.e0 if self.e0 is not None else geometry.extent / 10_000
+            if geometry.blocks or geometry.regions or geometry.chains:
+                need("shapely", "dxf", "clipping lines, and polygons as blocks,")
             if geometry.blocks:
+                from .blocks import check_blocks
+
                 check_blocks(geometry, report)
             elif geometry.regions or geometry.chains:
                 from .regions import apply_regions

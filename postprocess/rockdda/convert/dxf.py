@@ -9,6 +9,7 @@ alphabetical order. `layers` overrides this by name, for example {"FAULTS": "joi
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import math
 import re
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, OutputError
+from ..errors import InputError, OutputError, need
 from ..text import short
 from .dxf_blocks import DRAWN, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
@@ -172,9 +173,8 @@ def _extent(entities: list[Any], report: Report) -> float:
 
 def _read(path: Path, report: Report) -> Any:
     """The drawing; a damaged one is repaired as far as ezdxf can, with a warning."""
-    import ezdxf
-    from ezdxf import recover
-
+    ezdxf = need("ezdxf", "dxf", "reading DXF drawings")
+    recover = importlib.import_module("ezdxf.recover")
     check_size(path)
     try:
         return ezdxf.readfile(path)
@@ -272,8 +272,7 @@ def _corners(entity: Any, chord: float) -> list[Point]:
 
 def write_dxf(frame: Frame, path: Path) -> Path:
     """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points and bolts."""
-    import ezdxf
-
+    ezdxf = need("ezdxf", "dxf", "writing DXF drawings")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 0  # the unit of results is known to their user only
     space = document.modelspace()

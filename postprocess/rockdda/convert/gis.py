@@ -18,7 +18,7 @@ from typing import Any
 import shapely
 from shapely.geometry import mapping
 
-from ..errors import InputError
+from ..errors import InputError, need
 from .dxf import SPEAKING, kind_of, parse_kind
 from .geojson import Reader
 from .geometry import Geometry
@@ -166,12 +166,9 @@ def _shape(blob: Any, report: Report) -> Any:
 
 def _shapefile(path: Path) -> list[Source]:
     """The layer of a Shapefile."""
-    try:
-        import shapefile
-    except ImportError as error:
-        message = f"Shapefiles need the package pyshp: pip install 'rockdda[shapefile]' ({error})"
-        raise InputError(message, path) from error
     from shapely.geometry import shape
+
+    shapefile = need("shapefile", "gis", "reading Shapefiles")
 
     try:
         with shapefile.Reader(str(path)) as file:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError
+from ..errors import InputError, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..stages import STAGE_TABLES
 
@@ -29,11 +29,7 @@ def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
     stress_component, velocity_component, energy_column, contact_count, measured, fixed, boundary. `time`, `step_time`,
     `contact_frame` and `contact_time` are indices: `data.sel(time=0.5, method="nearest")`, `data.sel(contact_frame=3)`.
     """
-    try:
-        import xarray
-    except ImportError as error:
-        message = f"to_xarray needs the package xarray: pip install 'rockdda[xarray]' ({error})"
-        raise ImportError(message, name="xarray") from error
+    xarray = need("xarray", "xarray", "to_xarray")
     xy = ["x", "y"]
     frame, block = "frame", "block"
     data: dict[str, tuple[tuple[str, ...], Any]] = {
@@ -113,11 +109,7 @@ def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: A
     columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post export`;
     crs is the reference system of the coordinates, where they have one.
     """
-    try:
-        import geopandas
-    except ImportError as error:
-        message = f"to_geopandas needs the package geopandas: pip install 'rockdda[gis]' ({error})"
-        raise ImportError(message, name="geopandas") from error
+    geopandas = need("geopandas", "gis", "to_geopandas")
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: {', '.join(tables)}")

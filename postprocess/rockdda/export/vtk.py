@@ -88,7 +88,9 @@ def _check_vtk() -> None:
     try:
         import vtkmodules.vtkIOXML  # noqa: F401
     except ImportError as error:
-        raise RockddaError(f"files for ParaView need VTK: python -m pip install vtk ({error})") from error
+        raise RockddaError(
+            f"files .vtu and .pvd need VTK: pip install 'rockdda[vtk]', or write .vtkhdf ({error})"
+        ) from error
 
 
 def _grid(frame: Frame, found: Grid) -> Any:

@@ -224,7 +224,9 @@ def _writer(path: Path, fps: Any) -> Any:
 
             program = imageio_ffmpeg.get_ffmpeg_exe()
         except (ImportError, RuntimeError) as error:
-            raise InputError("an .mp4 needs ffmpeg: install imageio-ffmpeg, or make a .gif or .html", path) from error
+            raise InputError(
+                "an .mp4 needs ffmpeg: pip install 'rockdda[films]', or make a .gif or .html", path
+            ) from error
     mpl.rcParams["animation.ffmpeg_path"] = program
     # colours that every player knows
     arguments = ["-pix_fmt", "yuv420p", "-crf", "20"]

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import parse_qs, unquote, urlsplit
 
 import numpy as np
@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from ..errors import InputError, RockddaError
 from ..frames import FIELDS, Frame, field_name
+from ..plot.input_files import is_input
 from ..results import Results
 from ..units import Units
 from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
@@ -159,7 +160,15 @@ def block_history(results: Results, field: str, block: int) -> npt.NDArray[Any]:
     return _BlockInTime(results, block).field(field)
 
 
-def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
+class Answers(Protocol):
+    """What a server asks: results or a model."""
+
+    token: str
+
+    def answer(self, path: str) -> tuple[str, bytes]: ...
+
+
+def _handler(viewer: Answers, names: set[str]) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
 
@@ -202,7 +211,7 @@ def _handler(viewer: Viewer, names: set[str]) -> type[BaseHTTPRequestHandler]:
     return Handler
 
 
-def serve(viewer: Viewer, port: int = 0) -> ThreadingHTTPServer:
+def serve(viewer: Answers, port: int = 0) -> ThreadingHTTPServer:
     """A server on 127.0.0.1 (port 0: any free one) that has not begun to answer yet."""
     try:
         server = ThreadingHTTPServer(("127.0.0.1", port), BaseHTTPRequestHandler)
@@ -222,10 +231,17 @@ def view(
     units: str | None = None,
     ready: Callable[[str], None] | None = None,
 ) -> None:
-    """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token."""
-    results = path if isinstance(path, Results) else Results(path)
-    field = field_name(field)
-    viewer = Viewer(results, field, units)
+    """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token.
+
+    `path`: results, or a model before any run: a labelled file, its folder, a geometry or block file.
+    """
+    viewer: Answers
+    if not isinstance(path, Results) and (Path(path).is_dir() or is_input(path)):
+        from .model_viewer import ModelViewer
+
+        viewer = ModelViewer(Path(path))
+    else:
+        viewer = Viewer(path if isinstance(path, Results) else Results(path), field_name(field), units)
     server = serve(viewer, port)
     address = f"http://127.0.0.1:{server.server_address[1]}/?token={viewer.token}"
     with tempfile.TemporaryDirectory(prefix="rockdda-view-") as folder:

@@ -3,7 +3,7 @@
 
 Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
 `energy`, `iterations`, `ground_reaction`; the search of a critical factor: `mechanism`, `factor`; several runs side by
-side: `small_multiples`; with a mouse: `interactive`.
+side: `small_multiples`; with a mouse: `interactive`; in a notebook: `slider`.
 `plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
 ground motion.
 """
@@ -19,6 +19,7 @@ from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
 from .records import record
 from .search_maps import draw_search, draw_trials, factor, mechanism
+from .slider import slider
 from .water_maps import water
 from .window import interactive
 
@@ -48,6 +49,7 @@ __all__ = [
     "profile_data",
     "record",
     "save",
+    "slider",
     "small_multiples",
     "stress_crosses",
     "water",

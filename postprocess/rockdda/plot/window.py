@@ -86,5 +86,5 @@ def _pyvista() -> Any:
     try:
         import pyvista
     except ImportError as error:
-        raise RockddaError(f"PyVista is needed for this: python -m pip install pyvista ({error})") from error
+        raise RockddaError(f"the window needs PyVista: pip install 'rockdda[vtk]' ({error})") from error
     return pyvista
