@@ -256,7 +256,10 @@ def animate_command(
 
 @app.command(name="view")
 def view_command(
-    file: ResultsFile,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Results, or a model.", show_default=False)],
+    beside: Annotated[
+        Path | None, typer.Argument(metavar="OTHER.h5", help="Results to compare with.", show_default=False)
+    ] = None,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the browser.")] = True,
     field: FieldName = "displacement",
@@ -266,6 +269,7 @@ def view_command(
     """Show results, or a model before any run, in the browser. Ctrl-C ends the server.
 
     Results (also during the run): play and scrub, zoom and move, pick a block to see its values and their history.
+    With two results: both side by side, at the same moment, field and section.
     A model (.nml, .dc, .blk or a folder): lines, blocks, regions, boundaries, water and stages, with the messages of
     `rockdda check` at their places; the page follows the files as they are edited. It is served on this machine only.
 
@@ -274,6 +278,8 @@ def view_command(
         rockdda-post view slope.h5
 
         rockdda-post view slope.h5 --no-browser --port 8000
+
+        rockdda-post view dry.h5 wet.h5
 
         rockdda-post view slope.nml
     """
@@ -284,8 +290,11 @@ def view_command(
         typer.echo(f"{file} is shown at {address} (Ctrl-C ends it)")
 
     if file.is_dir() or is_input(file):
+        if beside is not None:
+            raise InputError("a model is shown alone; two results are compared", beside)
         view(file, port, browser, ready=ready)
         return
+    other = None if beside is None else in_shown_units(open_results(beside, field=field), units, show)[0]
     results, units = in_shown_units(open_results(file, field=field), units, show)
     view(
         results,
@@ -294,6 +303,7 @@ def view_command(
         field,
         units,
         ready,
+        other,
     )
 
 

@@ -41,8 +41,14 @@ MOST_SAMPLED = 25  # frames whose values make the colour scale of a long run
 class Viewer:
     """Answers to the requests of the page. One results file, used by one request at a time."""
 
-    def __init__(self, results: Results, field: str = "displacement", units: str | Units | None = None) -> None:
-        self.results = results
+    def __init__(
+        self,
+        results: Results,
+        field: str = "displacement",
+        units: str | Units | None = None,
+        paired: bool = False,
+    ) -> None:
+        self.results, self.paired = results, paired
         self.units = Units.parse(units)
         self.fields = list(dict.fromkeys([field_name(field), *SHOWN_FIELDS]))
         self.joint_fields = [entry["name"] for entry in joint_entries(results, self.units)]
@@ -100,7 +106,9 @@ class Viewer:
         if not state["times"]:
             raise InputError("there are no frames yet", self.results.path)
         title = self.results.title or self.results.name
-        return page(title, describe(self.results, self.fields, self.units) | state | {"live": True})
+        return page(
+            title, describe(self.results, self.fields, self.units) | state | {"live": True, "paired": self.paired}
+        )
 
     def _range(self, name: str) -> tuple[float, float, float, float]:
         """Smallest and largest value of a field, in some frames of a long run, else in all; then the usual range."""
@@ -230,10 +238,12 @@ def view(
     field: str = "displacement",
     units: str | None = None,
     ready: Callable[[str], None] | None = None,
+    beside: Results | None = None,
 ) -> None:
     """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token.
 
-    `path`: results, or a model before any run: a labelled file, its folder, a geometry or block file.
+    `path`: results, or a model before any run: a labelled file, its folder, a geometry or block file. `beside`: other
+    results, which are shown beside them at the same moment.
     """
     viewer: Answers
     if not isinstance(path, Results) and (Path(path).is_dir() or is_input(path)):
@@ -241,7 +251,13 @@ def view(
 
         viewer = ModelViewer(Path(path))
     else:
-        viewer = Viewer(path if isinstance(path, Results) else Results(path), field_name(field), units)
+        results = path if isinstance(path, Results) else Results(path)
+        if beside is not None:
+            from .pair import PairViewer
+
+            viewer = PairViewer(results, beside, field_name(field), units)
+        else:
+            viewer = Viewer(results, field_name(field), units)
     server = serve(viewer, port)
     address = f"http://127.0.0.1:{server.server_address[1]}/?token={viewer.token}"
     with tempfile.TemporaryDirectory(prefix="rockdda-view-") as folder:

@@ -193,6 +193,40 @@ function paint(blocks, at, finish) {
   }
 }
 
+// Many small blocks are filled pixel by pixel, which is several times as fast as paths. A pixel belongs to the block that
+// holds its middle.
+const MANY = 4000;
+let pixels = null;
+function paintPixels(blocks, at, width, height, colourOf) {
+  const ratio = canvas.width / width, wide = canvas.width, tall = canvas.height;
+  if (!pixels || pixels.width !== wide || pixels.height !== tall) pixels = pen.createImageData(wide, tall);
+  const target = new Uint32Array(pixels.data.buffer), cuts = [];
+  target.fill(0xffffffff);
+  for (const i of blocks) {
+    const first = offset[i], last = offset[i + 1], colour = colourOf(i);
+    let top = Infinity, bottom = -Infinity;
+    for (let v = first; v < last; v++) { const y = at[2 * v + 1]; if (y < top) top = y; if (y > bottom) bottom = y; }
+    const begin = Math.max(0, Math.ceil(top * ratio - 0.5)), end = Math.min(tall - 1, Math.floor(bottom * ratio - 0.5));
+    for (let row = begin; row <= end; row++) {
+      const y = (row + 0.5) / ratio;
+      cuts.length = 0;
+      for (let v = first, w = last - 1; v < last; w = v++) {
+        const y1 = at[2 * v + 1], y2 = at[2 * w + 1];
+        if (y1 > y !== y2 > y) cuts.push((at[2 * v] + ((at[2 * w] - at[2 * v]) * (y - y1)) / (y2 - y1)) * ratio - 0.5);
+      }
+      if (cuts.length > 2) cuts.sort((a, b) => a - b);
+      for (let k = 0; k + 1 < cuts.length; k += 2) {
+        const a = cuts[k] < cuts[k + 1] ? cuts[k] : cuts[k + 1], b = cuts[k] < cuts[k + 1] ? cuts[k + 1] : cuts[k];
+        const from = row * wide + Math.max(0, Math.ceil(a)), to = row * wide + Math.min(wide, Math.ceil(b));
+        for (let p = from; p < to; p++) target[p] = colour;
+      }
+    }
+  }
+  pen.putImageData(pixels, 0, 0);
+}
+
+const wordOf = (hex) => 0xff000000 + parseInt(hex.slice(5, 7) + hex.slice(3, 5) + hex.slice(1, 3), 16); // bytes R, G, B, A
+
 function onScreen(at, width, height) { // the blocks that can be seen, and their mean size in pixels
   const seen = [];
   let size = 0;
@@ -221,9 +255,10 @@ function enlarged() {
 
 function present() { // vertices as shown
   const factor = enlarged(), out = new Float32Array(start.length);
-  for (let v = 0; v < owner.length; v++) {
+  for (let v = 0, i = 0; v < owner.length; v++, i += 2) {
     const scale = gone[owner[v]] ? 1 : factor;
-    for (const i of [2 * v, 2 * v + 1]) out[i] = start[i] + scale * moved[i];
+    out[i] = start[i] + scale * moved[i];
+    out[i + 1] = start[i + 1] + scale * moved[i + 1];
   }
   return out;
 }
@@ -231,14 +266,14 @@ function present() { // vertices as shown
 function findGone() { // no block shrinks to a twentieth of its size; films keep places to about 1/30,000
   gone = new Uint8Array(setup.blocks);
   for (let i = 0; i < setup.blocks; i++) {
-    const size = [0, 0];
-    for (let v = offset[i] + 1; v < offset[i + 1]; v++) {
-      const x = start[2 * v] - start[2 * offset[i]], y = start[2 * v + 1] - start[2 * offset[i] + 1];
-      const dx = moved[2 * v] - moved[2 * offset[i]], dy = moved[2 * v + 1] - moved[2 * offset[i] + 1];
-      size[0] = Math.max(size[0], Math.hypot(x, y));
-      size[1] = Math.max(size[1], Math.hypot(x + dx, y + dy));
+    let before = 0, now = 0; // squares
+    for (let o = 2 * offset[i], v = o + 2; v < 2 * offset[i + 1]; v += 2) {
+      const x = start[v] - start[o], y = start[v + 1] - start[o + 1];
+      const u = x + moved[v] - moved[o], w = y + moved[v + 1] - moved[o + 1];
+      before = Math.max(before, x * x + y * y);
+      now = Math.max(now, u * u + w * w);
     }
-    gone[i] = size[1] < 0.05 * size[0] ? 1 : 0;
+    gone[i] = now < 0.0025 * before ? 1 : 0;
   }
 }
 
@@ -392,7 +427,14 @@ function draw() {
   const at = places(present()), colours = maps[field.map || mapOf(...limits)], plain = !ofBlocks(field);
   const [seen, size] = onScreen(at, width, height);
   jointWidth = size / 6;
-  if ($("outline").checked && frame > 0 && size > 3) {
+  const many = seen.length > MANY && size < 12 && !plain;
+  document.body.dataset.pixels = many ? "yes" : "";
+  if (many) {
+    const words = colours.map(wordOf), most = colours.length - 1, [first, over] = [limits[0], limits[1] - limits[0] || 1];
+    paintPixels(seen, at, width, height, field.map === "materials" ? (i) => words[(values[i] - 1) % words.length]
+      : (i) => words[Math.round(Math.min(Math.max((values[i] - first) / over, 0), 1) * most)]);
+  }
+  if ($("outline").checked && frame > 0 && size > 3 && !many) {
     pen.strokeStyle = "#7a7a7a";
     pen.lineWidth = 0.7;
     pen.setLineDash([4, 3]);
@@ -401,7 +443,7 @@ function draw() {
   }
   const [low, high] = limits, span = high - low || 1;
   const buckets = new Map(); // blocks of one colour are painted together
-  for (const i of plain ? [] : seen) {
+  for (const i of plain || many ? [] : seen) {
     const share = Math.min(Math.max((values[i] - low) / span, 0), 1);
     const colour = field.map === "materials" ? (values[i] - 1) % colours.length : Math.round(share * (colours.length - 1));
     if (!buckets.has(colour)) buckets.set(colour, []);
@@ -416,7 +458,7 @@ function draw() {
     paint(blocks, at, () => { pen.fill(); if (size < 3) pen.stroke(); });
   }
   if (plain) { pen.fillStyle = "#f0f1f2"; paint(seen, at, () => pen.fill()); }
-  if (size >= 3) {
+  if (size >= 3 && !(many && (playing || size < 6))) {
     pen.strokeStyle = plain ? "#a8a8a8" : "#333333";
     pen.lineWidth = Math.min(0.8, size / 16);
     paint(seen, at, () => pen.stroke());
@@ -439,8 +481,85 @@ function draw() {
     pen.fillStyle = "#ffffff"; pen.strokeStyle = "#000000"; pen.lineWidth = 1;
     pen.fill(); pen.stroke();
   }
+  drawMeasure();
   drawScale(width, height, colours);
   document.body.dataset.drawn = String(++drawn);
+  tellOther();
+}
+
+// ---- a distance between two places, which move with the blocks where they are vertices ---------------------------
+
+let measuring = false, ends = []; // each end a vertex, or a place
+
+function setMeasuring(on) {
+  measuring = on;
+  if (on) ends = [];
+  $("measure").classList.toggle("on", on);
+  $("measure").setAttribute("aria-pressed", String(on));
+  draw();
+}
+
+function endAt(px, py) { // the nearest vertex within some pixels, else the place
+  const at = places(present());
+  let best = 9, found = -1;
+  for (let v = 0; v < owner.length; v++) {
+    if (gone[owner[v]]) continue;
+    const away = Math.hypot(at[2 * v] - px, at[2 * v + 1] - py);
+    if (away < best) { best = away; found = v; }
+  }
+  if (found >= 0) return { vertex: found };
+  return { place: [view.x + (px - canvas.clientWidth / 2) / view.scale, view.y - (py - canvas.clientHeight / 2) / view.scale] };
+}
+
+const placeOf = ({ vertex, place }, moves) => place || [0, 1].map((c) => start[2 * vertex + c] + (moves ? moved[2 * vertex + c] : 0));
+
+function drawMeasure() {
+  if (!ends.length) return;
+  const shown = present(), drawnAt = ends.map((end) => places(end.place || [shown[2 * end.vertex], shown[2 * end.vertex + 1]]));
+  pen.strokeStyle = pen.fillStyle = "#b3006b"; pen.lineWidth = 2;
+  for (const [x, y] of drawnAt) { pen.beginPath(); pen.arc(x, y, 4, 0, 2 * Math.PI); pen.fill(); }
+  if (ends.length < 2) { document.body.dataset.distance = ""; return; }
+  const [[x1, y1], [x2, y2]] = drawnAt, now = ends.map((end) => placeOf(end, true)), before = ends.map((end) => placeOf(end, false));
+  pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
+  const [dx, dy] = [now[1][0] - now[0][0], now[1][1] - now[0][1]], distance = Math.hypot(dx, dy);
+  const change = distance - Math.hypot(before[1][0] - before[0][0], before[1][1] - before[0][1]);
+  const rows = [`${text(distance)}  (${change >= 0 ? "+" : ""}${text(change)} since the start)`, `Δx ${text(dx)}, Δy ${text(dy)}, ${(Math.atan2(dy, dx) * 180 / Math.PI).toFixed(1)}°`];
+  pen.font = SCALE_FONT; pen.textAlign = "left"; pen.textBaseline = "middle";
+  const wide = Math.max(...rows.map((row) => pen.measureText(row).width)) + 12;
+  const x = Math.min(Math.max((x1 + x2) / 2 + 10, 4), canvas.clientWidth - wide - 4), y = Math.min(Math.max((y1 + y2) / 2 - 40, 4), canvas.clientHeight - 44);
+  pen.fillStyle = "#ffffffe0"; pen.fillRect(x, y, wide, 38);
+  pen.strokeStyle = "#b3006b"; pen.lineWidth = 1; pen.strokeRect(x, y, wide, 38);
+  pen.fillStyle = "#1d232a";
+  rows.forEach((row, k) => pen.fillText(row, x + 6, y + 11 + 17 * k));
+  document.body.dataset.distance = `${distance} ${change}`;
+}
+
+// ---- two results side by side: this page is one of two frames, which do the same ----------------------------------
+
+const paired = window.parent !== window && Boolean(setup.paired);
+let hearing = 0, leads = false; // the page that was touched last leads
+for (const kind of ["pointerdown", "wheel", "keydown", "input", "change"]) window.addEventListener(kind, () => { leads = true; }, { capture: true, passive: true });
+
+function tellOther() {
+  if (!paired || hearing || !leads) return;
+  window.parent.postMessage({ time: setup.times[frame], field: field.name, view: fitted ? null : view, enlarge: $("enlarge").value,
+    outline: $("outline").checked, water: $("water").checked, range: $("range").value, low: $("low").value, high: $("high").value }, location.origin);
+}
+
+async function hear(news) {
+  hearing++; leads = false;
+  setPlaying(false);
+  try {
+    fitted = !news.view;
+    if (news.view) view = { ...news.view };
+    const same = setup.fields.find((f) => f.name === news.field);
+    if (same) { field = same; $("field").value = same.name; }
+    for (const name of ["enlarge", "range", "low", "high"]) $(name).value = news[name];
+    for (const name of ["outline", "water"]) $(name).checked = news[name];
+    let best = 0;
+    setup.times.forEach((time, k) => { if (Math.abs(time - news.time) <= Math.abs(setup.times[best] - news.time)) best = k; });
+    await show(best);
+  } finally { hearing--; }
 }
 
 const SCALE_FONT = "12px system-ui, sans-serif";
@@ -683,6 +802,7 @@ async function play(now) {
 function setPlaying(on) {
   playing = on;
   $("play").textContent = on ? "❚❚" : "▶";
+  if (!on) draw(); // with the outlines that are left out while many blocks move
   if (on) requestAnimationFrame(play);
 }
 
@@ -717,6 +837,9 @@ function connect() {
   $("play").onclick = togglePlay;
   $("fit").onclick = () => { fit(); draw(); };
   $("unpick").onclick = () => pick(-1);
+  $("measure").onclick = () => { setMeasuring(!measuring); $("measure").blur(); };
+  $("help").onclick = () => { $("keys").hidden = !$("keys").hidden; $("help").blur(); };
+  if (paired) window.addEventListener("message", (event) => { if (event.origin === location.origin && event.source === window.parent) guarded(() => hear(event.data)); });
   new ResizeObserver(() => draw()).observe($("stage"));
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
@@ -749,7 +872,10 @@ function connect() {
   });
   const lift = (event) => {
     fingers.delete(event.pointerId);
-    if (event.type === "pointerup" && !far) pick(blockAt(event.offsetX, event.offsetY));
+    if (event.type !== "pointerup" || far) return;
+    if (!measuring) { pick(blockAt(event.offsetX, event.offsetY)); return; }
+    ends = [...(ends.length < 2 ? ends : []), endAt(event.offsetX, event.offsetY)];
+    draw();
   };
   canvas.addEventListener("pointerup", lift);
   canvas.addEventListener("pointercancel", lift);
@@ -761,14 +887,29 @@ function connect() {
     else if (event.key === " " && event.target.tagName !== "BUTTON") { event.preventDefault(); togglePlay(); }
     else if (event.key === "[" || event.key === "]") { setPlaying(false); guarded(() => show(stageEnd(event.key === "]" ? 1 : -1))); }
     else if (event.key === "0") { fit(); draw(); }
-    else if (event.key === "Escape") pick(-1);
+    else if (event.key === "m") setMeasuring(!measuring);
+    else if (event.key === "?") $("keys").hidden = !$("keys").hidden;
+    else if (event.key === "Escape") { $("keys").hidden = true; ends = []; setMeasuring(false); pick(-1); }
   });
 }
 
 function hover([px, py]) {
   const block = blockAt(px, py), row = jointAt(px, py);
   const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
-  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "");
+  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "") + boltAt(px, py);
+}
+
+function boltAt(px, py) { // number from 1 and force of the nearest bolt within some pixels
+  if (!bolts) return "";
+  const factor = enlarged();
+  let best = 6, found = "";
+  setup.bolts.forEach((from, i) => {
+    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[5 * i + j] - v))), dx = x2 - x1, dy = y2 - y1;
+    const share = Math.min(Math.max(((px - x1) * dx + (py - y1) * dy) / (dx * dx + dy * dy || 1), 0), 1);
+    const away = Math.hypot(px - x1 - share * dx, py - y1 - share * dy);
+    if (away < best) { best = away; found = ` · bolt ${i + 1}: ${setup.boltLabel} ${text(bolts[5 * i + 4])}`; }
+  });
+  return found;
 }
 
 function jointText(row) {
