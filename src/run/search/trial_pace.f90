@@ -4,10 +4,12 @@
 !> Every static step begins at rest, so that a constant pull P moves a mass m by P dt**2/(2 m) in each step. Where
 !> contacts open and close all the time, steps stay short, and a mechanism whose forces miss equilibrium by a thousandth
 !> needs thousands of steps to move as far as its verdict needs. Steps that carry velocities on move it by n**2 times as
-!> much in n steps. So, when the unbalanced force no longer falls, `carried_steps` steps carry velocities on, and static
-!> ones follow. The verdict is reached in static steps alone: it compares pulls of blocks that begin at rest.
+!> much in n steps. So, when the unbalanced force no longer falls and blocks hardly move, `carried_steps` steps carry
+!> velocities on, and static ones follow. The verdict is reached in static steps alone: it compares pulls of blocks that
+!> begin at rest.
 module rockdda_run_trial_pace
    use rockdda_base_kinds, only : wp
+   use rockdda_stepping_control, only : growth
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
@@ -16,12 +18,12 @@ module rockdda_run_trial_pace
    !> Static steps after which the least unbalanced force is compared with the least one before; when velocities have
    !> been carried, so few that they show whether the pull has stayed.
    integer, parameter :: static_steps = 50, checking_steps = 5
-   !> Velocities are carried when the unbalanced force is still more than this share.
-   real(wp), parameter :: no_progress = 0.5_wp
-   !> They are carried over so many steps, or until the largest distance from the settled state has grown by this
-   !> factor: verdicts compare pulls while it grows fourfold.
+   !> Velocities are carried when the unbalanced force is still more than the first share, and the largest distance from
+   !> the settled state has grown by less than the second factor in `static_steps`.
+   real(wp), parameter :: no_progress = 0.5_wp, farther = 1.5_wp
+   !> They are carried over so many steps, or until the distance has grown by `farther`: verdicts compare pulls while it
+   !> grows fourfold.
    integer, parameter :: carried_steps = 25
-   real(wp), parameter :: farther = 1.5_wp
    !> Share of the velocity that is carried on. Below 1, so that blocks that ring about their place come to rest.
    real(wp), parameter :: carried = 0.99_wp
 
@@ -31,7 +33,8 @@ module rockdda_run_trial_pace
       integer, private :: enough = static_steps
       real(wp), private :: least = huge(1.0_wp)          !! unbalanced force of these steps
       real(wp), private :: least_before = huge(1.0_wp)
-      real(wp), private :: start = 0                     !! distance at which velocities began to be carried [length]
+      real(wp), private :: start = 0                     !! distance when the pace changed, or was checked [length]
+      real(wp), private :: dt = 0                        !! longest step that carries velocities [time]
    contains
       procedure :: follow
       procedure, private :: set
@@ -47,33 +50,36 @@ contains
       logical :: stuck
       self%steps = self%steps + 1
       if (self%carries) then
+         ! as long as static steps: only these may grow beyond dt_max
+         sim%control%dt = min(self%dt, growth*sim%control%last_dt)
          if (self%steps < carried_steps .and. distance < farther*self%start .and. sim%control%balanced == 0) return
-         call self%set(.false., sim)
+         call self%set(.false., distance, sim)
          self%enough = checking_steps
          return
       end if
       self%least = min(self%least, sim%record%unbalanced)
       if (self%steps < self%enough) return
-      stuck = self%least > no_progress*self%least_before
+      stuck = self%least > no_progress*self%least_before .and. &
+              distance < self%start*farther**(real(self%steps, wp)/static_steps)
       self%least_before = min(self%least, self%least_before)
-      self%steps = 0
-      self%least = huge(1.0_wp)
-      self%enough = static_steps
-      if (.not. stuck) return
-      self%start = distance
-      call self%set(.true., sim)
+      call self%set(stuck, distance, sim)
    end subroutine follow
 
    !> Carry velocities from now on, or not.
-   subroutine set(self, carries, sim)
+   subroutine set(self, carries, distance, sim)
       class(trial_pace_type), intent(inout) :: self
       logical, intent(in) :: carries
+      real(wp), intent(in) :: distance               !! largest of a block from the settled state [length]
       type(simulation_type), intent(inout) :: sim
-      self%carries = carries
       self%steps = 0
+      self%start = distance
+      self%enough = static_steps
+      self%least = huge(1.0_wp)
+      if (carries .eqv. self%carries) return
+      self%carries = carries
+      if (carries) self%dt = max(sim%control%dt, sim%parameters%dt_max)
       sim%parameters%stages(size(sim%parameters%stages))%k01 = merge(carried, 0.0_wp, carries)
       sim%control%balanced = 0
-      sim%control%dt = min(sim%control%dt, sim%parameters%dt_max)
       if (.not. carries) sim%state%velocity = 0
    end subroutine set
 

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""What searches of the critical factor cost: the table of docs/factor-of-safety.md, "What a search costs".
+
+    python benchmarks/critical_factor.py                  all models, some minutes
+    python benchmarks/critical_factor.py slope demo       these models only
+
+One core, `--jobs 1`: trials, steps and processor time (user) of the whole command. Random slope, wall, arch and toppling
+slope are those of the validation, which must be importable (PYTHONPATH=postprocess, or an installed package).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import equilibrium
+
+ROOT = Path(__file__).resolve().parents[1]
+PROGRAM = os.environ.get("ROCKDDA_PROGRAM", os.fspath(ROOT / "build/bin/rockdda"))
+
+
+@dataclass(frozen=True)
+class Search:
+    """A model, written into a folder, and the options of its search."""
+
+    title: str
+    write: Callable[[Path], list[str]]  #: the arguments that name the model
+    options: tuple[str, ...] = ()
+
+
+def legacy(case: equilibrium.Case) -> Callable[[Path], list[str]]:
+    """A geometry and an analysis file with options beside them."""
+
+    def write(folder: Path) -> list[str]:
+        (folder / "m.dc").write_text(case.geometry)
+        (folder / "m.df").write_text(case.analysis)
+        (folder / "m.nml").write_text(f"{case.options}\n&stage until = 'equilibrium' /\n")
+        return ["m.dc", "m.df", "--config", "m.nml"]
+
+    return write
+
+
+def shipped(name: str) -> Callable[[Path], list[str]]:
+    """A model of `inputs` as it is."""
+    return lambda folder: [os.fspath(ROOT / "inputs" / name)]
+
+
+def begun(kind: str) -> Callable[[Path], list[str]]:
+    """What `rockdda new` writes."""
+
+    def write(folder: Path) -> list[str]:
+        subprocess.run([PROGRAM, "new", kind, "m", "--quiet"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        return ["m.nml"]
+
+    return write
+
+
+def validated(name: str) -> Callable[[Path], list[str]]:
+    """A model of the validation."""
+
+    def write(folder: Path) -> list[str]:
+        from rockdda.validation.cases.factor_slopes import random_slope, required, toppling_slope
+        from rockdda.validation.factor_models import FIRST_WALL, arch, wall
+
+        models = {
+            "random": random_slope,
+            "wall": lambda: wall("m", FIRST_WALL),
+            "arch": lambda: arch(28),
+            "toppling": lambda: toppling_slope(1.208 * required(0.0)),
+        }
+        model = models[name]()
+        model.write(folder)
+        return [f"{model.name}.nml"]
+
+    return write
+
+
+PUSH = ("--search", "push")
+SEARCHES = {
+    "slope": Search("slope, friction 35°", legacy(equilibrium.CASES["slope"]())),
+    "tunnel": Search("tunnel", shipped("tunnel")),
+    "bonded": Search("tunnel in bonded rock", legacy(equilibrium.tunnel())),
+    "demo": Search("slope of `rockdda new slope`", begun("slope")),
+    "random": Search("random slope", validated("random")),
+    "wall": Search("dry-stone wall, push", validated("wall"), (*PUSH, "--tolerance", "0.002")),
+    "arch": Search("arch of 28 voussoirs, push", validated("arch"), (*PUSH, "--tolerance", "0.001")),
+    "toppling": Search("toppling slope", validated("toppling"), ("--tolerance", "0.005")),
+}
+
+
+def measure(search: Search, folder: Path) -> str:
+    """The row of a search."""
+    arguments = search.write(folder)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    outcome = subprocess.run(
+        [PROGRAM, "fos", *arguments, *search.options, "--jobs", "1", "--json"],
+        cwd=folder, check=False, text=True, capture_output=True, env=os.environ | {"OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    found = json.loads(outcome.stdout)
+    if outcome.returncode != 0:
+        sys.exit(f"{search.title}: {found['messages']}")
+    steps = [trial["steps"] for trial in found["trials"]]
+    undecided = outcome.stderr.count("neither came to rest")
+    return (
+        f"| {search.title} | {found['factor']:.4g} | {found['high'] - found['low']:.2g} | {len(steps)} | {sum(steps)} "
+        f"| {max(steps)} | {undecided} | {seconds:.1f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Cost of searches of the critical factor.")
+    parser.add_argument("models", nargs="*", choices=[*SEARCHES, []], metavar="MODEL", help=", ".join(SEARCHES))
+    chosen = parser.parse_args().models or list(SEARCHES)
+    print("| model | factor | bracket | trials | steps | longest trial | undecided | seconds |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name in chosen:
+        with tempfile.TemporaryDirectory() as folder:
+            print(measure(SEARCHES[name], Path(folder)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
