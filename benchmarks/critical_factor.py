@@ -4,8 +4,8 @@
     python benchmarks/critical_factor.py                  all models, some minutes
     python benchmarks/critical_factor.py slope demo       these models only
 
-One core, `--jobs 1`: trials, steps and processor time (user) of the whole command. Random slope, wall, arch and toppling
-slope are those of the validation, which must be importable (PYTHONPATH=postprocess, or an installed package).
+One core, `--jobs 1`: trials, steps and processor time (user) of the whole command. Random slope, wall, arch and
+toppling slope are those of the validation, so that the package must be installed.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 """The fast cases of critical factors keep their promises, with the program as it is built."""
 
 import pytest
+from rockdda.validation.cases.factor_slopes import two_block_factor, two_block_slide
 from rockdda.validation.factor_models import DOORWAY, FIRST_WALL, Dam, wall
 from rockdda.validation.limit_analysis import RigidBlocks
 from rockdda.validation.registry import all_cases
@@ -41,6 +42,20 @@ def test_pushed_walls_lie_below_the_limit_analysis(rows):
     assert 0.94 * limit <= found.value <= 1.01 * limit
     assert found.mechanism.blocks
     assert 0 not in found.mechanism.blocks  # the slab
+
+
+def test_a_block_that_pushes_another():
+    """Statics and the linear programme agree; the program meets them where no tip stands in the kink of the planes."""
+    import rockdda
+
+    model = two_block_slide(0.4)
+    blocks = RigidBlocks.from_model(model)
+    truth = two_block_factor(blocks)
+    assert truth == pytest.approx(blocks.strength(1e-4), rel=1e-3)
+    found = rockdda.factor_of_safety(model, from_=1.6, to=2.0)
+    assert found.value == pytest.approx(truth, rel=0.01)
+    assert found.mechanism.blocks == [1, 2]
+    assert found.mechanism.kind == "sliding"
 
 
 def test_answers_are_the_same_bits_for_any_number_of_jobs():

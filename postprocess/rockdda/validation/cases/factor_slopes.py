@@ -16,10 +16,11 @@ from ... import networks
 from ...model import Model
 from ...program import find_program
 from ..case import Case, Record
-from ..factor_models import PlaneFailure, random_plane_failures
+from ..factor_models import PlaneFailure, assemble, random_plane_failures
 from ..factor_runs import ASSOCIATED, LENGTH, draw_mechanism, draw_trial_values, search, trial_table
 from ..limit_analysis import RigidBlocks
 from .closed_toppling import BLOCKS, DENSITY, DIP, GRAVITY, HEIGHT, STEP, TOP, WEIGHT, WIDTH, handed_on
+from .factor_water import WATER, water_load
 
 if TYPE_CHECKING:
     from ...critical import CriticalFactor
@@ -72,6 +73,75 @@ def sau_mau_ping(record: Record) -> None:
     trial_table(record, found, "Search of the factor at Sau Mau Ping")
     draw_mechanism(record, found[-1][1], "mechanism", "Sau Mau Ping, crack full, at the first factor that fails")
     draw_trial_values(record, found[-1][1], "search", "The search, crack full")
+
+
+STEEP, GENTLE = math.radians(50), math.radians(12)  # planes of the two blocks
+KINK = (30.0, 30.0 * math.tan(GENTLE))  # where they meet, below the joint between the blocks
+CREST = 20.0
+TABLE = np.array([(-10.0, -2.5), (0.0, 0.0), (30.0, 12.0), (70.0, 16.0)])
+
+
+def two_block_slide(chamfer: float) -> Model:
+    """A block on a steep plane that pushes one on a gentle plane.
+
+    The tip of the upper block between plane and joint is cut off at a height `chamfer` above the kink.
+    """
+    x, y = KINK
+    cut, top = x + chamfer / math.tan(STEEP), x + (CREST - y) / math.tan(STEEP)
+    tip = [(cut, y + chamfer)] if chamfer > 0 else []
+    outlines = [
+        [(-10, -10), (70, -10), (70, CREST), (top, CREST), *tip, KINK, (0, 0), (-10, -2.5)],
+        [(0, 0), KINK, *([(x, y + chamfer)] if tip else []), (x, CREST), (10, CREST)],
+        [(x, y + chamfer), *tip, (top, CREST), (x, CREST)],
+    ]
+    return assemble("two_blocks", outlines, {0}, friction=30.0)
+
+
+def two_block_factor(blocks: RigidBlocks) -> float:
+    """F by statics: friction tan φ/F acts in full on both planes and on the joint between the blocks."""
+    load = np.zeros((3, 3)) if blocks.load is None else blocks.load
+    toe, upper = sorted(blocks.free, key=lambda i: float(blocks.polygons[i][:, 0].min()))
+    (x1, y1), (x2, y2) = (load[i, :2] - (0.0, blocks.weight[i]) for i in (toe, upper))
+
+    def shortage(factor: float) -> float:
+        t = math.tan(math.radians(blocks.friction[1])) / factor
+        s, c = math.sin(STEEP), math.cos(STEEP)
+        # upper block: normal force N of its plane, pressure E of the joint, friction up the plane and up the joint
+        _, pressure = np.linalg.solve([[t * c - s, 1.0], [c + t * s, t]], [-x2, -y2])
+        s, c = math.sin(GENTLE), math.cos(GENTLE)
+        normal, shear = np.linalg.solve([[-s, c], [c, s]], [pressure - x1, t * pressure - y1])
+        return float(shear - t * normal)
+
+    low, high = 0.5, 5.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if shortage(middle) > 0 else (middle, high)
+    return low
+
+
+def two_blocks(record: Record) -> None:
+    """A block that pushes another."""
+    record.text(
+        "A block on a plane of 50° pushes one on a plane of 12°; the joint between them is vertical, φ = 30° "
+        "everywhere. At the limit friction acts in full on the three joints, and statics gives F. The upper block has "
+        "a tip in the kink of the planes, which is cut off 0.4 m above it, as it would be crushed. Left as sharp as "
+        f"drawn, the tip stands on the gentle plane, and the rigid mechanism of the formula cannot move. {LENGTH}"
+    )
+    found = []
+    for name, chamfer, wet in (("dry", 0.4, False), ("water", 0.4, True), ("dry, sharp tip", 0.0, False)):
+        model = two_block_slide(chamfer)
+        blocks = RigidBlocks.from_model(model)
+        if wet:
+            model.options["water"] = [{"name": "table", "table": TABLE.ravel().tolist(), "unit_weight": WATER}]
+            blocks = blocks.with_load([water_load(one, TABLE) for one in blocks.polygons])
+        one = search(record, model, name.replace(", ", "_").replace(" ", "_"), tolerance=0.005)
+        record.compare(
+            f"{name}: F", one.value, truth=two_block_factor(blocks), truth_source="statics",
+            **({"allowed": 0.01} if chamfer else {"explanation": "the tip stands on the gentle plane"}),
+        )  # fmt: skip
+        found.append((name, one))
+    trial_table(record, found, "Search of the factor of the two blocks")
+    draw_mechanism(record, found[1][1], "mechanism", "The two blocks, with water, at the first factor that fails")
 
 
 def _with_anchor(angle: float, force: float) -> float:
@@ -258,6 +328,7 @@ def automatic_numbers(model: Model, folder: Path) -> dict[str, float]:
 CASES = [
     Case("factor-plane-failure", "Plane failure with friction and cohesion", PART, plane_failures),
     Case("factor-sau-mau-ping", "Sau Mau Ping with water in the tension crack", PART, sau_mau_ping),
+    Case("factor-two-blocks", "A block that pushes another, dry and with water", PART, two_blocks),
     Case("factor-toppling", "Toppling slope of Goodman and Bray", PART, toppling),
     Case("factor-numbers", "Slope of random blocks: stiffness and time step", PART, stiffness_and_step, quick=False),
 ]
