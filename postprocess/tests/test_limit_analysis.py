@@ -180,6 +180,13 @@ class TestCutModels:
         assert RigidBlocks.from_model(arch(7)).push().factor == pytest.approx(0.3736, abs=5e-5)
         assert RigidBlocks.from_model(stack(4)).tilt() == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-3)
 
+    def test_gravity_of_the_model(self):
+        """Models read from files have it as an attribute, not among the options."""
+        model = arch(7)
+        expected = RigidBlocks.from_model(model).weight
+        model.gravity = model.options.pop("load")["gravity"]
+        assert RigidBlocks.from_model(model).weight == pytest.approx(expected)
+
     def test_plane_failures(self):
         for case in random_plane_failures(10):
             found = RigidBlocks.from_model(case.model()).strength()

@@ -54,7 +54,7 @@ def test_a_block_that_pushes_another():
     assert truth == pytest.approx(blocks.strength(1e-4), rel=1e-3)
     found = rockdda.factor_of_safety(model, from_=1.6, to=2.0)
     assert found.value == pytest.approx(truth, rel=0.01)
-    assert found.mechanism.blocks == [1, 2]
+    assert found.mechanism.blocks == (1, 2)
     assert found.mechanism.kind == "sliding"
 
 

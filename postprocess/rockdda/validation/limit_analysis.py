@@ -150,7 +150,8 @@ class RigidBlocks:
     def from_model(cls, model: Model) -> RigidBlocks:
         """The blocks that RockDDA cuts of a model; those with fixed points are fixed."""
         blocks = model.cut()
-        gravity = float(_entry(model.options.get("load", {}), "gravity", math.nan))
+        given = _entry(model.options.get("load", {}), "gravity", model.gravity)
+        gravity = math.nan if given is None else float(given)
         unit = [
             material.weight if math.isfinite(material.weight) else material.density * gravity
             for material in model.block_materials
