@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda fos: search the factor at which a model loses its equilibrium.
 module rockdda_app_command_fos
-!$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_kinds, only : wp
@@ -11,6 +10,7 @@ module rockdda_app_command_fos
    use rockdda_run_model_input, only : model_input_type, read_model
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_search_results, only : write_failing_trial
+   use rockdda_run_thread_choice, only : thread_choice_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_command_run, only : find_run_files
    use rockdda_app_process, only : print_error, watch_signals
@@ -34,6 +34,7 @@ contains
       type(search_watch_type) :: watch
       character(len=:), allocatable :: output
       logical :: ok, over
+      type(thread_choice_type) :: threads
       allocate (search)
       output = ''
       watch%request%deadline = huge(1.0_wp)
@@ -43,7 +44,7 @@ contains
       call find_run_files(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call read_model(request, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
-!$       if (is_set(input%options%threads)) call omp_set_num_threads(input%options%threads)
+         call threads%start(input%blocks%n_blocks, input%options%threads)
          if (len(line%output) > 0) call choose_output(line, input, output, error)
          if (.not. allocated(error)) call search%prepare(input, line%search, stem_of_search(output, input), error)
       end if

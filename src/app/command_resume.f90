@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda resume: continue a run from its checkpoint, with the results of a run without a stop.
 module rockdda_app_command_resume
-!$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -88,7 +87,7 @@ contains
          if (is_set(line%steps)) parameters%n_steps = step + min(line%steps, huge(1) - step)
       end associate
       if (is_set(line%threads)) run%facts%threads = line%threads
-!$    if (run%facts%threads > 0) call omp_set_num_threads(run%facts%threads)
+      call run%threads%start(run%sim%blocks%n_blocks, run%facts%threads)
       if (is_set(line%checkpoint_every)) run%facts%checkpoint_every = line%checkpoint_every
       if (is_set(line%max_wall)) run%deadline = run%start + line%max_wall
       run%strict = line%strict

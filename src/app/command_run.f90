@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> rockdda run: compute the motion of blocks in time.
 module rockdda_app_command_run
-!$ use omp_lib, only : omp_set_num_threads
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -37,7 +36,7 @@ contains
       call find_run_files(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call read_model(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
-!$       if (is_set(input%options%threads)) call omp_set_num_threads(input%options%threads)
+         call run%threads%start(input%blocks%n_blocks, input%options%threads)
          call run%prepare(line, input, error)
       end if
       if (is_set(input%options%max_wall)) run%deadline = run%start + input%options%max_wall

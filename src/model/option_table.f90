@@ -209,7 +209,7 @@ contains
       call table%add(option('save_dt', 'a frame every so much time; where save_every is given, too, both count', &
                             unit='time', above=0.0_wp, default_text='none'), o%save_dt)
       call table%add(option('threads', 'number of OpenMP threads', least=1.0_wp, most=real(most_threads, wp), &
-                            default_text='all processors'), o%threads)
+                            default_text='by blocks and free cores'), o%threads)
       call table%add(option('max_wall', 'wall-clock time after which the run stops with a checkpoint (exit 4)', &
                             unit='s', above=0.0_wp, default_text='none', applies='not to a resumed run'), o%max_wall)
       call table%add(option('checkpoint_every', 'wall-clock time between checkpoints', unit='s', above=0.0_wp, &

@@ -27,6 +27,7 @@ module rockdda_run_model_run
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
+   use rockdda_run_thread_choice, only : thread_choice_type
    use rockdda_run_resumption, only : load_files, have_results, find_completion, format_as_compiler
    implicit none
    private
@@ -34,6 +35,7 @@ module rockdda_run_model_run
 
    type, extends(run_files_type) :: run_type
       type(simulation_type) :: sim
+      type(thread_choice_type) :: threads          !! where the program chooses their number
       character(len=:), allocatable :: reason      !! 'finished' or the reason of the stop
       character(len=:), allocatable :: warning     !! of the last `write_step` or `close`
       type(diagnostics_type) :: warnings           !! all of them, for the summary

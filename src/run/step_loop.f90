@@ -59,6 +59,7 @@ contains
                                            ': '//first_line(error%message)
             if (len(reason) == 0) n = n + 1
             call observer%end_step(run, len(reason) == 0)
+            call run%threads%renew()
          end if
          if (len(reason) > 0) then
             run%reason = reason
