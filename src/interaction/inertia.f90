@@ -42,7 +42,8 @@ contains
       f = f + (2/dt)*matmul(m, velocity)
    end subroutine add_inertia
 
-   !> The same in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load.
+   !> The same in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load; and the
+   !> loads that turn forces to where in the step they act.
    pure subroutine add_carried_inertia(m, context, i, k, f)
       real(wp), intent(in) :: m(6, 6)        !! mass matrix
       type(step_context_type), intent(in) :: context
@@ -53,7 +54,7 @@ contains
       associate (c => context%scheme%inertia, dt => context%dt)
          k = k + (c/dt**2)*m
          carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%state%acceleration(:, i)
-         f = f + matmul(m, carried)
+         f = f + matmul(m, carried) + context%turning(:, i)
       end associate
    end subroutine add_carried_inertia
 
@@ -177,7 +178,7 @@ contains
          call add_kinetic(i, context, v, after)
          kinetic = kinetic + after
          lost = lost + context%scheme%inertia_work(momentum, state%acceleration(:, i), a, jump, context%dt) &
-                - (after - before)
+                - (after - before) - dot_product(d, context%turning(:, i))
       end associate
    end subroutine add_carried
 

@@ -183,7 +183,7 @@ contains
    subroutine begin(self, context)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      call self%field%begin(context)
+      if (.not. context%scheme%turns_forces) call self%field%begin(context)
    end subroutine begin
 
    !> Dashpots of all edges, and the stress of the free field.
@@ -193,6 +193,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2), load(6)
       integer :: e, i, j, k
+      if (context%scheme%turns_forces) return
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
          call find_dashpots(self, self%list(e), context, c, rows, outside, pull)

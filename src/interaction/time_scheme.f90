@@ -26,6 +26,7 @@ module rockdda_interaction_time_scheme
       real(wp) :: inertia = 2              !! c
       real(wp) :: impact = 1               !! c/2: factor of the forces of contacts that close
       logical :: seeks_start = .false.     !! no step: the accelerations at its start are sought
+      logical :: turns_forces = .false.    !! no step: springs and loads of its start turn; dashpots, of mid-step, do not
    contains
       procedure :: middle
       procedure :: new_acceleration

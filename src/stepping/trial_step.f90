@@ -12,7 +12,7 @@ module rockdda_stepping_trial_step
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
+   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
@@ -23,9 +23,9 @@ module rockdda_stepping_trial_step
    private
    public :: trial_step_type, trial_report_type
 
-   !> Rotations of blocks in a step beyond this [rad] make a pendulum gain 1e-4 of its energy in a second where forces
-   !> act away from the middle of the step.
-   real(wp), parameter :: much_turned = 1.0e-4_wp
+   !> In steps in which no block turns by more [rad] forces need not be turned from mid-step to where they act: a
+   !> pendulum gains less than 1e-5 of its energy in a second.
+   real(wp), parameter :: least_turn = 1.0e-5_wp
 
    !> The model, its state and the attempt at hand are those of `step_context_type`.
    type, extends(step_context_type) :: trial_step_type
@@ -42,6 +42,7 @@ module rockdda_stepping_trial_step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
+      real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -49,6 +50,7 @@ module rockdda_stepping_trial_step
       procedure, private :: try_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
+      procedure, private :: turn_forces
       procedure, private :: shorten_step
    end type trial_step_type
 
@@ -171,11 +173,12 @@ contains
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
-      self%scheme = scheme_of_attempt(self)
+      self%scheme = self%control%scheme(self%parameters)
       if (self%scheme%second_order .and. .not. self%state%accelerates) then
          call self%find_acceleration(report, error)
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
+      if (self%scheme%second_order) call self%turn_forces()
       call self%expect_motion(is_first)
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
@@ -201,15 +204,6 @@ contains
          report%outcome = attempt%search_again
       end if
    end subroutine try_step
-
-   !> Time integration of an attempt. Forces act on the arms of the middle of the step; where blocks turn, they must be
-   !> those of the middle, too.
-   pure type(time_scheme_type) function scheme_of_attempt(self) result(scheme)
-      class(trial_step_type), intent(in) :: self
-      scheme = self%control%scheme(self%parameters)
-      if (.not. scheme%second_order) return
-      if (maxval(abs(self%state%velocity(3, :)))*self%dt > much_turned) scheme = generalized_alpha(1.0_wp)
-   end function scheme_of_attempt
 
    !> Set the expected motion of the step, by whose rotations the arms of forces turn: velocity times dt, or, where a
    !> static step carries no velocity on, the motion of the last step.
@@ -245,10 +239,12 @@ contains
       self%scheme = shi_scheme()
       self%scheme%level = 0
       self%scheme%seeks_start = .true.
-      call assemble_at_rest(self)
+      call self%renew_all()
+      call self%expect()
+      call assemble_start(self)
       allocate (force, source=self%equations%f)
       self%scheme%level = 1
-      call assemble_at_rest(self)
+      call assemble_start(self)
       self%equations%x = 0
       call self%newton%solve_once(self%equations, force, self%solver, report, error)
       self%state%acceleration = (2/self%dt**2)*self%equations%x
@@ -257,21 +253,45 @@ contains
       self%equations%x = last
       self%scheme = scheme
       self%dt = dt
-
-   contains
-
-      !> The equations of a motion from rest, in the states of the start.
-      subroutine assemble_at_rest(step)
-         class(trial_step_type), intent(inout) :: step
-         call step%renew_all()
-         call step%expect()
-         call step%families%begin(step%step_context_type)
-         call step%families%place(step%step_context_type, step%equations)
-         call step%families%add_to_links(step%equations)
-         call step%equations%assemble()
-      end subroutine assemble_at_rest
-
    end subroutine find_acceleration
+
+   !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
+   !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the equations
+   !> take; with them the scheme is of second order in blocks that turn. A step of 2 level dt has its middle where
+   !> forces act in one of dt. Dashpots act with the mean velocity of the step, at its middle.
+   subroutine turn_forces(self)
+      class(trial_step_type), intent(inout) :: self
+      type(time_scheme_type) :: scheme
+      call self%renew_all()
+      self%turning = 0
+      scheme = self%scheme
+      associate (turn => abs(2*scheme%level - 1)*maxval(abs(self%state%velocity(3, :)))*self%dt)
+         if (.not. turn > abs(2*scheme%level - 1)*least_turn) return
+      end associate
+      if (.not. allocated(self%velocity)) allocate (self%velocity, mold=self%state%velocity)
+      self%velocity(:, :) = self%state%velocity
+      self%state%velocity = 0
+      self%scheme = shi_scheme()
+      self%scheme%level = 0
+      self%scheme%turns_forces = .true.
+      call self%expect(self%velocity, self%dt)
+      call assemble_start(self)
+      self%turning = -self%equations%f
+      call self%expect(self%velocity, 2*scheme%level*self%dt)
+      call assemble_start(self)
+      self%turning = self%turning + self%equations%f
+      self%state%velocity = self%velocity
+      self%scheme = scheme
+   end subroutine turn_forces
+
+   !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
+   subroutine assemble_start(self)
+      class(trial_step_type), intent(inout) :: self
+      call self%families%begin(self%step_context_type)
+      call self%families%place(self%step_context_type, self%equations)
+      call self%families%add_to_links(self%equations)
+      call self%equations%assemble()
+   end subroutine assemble_start
 
    !> A shorter step after a failed attempt; count why.
    pure subroutine shorten_step(self, outcome, displacement)
