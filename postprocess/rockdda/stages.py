@@ -160,7 +160,7 @@ class StageTables(StartArrays):
 
     @property
     def boundary_kinds(self) -> list[str]:
-        """(n,) 'fixed', 'roller', 'moving' or 'traction', in the order of the groups `&boundary`."""
+        """(n,) 'fixed', 'roller', 'moving', 'traction', 'viscous', 'free_field', in the order of groups `&boundary`."""
         if "model/boundary_edges" not in self:
             return []
         return [str(kind).strip() for kind in self.attribute("model/boundary_edges", "kind")]

@@ -183,6 +183,40 @@ def test_arrows_of_boundaries_point_as_they_act(dug, tmp_path):
         axes.figure.canvas.draw()
 
 
+def test_arrows_follow_the_factor_of_their_table(dug, tmp_path):
+    path = tmp_path / "wall.h5"
+    path.write_bytes(dug.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        text = (
+            dug["input/config"].replace("10000", "1e4").replace("pressure = 1e4", "pressure = 1e4\ntable = 0, 1, 4, -1")
+        )
+        del file["input/config"]
+        file["input/config"] = text.replace("traction = 3000", "table = 1, -2\ntraction = 3000")
+    results = rockdda.open(path)
+    of = dug.boundary_edges[:, 0]
+    for time, mode in ((None, INWARD), (-1, INWARD), (1.9, INWARD), (2, 0), (2.1, OUTWARD), (9, OUTWARD)):
+        arrows = edge_arrows(results, time)
+        assert (arrows[of == 2] == [mode, 0, 0]).all()
+        np.testing.assert_allclose(arrows[of == 3], [[ALONG, *(np.array([0.6, -0.8]) * (1 if time is None else -1))]])
+    assert boundary_rows(results)["tables"] == [[], [], [0, 1, 4, -1], [1, -2]]
+
+
+def test_quiet_boundaries_have_dashpots(dug, monkeypatch):
+    """Rod, piston, cylinder and rod at each foot; a free field has a line along the edge behind them."""
+    _, axes = plt.subplots()
+    monkeypatch.setattr(type(dug), "boundary_kinds", ["viscous", "free_field", "roller", "roller"])
+    add_boundaries(axes, dug, dug.frames[0].shown_vertices)
+    blue = mpl.colors.to_rgba(plot.style.BOUNDARIES["viscous"])
+    base, dashpots, side, more, ground = (
+        np.array(one.get_segments()) for one in axes.collections if tuple(one.get_colors()[0]) == blue
+    )
+    assert (len(base), len(side), len(ground)) == (3, 2, 2)
+    assert len(dashpots) % 6 == len(more) % 6 == 0
+    assert len(dashpots) > 6 and dashpots[..., 1].max() == 0 > dashpots[..., 1].min()  # below the base
+    assert more[..., 0].min() == 6 < ground[..., 0].min() == pytest.approx(more[..., 0].max())
+    np.testing.assert_allclose(ground[..., 1], side[..., 1])
+
+
 def test_films_move_boundaries_and_water(dug, tmp_path):
     """Each frame has those of its own: none on the block that is gone."""
     _, axes = plt.subplots()

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..joints import JOINT_FIELDS
-from ..plot.boundary_marks import edge_arrows
+from ..plot.boundary_marks import boundary_tables, edge_arrows
 from ..plot.water_levels import water_tables, wetted_stretches
 
 if TYPE_CHECKING:
@@ -83,12 +83,13 @@ def widest(ranges: list[tuple[float, float, float, float]], name: str) -> tuple[
 
 
 def boundary_rows(results: Results) -> dict[str, Any]:
-    """Edges of boundaries as [vertex, vertex, boundary, arrow, dx, dy], and the kinds of the boundaries."""
+    """Edges of boundaries as [vertex, vertex, boundary, arrow, dx, dy], and of each boundary its kind and the
+    table t, factor, … of its arrows."""
     if not len(results.boundary_edges):
-        return {"kinds": [], "edges": []}
+        return {"kinds": [], "edges": [], "tables": []}
     rows = np.column_stack([results.boundary_ends, results.boundary_edges[:, 0], edge_arrows(results)])
     edges = [[*map(int, row[:4]), *(float(f"{x:.4g}") for x in row[4:])] for row in rows.tolist()]
-    return {"kinds": results.boundary_kinds, "edges": edges}
+    return {"kinds": results.boundary_kinds, "edges": edges, "tables": boundary_tables(results)}
 
 
 def has_water(results: Results) -> bool:

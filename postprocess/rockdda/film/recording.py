@@ -126,7 +126,7 @@ def _draw(
             bar.set_data([0, share], [1.005, 1.005])
             while marks:
                 marks.pop().remove()
-            marks.extend(add_boundaries(axes, results, _moved(results, now.shown_vertices, scale)))
+            marks.extend(add_boundaries(axes, results, _moved(results, now.shown_vertices, scale), now.time))
             marks.extend(add_water_tables(axes, results, now))
             clock.set_text(", ".join(part for part in (stamp, moment(now, units, ".4f"), enlarged) if part))
 

@@ -242,7 +242,7 @@ def blocks(
             add_start(axes, results, shown)
         add_bolts(axes, _shown_bolts(now, scale))
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, shown)
+        add_boundaries(axes, results, shown, now.time)
         add_water_tables(axes, results, now)
         _enlarged(axes, scale)
     return axes
@@ -304,7 +304,7 @@ def stress_crosses(
         )
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
@@ -359,7 +359,7 @@ def contact_forces(
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
         if carrying.any():
             value = _short_factor(reference)
             share_of = value / reference
@@ -403,7 +403,7 @@ def displacements(
         add_colour_bar(axes, arrows, field_label("displacement", units))
         add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, start_of)
+        add_boundaries(axes, results, start_of, now.time)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Symbols of boundaries along their edges: hatches, rollers, and arrows of tractions and velocities."""
+"""Symbols of boundaries along their edges: hatches, rollers, dashpots, and arrows of tractions and velocities."""
 
 from __future__ import annotations
 
@@ -23,26 +23,51 @@ SIZE = 0.012  # of a symbol over the larger extent of the model
 NONE, INWARD, OUTWARD, ALONG = 0, 1, 2, 3
 
 
-def edge_arrows(results: Results) -> FloatArray:
+def edge_arrows(results: Results, time: float | None = None) -> FloatArray:
     """(n, 3) for each edge of `results.boundary_edges`: NONE, INWARD, OUTWARD or ALONG, and the vector of the last.
 
-    Read from the input in the results: tractions and velocities as they are given, without the factor of their table.
+    Read from the input in the results. Tractions and velocities act as at a time, by the factor of their table: none
+    where it is zero; without a time as they are given.
     """
     edges, kinds = results.boundary_edges, results.boundary_kinds
     arrows = np.zeros((len(edges), 3))
-    try:
-        groups = parse_groups(str(results["input/config"])).get("boundary", [])
-    except (KeyError, ValueError):  # no text that the program has accepted
-        groups = []
-    given = [groups] if isinstance(groups, dict) else list(groups)
-    for i, kind in enumerate(kinds):
-        group = given[i] if len(given) == len(kinds) else {}
+    tables = boundary_tables(results)
+    for i, (kind, group) in enumerate(zip(kinds, _groups(results), strict=True)):
         of_boundary = edges[:, 0] == i
         if kind == "traction":
             arrows[of_boundary] = _traction(group, results, of_boundary)
         elif kind == "moving" and "velocity" in group:
             arrows[of_boundary] = (ALONG, *_unit(np.array(group["velocity"], dtype=float)))
+        if time is not None and tables[i]:
+            sign = float(np.sign(np.interp(time, tables[i][0::2], tables[i][1::2])))
+            arrows[of_boundary] = _signed(arrows[of_boundary], sign)
     return arrows
+
+
+def boundary_tables(results: Results) -> list[list[float]]:
+    """Of each boundary the table t, factor, … of its load or velocity; empty: none."""
+    return [[float(value) for value in group.get("table", [])] for group in _groups(results)]
+
+
+def _groups(results: Results) -> list[dict[str, Any]]:
+    """The groups &boundary of the input, one for each boundary; empty ones where the text does not tell."""
+    try:
+        groups = parse_groups(str(results["input/config"])).get("boundary", [])
+    except (KeyError, ValueError):  # no text that the program has accepted
+        groups = []
+    given = [groups] if isinstance(groups, dict) else list(groups)
+    return given if len(given) == len(results.boundary_kinds) else [{} for _ in results.boundary_kinds]
+
+
+def _signed(arrows: FloatArray, sign: float) -> FloatArray:
+    """Arrows as they are, turned round, or none."""
+    if sign > 0:
+        return arrows
+    if sign == 0:
+        return np.zeros_like(arrows)
+    turned = -arrows
+    turned[:, 0] = np.array([NONE, OUTWARD, INWARD, ALONG])[arrows[:, 0].astype(int)]
+    return turned
 
 
 def _traction(group: dict[str, Any], results: Results, chosen: npt.NDArray[np.bool_]) -> FloatArray:
@@ -67,16 +92,17 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return vectors / np.where(length > 0, length, 1.0)
 
 
-def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> list[Artist]:
-    """Add the edges of boundaries with their symbols outside of the blocks: hatches (fixed, moving), rollers, arrows of
-    tractions and, one for each boundary, of velocities. Edges of blocks that are not there (NaN) have none."""
+def add_boundaries(axes: Axes, results: Results, shown: FloatArray, time: float | None = None) -> list[Artist]:
+    """Add the edges of boundaries with their symbols outside of the blocks: hatches (fixed, moving), rollers, dashpots
+    (viscous; before a line, the ground that moves: free field), arrows of tractions and, one for each boundary, of
+    velocities, as they act at a time. Edges of blocks that are not there (NaN) have none."""
     from matplotlib.collections import LineCollection
 
     ends, edges = results.boundary_ends, results.boundary_edges
     if not len(edges):
         return []
     size = SIZE * float(np.ptp(results.vertices, axis=0).max())
-    arrows = edge_arrows(results)
+    arrows = edge_arrows(results, time)
     kinds = np.array(results.boundary_kinds)[edges[:, 0]]
     drawn: list[Artist] = []
 
@@ -98,6 +124,10 @@ def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> list[Arti
             continue
         if kind in ("fixed", "moving"):
             add(np.stack([foot, foot + size * (outward - tangent)], axis=1), colour, 0.8, 3.8)
+        if kind in ("viscous", "free_field"):
+            add(_dashpots(foot, tangent, outward, size), colour, 0.7, 3.8)
+        if kind == "free_field":
+            add(lines + 1.8 * size * _outward(lines)[:, None], colour, 1.2, 3.8)
         if kind == "traction":
             add(_arrows(foot, outward, arrow[owner], size), colour, 0.8, 3.8)
         if kind == "moving":
@@ -106,6 +136,23 @@ def add_boundaries(axes: Axes, results: Results, shown: FloatArray) -> list[Arti
             add(_arrows(foot[middle] + 1.5 * size * outward[middle], outward[middle], arrow[owner[middle]], 2 * size),
                 colour, 1.4, 3.9)  # fmt: skip
     return drawn
+
+
+def _outward(lines: FloatArray) -> FloatArray:
+    """Outward normals of edges."""
+    along = _unit(lines[:, 1] - lines[:, 0])
+    return np.stack([along[:, 1], -along[:, 0]], axis=1)
+
+
+def _dashpots(foot: FloatArray, tangent: FloatArray, outward: FloatArray, size: float) -> FloatArray:
+    """Strokes of dashpots outside of an edge: rod and piston, the cylinder around it, and its rod."""
+
+    def at(out: float, along: float) -> FloatArray:
+        return foot + size * (out * outward + along * tangent)
+
+    strokes = [((0, 0), (0.8, 0)), ((0.8, -0.3), (0.8, 0.3)), ((0.5, -0.5), (1.2, -0.5)), ((0.5, 0.5), (1.2, 0.5)),
+               ((1.2, -0.5), (1.2, 0.5)), ((1.2, 0), (1.8, 0))]  # fmt: skip
+    return np.concatenate([np.stack([at(*first), at(*second)], axis=1) for first, second in strokes])
 
 
 def _feet(lines: FloatArray, size: float) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[Any]]:

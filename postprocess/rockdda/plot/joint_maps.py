@@ -97,7 +97,7 @@ def joints(
             axes.legend([handle], [name], loc="lower right", bbox_to_anchor=(0.95, 1.0), borderaxespad=0.1)
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
     return axes
 
 

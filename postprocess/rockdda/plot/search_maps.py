@@ -74,7 +74,7 @@ def mechanism(
             arrows.set_in_layout(False)  # unclipped, its extent would be without bounds
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, shown)
+        add_boundaries(axes, results, shown, now.time)
         kinds = [kind for kind in MOTIONS if kind in motion.values()]
         count = {kind: list(motion.values()).count(kind) for kind in kinds}
         handles = [Patch(facecolor=MOTIONS[kind], edgecolor="#8A8A8A", lw=0.4) for kind in kinds]

@@ -63,7 +63,7 @@ def water(
         add_water_tables(axes, results, now)
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]
         unit = units.of("stress")
         labels = ["water table", f"pressure, largest {largest:.4g}" + (f" {unit}" if units.length else "")]

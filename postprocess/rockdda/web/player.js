@@ -351,28 +351,46 @@ function arrow(x, y, dx, dy, length) { // with its tail at a place, along a unit
   pen.lineTo(tx, ty); pen.lineTo(tx - h * (dx + 0.5 * dy), ty - h * (dy - 0.5 * dx));
 }
 
-const KINDS = { fixed: "#000000", roller: "#000000", moving: "#009e73", traction: "#d55e00" };
+const KINDS = { fixed: "#000000", roller: "#000000", moving: "#009e73", traction: "#d55e00", viscous: "#0072b2", free_field: "#0072b2" };
+const DASHPOT = [[0, 0, 0.8, 0], [0.8, -0.3, 0.8, 0.3], [0.5, -0.5, 1.2, -0.5], [0.5, 0.5, 1.2, 0.5], [1.2, -0.5, 1.2, 0.5], [1.2, 0, 1.8, 0]];
+function signOf(table, t) { // of the factor of a table t, factor, ... at a time; without a table 1
+  if (!table || !table.length) return 1;
+  let i = 2;
+  while (i < table.length && table[i] < t) i += 2;
+  if (t <= table[0] || i >= table.length) return Math.sign(table[t <= table[0] ? 1 : table.length - 1]);
+  return Math.sign(table[i - 1] + ((t - table[i - 2]) / (table[i] - table[i - 2])) * (table[i + 1] - table[i - 1]));
+}
 function drawBoundaries(at) { // their edges, and symbols of so many pixels outside of the blocks
-  const size = 7, { kinds, edges } = setup.boundaries, moving = new Set();
+  const size = 7, { kinds, edges, tables } = setup.boundaries, moving = new Set();
+  const signs = kinds.map((kind, i) => signOf(tables[i], setup.times[frame]));
   let count = 0;
   for (const [v, w, boundary, mode, ux, uy] of edges) {
     const kind = kinds[boundary], [x1, y1, x2, y2] = [at[2 * v], at[2 * v + 1], at[2 * w], at[2 * w + 1]];
     const length = Math.hypot(x2 - x1, y2 - y1);
     if (gone[owner[v]] || !(length > 0)) continue;
     const [tx, ty] = [(x2 - x1) / length, (y2 - y1) / length], [nx, ny] = [-ty, tx]; // outward, y downwards
-    const n = Math.max(1, Math.round(length / (2.5 * size)));
+    const n = Math.max(1, Math.round(length / (2.5 * size))), sign = signs[boundary];
     pen.strokeStyle = KINDS[kind] || "#000000"; pen.fillStyle = "#ffffff";
     pen.lineWidth = 2.2;
     pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
     pen.lineWidth = 1;
+    if (kind === "free_field") {
+      pen.beginPath(); pen.moveTo(x1 + 1.8 * size * nx, y1 + 1.8 * size * ny); pen.lineTo(x2 + 1.8 * size * nx, y2 + 1.8 * size * ny); pen.stroke();
+    }
     for (let i = 0; i < n; i++) {
       const x = x1 + ((i + 0.5) / n) * (x2 - x1), y = y1 + ((i + 0.5) / n) * (y2 - y1);
       pen.beginPath();
       if (kind === "roller") {
         pen.arc(x + 3.5 * nx, y + 3.5 * ny, 2.5, 0, 2 * Math.PI);
         pen.fill();
-      } else if (kind === "traction" && mode) {
-        const [dx, dy] = mode === 3 ? [ux, -uy] : mode === 1 ? [-nx, -ny] : [nx, ny], push = dx * nx + dy * ny, long = 2 * size;
+      } else if (kind === "viscous" || kind === "free_field") {
+        for (const [out, along, outer, beside] of DASHPOT) {
+          pen.moveTo(x + size * (out * nx + along * tx), y + size * (out * ny + along * ty));
+          pen.lineTo(x + size * (outer * nx + beside * tx), y + size * (outer * ny + beside * ty));
+        }
+      } else if (kind === "traction") {
+        if (!mode || !sign) continue;
+        const [dx, dy] = (mode === 3 ? [ux, -uy] : mode === 1 ? [-nx, -ny] : [nx, ny]).map((u) => sign * u), push = dx * nx + dy * ny, long = 2 * size;
         if (push < -0.1) arrow(x - long * dx, y - long * dy, dx, dy, long);
         else if (push > 0.1) arrow(x, y, dx, dy, long);
         else arrow(x + size * nx - size * dx, y + size * ny - size * dy, dx, dy, long);
@@ -380,10 +398,11 @@ function drawBoundaries(at) { // their edges, and symbols of so many pixels outs
       pen.stroke();
       count++;
     }
-    if (kind === "moving" && mode && !moving.has(boundary)) {
+    if (kind === "moving" && mode && sign && !moving.has(boundary)) {
       moving.add(boundary);
+      const [dx, dy] = [sign * ux, -sign * uy];
       pen.lineWidth = 1.8;
-      pen.beginPath(); arrow((x1 + x2) / 2 + 12 * nx - 14 * ux, (y1 + y2) / 2 + 12 * ny + 14 * uy, ux, -uy, 28); pen.stroke();
+      pen.beginPath(); arrow((x1 + x2) / 2 + 12 * nx - 14 * dx, (y1 + y2) / 2 + 12 * ny - 14 * dy, dx, dy, 28); pen.stroke();
     }
   }
   document.body.dataset.symbols = count;
