@@ -716,6 +716,78 @@ def shaken_slope() -> Model:
     return model
 
 
+def shaken_hillside() -> Model:
+    """A hillside of tied cells on a viscous base between free fields, and a slab on its face, under a record."""
+    title = "hillside on a viscous base between free fields, a slab on its face, under a record (m, kg, s, N)"
+    model = Model(
+        "shaken_hillside",
+        title,
+        edge_node_distance=0.01,
+        k01=1,
+        steps=0,
+        dt=0,
+        displacement_ratio=0,
+        rocks=[],
+        joints=[],
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'shaken_hillside.dc', title = 'Hillside under an earthquake' /\n"
+            "&block_material  number = 1, name = 'ground', density = 2000, young = 1e9, poisson = 0.25 /\n"
+            "&joint_material  number = 1, name = 'cell', tie = .true. /\n"
+            "&joint_material  number = 2, name = 'bedding', friction = 38, normal_stiffness = 1e10,\n"
+            "                 shear_stiffness = 1e10 /\n"
+            "&region          name = 'hill', polygon = 0,0, 140,0, 140,20, 90,20, 65,35, 0,35 /\n"
+            "&subdivide       region = 'hill', size = 5, joint_material = 'cell' /\n"
+            "&load            gravity = 9.81 /\n"
+            "&boundary        along = 0,0, 140,0, kind = 'viscous' /\n"
+            "&boundary        along = 0,0, 0,35, kind = 'free_field' /\n"
+            "&boundary        along = 140,0, 140,20, kind = 'free_field' /\n"
+            "&time            dt_max = 0.005, integrator = 'generalized_alpha', rho_infinity = 0.5 /\n"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+            "&stage           name = 'quake', kind = 'dynamic', duration = 7, reset_displacement = .true. /\n"
+            "! the wave that comes up; ground that is level moves by twice as much\n"
+            "&quake           record = 'record.csv', apply = 'viscous_base' /\n"
+        ),
+    )
+    toe, crest = (90.0, 20.0), (65.0, 35.0)
+    model.add_boundary([(0, 35), (0, 0), (140, 0), (140, 20), toe], closed=False)
+    model.add_boundary([crest, (0, 35)], closed=False)
+    model.add_lines([toe, crest], joint=2)
+    run = math.hypot(toe[0] - crest[0], crest[1] - toe[1])
+    c, s = (toe[0] - crest[0]) / run, (crest[1] - toe[1]) / run
+
+    def on_face(along: float, above: float) -> tuple[float, float]:
+        """Up the face from the toe, and above it."""
+        return toe[0] - along * c + above * s, toe[1] + along * s + above * c
+
+    model.add_lines([on_face(8, 0), on_face(8, 2), on_face(20, 2), on_face(20, 0)], joint=2)
+    model.add_lines([on_face(14, 0), on_face(14, 2)], joint=2)
+    model.measured = [(2.5, 34.9), (137.5, 19.9), on_face(11, 1), on_face(17, 1), on_face(14, -0.5)]
+    model.tables["record.csv"] = record_at_rest(6.0, 0.02, 2.0)
+    return model
+
+
+def record_at_rest(duration: float, step: float, peak: float) -> str:
+    """Rows t, a [s, m/s2] by a formula: second differences of a displacement of cosines of 0.5 to 5 Hz.
+
+    It is zero at both ends, so that the ground ends at rest where it began.
+    """
+    count, lines = round(duration / step), 40
+
+    def displacement(t: float) -> float:
+        total = 0.0
+        for k in range(lines):
+            omega = 2 * math.pi * (0.5 + 4.5 * k / (lines - 1))
+            total += math.cos(omega * t + 2 * math.pi * (k * k * (math.sqrt(5) - 1) / 2 % 1)) / omega**2
+        return math.sin(math.pi * t / duration) ** 4 * total if 0 < t < duration else 0.0
+
+    u = [displacement((i - 1) * step) for i in range(count + 3)]
+    values = [u[i] - 2 * u[i + 1] + u[i + 2] for i in range(count + 1)]
+    largest = max(abs(a) for a in values)
+    rows = [f"{number(round(i * step, 6))},{number(round(peak * a / largest, 6))}" for i, a in enumerate(values)]
+    return "\n".join(["t,a", *rows]) + "\n"
+
+
 def synthetic_record(duration: float, step: float, peak: float) -> str:
     """Rows t, a [s, m/s2] like those of an earthquake, by a formula: cosines of 0.3 to 8 Hz, strongest at 2.5 Hz."""
     count, lines = round(duration / step), 60
@@ -792,6 +864,7 @@ MODELS = [
     shaking_block,
     rocking_wall,
     shaken_slope,
+    shaken_hillside,
     gravity_dam,
     released_block,
     tunnel,

@@ -177,7 +177,7 @@ def test_rocking_wall_turns_by_housners_equation(run_model, near):
 
 def test_shaken_slope_slides_like_newmarks_block(run_model, near):
     run = run_model("shaken_slope")
-    rows = np.loadtxt(INPUTS / "shaken_slope" / "record.csv", delimiter=",", skiprows=1)
+    rows = _record("shaken_slope")
     time = np.linspace(0, rows[-1, 0], 400_001)  # 20 µs: the sum is off by less than 1e-4
     slope, friction = math.radians(20), math.tan(math.radians(30))
     push = np.interp(time, *rows.T)
@@ -190,6 +190,46 @@ def test_shaken_slope_slides_like_newmarks_block(run_model, near):
     for point in (0, 1):
         # it starts and stops at whole steps of 5 ms, and the joint shears by mu N/k first
         near("shaken_slope, slide [m]", downhill(run.displacement(point), 20)[-1], expected, 1e-2)
+
+
+def test_shaken_hillside_moves_as_level_ground_does_and_rests_where_it_began(run_model, near):
+    run = run_model("shaken_hillside")
+    dynamic = run["history/stage"] == 1
+    time = run.time[dynamic] - run.time[~dynamic][-1]
+    moved = run["history/measured_displacement"][dynamic]
+    fine = np.linspace(0, 8, 80_001)
+    speed = np.cumsum(np.interp(fine, *_record("shaken_hillside").T, right=0)) * fine[1]
+    wave = np.cumsum(speed) * fine[1]
+    shear = math.sqrt(1e9 / 2.5 / 2000)
+    for point, height in ((0, 35), (1, 20)):
+        level = 2 * np.interp(time - height / shear, fine, wave, left=0)
+        # not the ground of a column: the hillside between them, 15 m of waves of 100 m and more, scatters
+        off = abs(moved[:, point, 0] - level).max() / abs(level).max()
+        near(f"shaken_hillside, ground of {height} m, off twice the wave", 1 + off, 1, 0.1)
+        # what stays: the slab has moved
+        near("shaken_hillside, ground after the record [m]", moved[-1, point, 0], 0, 1e-4, absolute=True)
+    near(
+        "shaken_hillside, ground in the first dynamic steps [m]",
+        abs(moved[:5, [0, 1, 4]]).max(),
+        0,
+        1e-6,
+        absolute=True,
+    )
+    # a rigid block on the motion of the ground below; the slab vibrates on its joint, and friction is lost meanwhile
+    slope, friction = math.atan2(15, 25), math.tan(math.radians(38))
+    down, out = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
+    push = np.gradient(np.gradient(moved[:, 4], time, axis=0), time, axis=0)
+    force = G * math.sin(slope) - push @ down - friction * (G * math.cos(slope) + push @ out)
+    rate = slide_of_block = 0.0
+    for pull, step in zip(force.tolist(), np.diff(time, prepend=0.0).tolist(), strict=True):
+        rate = max(0.0, rate + step * pull)
+        slide_of_block += step * rate
+    for point in (2, 3):
+        near("shaken_hillside, slide [m]", float((moved[-1, point] - moved[-1, 4]) @ down), slide_of_block, 0.15)
+
+
+def _record(model):
+    return np.loadtxt(INPUTS / model / "record.csv", delimiter=",", skiprows=1)
 
 
 def test_released_block_waits_then_slides(run_model, near):
