@@ -138,6 +138,9 @@ class Quake(ResultsTest):
             ("0 1\n1 2 3\n", "csv", r"record:2:5: error: row 2: expected 2 numbers .* found 3"),
             ("0 1\n2 1\n1 1\n", "csv", r"record:3:1: error: time of row 3: must not be smaller .* found '1'"),
             ("t,a\n", "csv", r"record:1:4: error: the record has no rows"),
+            # one number a line, as in a file without times: told once
+            ("a\n" + "0.5\n" * 400, "csv", r"record:2:1: error: row 1: expected at least 2 numbers .* found 1"),
+            ("t;a\n" + "0.5;0\n" * 400, "csv", r"record:2:1: error: row 1: expected at least 2 numbers .* found 1"),
             ("a\nb\n", "at2", r"record:1:1: error: this is no file of PEER"),
             ("a\nNPTS= 3, DT= .01\n1 2\n", "at2", r"record:3:4: error: the file ends after 2 values, NPTS is 3"),
             ("a\nNPTS= 1, DT= .01\n1 2\n", "at2", r"record:3:3: error: the file has more than the 1 value of NPTS"),

@@ -57,7 +57,7 @@ contains
       call find_column(source, tokens, column, i, wanted, messages)
       if (wanted == 0) return
       deallocate (rows)
-      allocate (rows(2, max(0, tokens%n - i + 1)/2 + 1))
+      allocate (rows(2, tokens%n - i + 1))   ! as many lines as there can be
       n = 0
       n_columns = 0
       do while (i <= tokens%n)
@@ -73,6 +73,10 @@ contains
          if (last - i + 1 < wanted) then
             call messages%add(severity%error, 'row '//to_string(n)//': expected at least '//to_string(wanted)// &
                               ' numbers on this line, found '//to_string(last - i + 1), tokens%origin(last))
+            if (n == 1) then
+               rows = rows(:, 1:0)
+               return
+            end if
          else if (last - i + 1 /= n_columns) then
             call messages%add(severity%error, 'row '//to_string(n)//': expected '//to_string(n_columns)// &
                               ' numbers on this line, as in the first row, found '//to_string(last - i + 1), &
