@@ -6,6 +6,7 @@ import subprocess
 import sys
 import sysconfig
 import venv
+import zipfile
 
 import pytest
 from places import INPUTS, ROOT
@@ -50,3 +51,23 @@ def test_pip_installs_package_and_program(tmp_path):
     assert {file for file in wanted if not (folder / file).is_file()} == set()  # sub-packages, page files, tables
     assert not list(packages.glob("tests"))
     assert sys.version_info[:2] == tuple(int(n) for n in packages.parent.name.removeprefix("python").split("."))
+
+
+@pytest.mark.skipif(
+    "ROCKDDA_TEST_WHEELS" not in os.environ, reason="set ROCKDDA_TEST_WHEELS=1: it compiles and downloads"
+)
+def test_a_wheel_works_in_an_empty_environment(tmp_path):
+    done = subprocess.run(
+        [ROOT / "scripts/wheels", "--python", sys.executable, "-o", tmp_path, "--test"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    assert "manylinux" in wheel.name
+    with zipfile.ZipFile(wheel) as packed:
+        names = packed.namelist()
+    libraries = [name for name in names if name.startswith("rockdda.libs/")]
+    assert any("libhdf5" in name for name in libraries)
+    listed = next(name for name in names if name.endswith("licenses/bundled/README.txt"))
+    with zipfile.ZipFile(wheel) as packed:
+        text = packed.read(listed).decode()
+    assert all(name.removeprefix("rockdda.libs/") in text for name in libraries)

@@ -3,6 +3,7 @@
 
 import json
 import re
+import subprocess
 from html.parser import HTMLParser
 
 import h5py
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import rockdda
 from rockdda.cli import main
+from rockdda.critical import read_search
 from rockdda.report import facts, report
 from rockdda.units import Units
 from synthetic import add_bolts, write_wall
@@ -123,3 +125,35 @@ def test_pages_on_a4(tmp_path):
     data = report(results, tmp_path / "a.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     assert not list(tmp_path.glob(".*"))
+
+
+def test_the_dependence_on_the_time_step_is_reported(tmp_path, capsys):
+    first, second = (write_wall(tmp_path / f"{name}.h5", 3, 2, frames=3) for name in ("full", "half"))
+    with h5py.File(second, "a") as file:  # the largest displacement, hypot(0.03, 0.04), becomes longer by a tenth of it
+        file["frames/centroid"][-1, :, 1] -= 0.005
+        file["frames/stress"][-1] *= 1.01
+        file["history/dt"][:] = 0.05
+    rows = facts.checks(rockdda.open(first), rockdda.open(second))
+    moved, stress = rows[-2:]
+    assert moved[0] == "displacement with steps of 0.05 instead of 0.1 on average"
+    largest = np.hypot(*rockdda.open(first).frames[-1].displacement.T).max()
+    assert float(moved[1]) == pytest.approx(0.005 / largest, rel=0.05)  # two digits are shown
+    assert stress[1] == "1.0e-02"
+    assert main(["report", str(first), "--half", str(second), "-o", str(tmp_path / "r.html"), "--quiet"]) == 0
+    assert moved[0] in (tmp_path / "r.html").read_text()
+    write_wall(tmp_path / "other.h5", 4, 2)
+    assert main(["report", str(first), "--half", str(tmp_path / "other.h5"), "-o", str(tmp_path / "s.html")]) == 2
+    assert "is no run of the same model" in capsys.readouterr().err
+
+
+def test_a_failing_trial_has_a_part_of_its_own(program, tmp_path):
+    for command in (["new", "arch", "a"], ["fos", "a.nml", "--search", "push", "-o", "f.h5", "--quiet"]):
+        subprocess.run([program, *command], cwd=tmp_path, check=True, capture_output=True)
+    results = rockdda.open(tmp_path / "f.h5")
+    text = report(results, tmp_path / "f.html").read_text()
+    assert Tags(text).open == []
+    part = text[text.index("<h2>Critical factor</h2>") : text.index("<h2>Checks</h2>")]
+    found = read_search(results)
+    assert str(found) in part
+    assert part.count("<img") == 2  # the mechanism and the search
+    assert part.count("<td>stable</td>") + part.count("<td>fails</td>") == len(found.trials)

@@ -313,6 +313,10 @@ def report_command(
     output: Output = None,
     units: UnitNames = None,
     title: Annotated[str | None, typer.Option("--title", help="Title of the report.", show_default=False)] = None,
+    half: Annotated[
+        Path | None,
+        typer.Option("--half", metavar="OTHER.h5", help="The same run with half the time step.", show_default=False),
+    ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -327,6 +331,8 @@ def report_command(
         rockdda-post report tunnel.h5
 
         rockdda-post report tunnel.h5 -o tunnel.pdf --units SI --title "Tunnel, section 12"
+
+        rockdda-post report slope.h5 --half slope_half.h5
     """
     import matplotlib as mpl
 
@@ -334,9 +340,10 @@ def report_command(
     from ..report import report
 
     results, units = in_shown_units(open_results(file), units, None)
+    other = None if half is None else in_shown_units(open_results(half), units, None)[0]
     path = target(output, file, "_report.html")
     with progress_bar("pictures", quiet or as_json) as bar:
-        report(results, path, units=units, title=title, progress=bar)
+        report(results, path, units=units, title=title, progress=bar, beside=other)
     size = path.stat().st_size
     print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB", output=path, bytes=size)
 

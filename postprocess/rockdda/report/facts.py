@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..groups import as_list
 from ..materials import material_rows
 from ..namelist import parse_groups
@@ -160,8 +161,11 @@ def search_table(results: Results) -> list[tuple[str, str]]:
     ]
 
 
-def checks(results: Results) -> list[tuple[str, str, str, str]]:
-    """What was checked, the value found, the bound, and 'kept', 'not kept' or '–' where there is none."""
+def checks(results: Results, beside: Results | None = None) -> list[tuple[str, str, str, str]]:
+    """What was checked, the value found, the bound, and 'kept', 'not kept' or '–' where there is none.
+
+    `beside`: the same model with another time step.
+    """
     rows: list[tuple[str, str, str, str]] = []
 
     def add(what: str, value: float, bound: float, of: str) -> None:
@@ -191,7 +195,32 @@ def checks(results: Results) -> list[tuple[str, str, str, str]]:
                 float(group.get("tolerance", UNBALANCED)), "of the mean force")  # fmt: skip
     repeated = int((np.asarray(results["history/attempts"]) > 1).sum())
     rows.append(("steps that had to be shortened", f"{repeated} of {results.n_steps}", "–", "–"))
-    rows.append(("half the time step", "not computed for this report", "run again with half of dt_max", "–"))
+    if beside is None:
+        rows.append(("half the time step", "not computed for this report", "run again with half of dt_max", "–"))
+    else:
+        rows += step_dependence(results, beside)
+    return rows
+
+
+def step_dependence(results: Results, beside: Results) -> list[tuple[str, str, str, str]]:
+    """How far the end differs from that of a run of the same model with other time steps."""
+    if not (
+        np.array_equal(results.vertex_offset, beside.vertex_offset)
+        and np.array_equal(results.vertices, beside.vertices)
+    ):
+        raise InputError("is no run of the same model: its blocks are others", beside.path)
+    mean = [float(np.mean(run["history/dt"])) if run.n_steps else np.nan for run in (results, beside)]
+    a, b = results.frames[-1], beside.frames[-1]
+    both = a.active & b.active
+    largest = float(np.hypot(*a.displacement[both].T).max()) if both.any() else 0.0
+    apart = float(np.hypot(*(a.displacement - b.displacement)[both].T).max()) if both.any() else 0.0
+    with_steps = f"with steps of {mean[1]:.2g} instead of {mean[0]:.2g} on average"
+    rows = [
+        (f"displacement {with_steps}", f"{apart / largest if largest else 0:.1e}", "of the largest displacement", "–")
+    ]
+    stress, size = np.abs(a.stress - b.stress)[both], np.abs(a.stress)[both]
+    if size.size and size.max() > 0:
+        rows.append((f"stress {with_steps}", f"{stress.max() / size.max():.1e}", "of the largest stress", "–"))
     return rows
 
 

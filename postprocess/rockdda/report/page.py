@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import plot
+from ..critical import read_search
 from ..errors import InputError
 from ..export.common import write_file
 from ..joints import joint_summary
@@ -62,12 +63,14 @@ def report(
     units: str | Units | None = None,
     title: str | None = None,
     progress: Progress | None = None,
+    beside: Results | None = None,
 ) -> Path:
     """Write a report of a run as one .html page, or as .pdf on A4; returns its path.
 
     It holds the model and its materials, boundaries, stages, what happened (displacements, stresses, joints, bolts,
     water, measured points), checks, and the input with which the run can be repeated. `units` are those of the file,
-    for the labels. `progress` is called with the number of pictures done and their number. An
+    for the labels. `beside` is a run of the same model with other time steps, from which the dependence on them is
+    reported. `progress` is called with the number of pictures done and their number. An
     existing file is replaced.
     """
     path = Path(output)
@@ -77,7 +80,7 @@ def report(
         raise InputError("there are no frames in it yet", results.path)
     if path.suffix.lower() == ".pdf":
         needs_for_pdf()
-    text = _page(results, Units.parse(units), title or results.title or results.name, progress)
+    text = _page(results, Units.parse(units), title or results.title or results.name, progress, beside)
     if path.suffix.lower() == ".pdf":
         part = path.with_name(f".{path.stem}.part.pdf")
         try:
@@ -89,7 +92,7 @@ def report(
     return path
 
 
-def _page(results: Results, units: Units, title: str, progress: Progress | None) -> str:
+def _page(results: Results, units: Units, title: str, progress: Progress | None, beside: Results | None = None) -> str:
     ended = "complete" if results.complete else f"ended early: {results.exit_reason}"
     program = f"RockDDA {results.program_version}"
     sub = f"Discontinuous deformation analysis with {program}, run of {results.created} (UTC), {ended}"
@@ -107,7 +110,8 @@ def _page(results: Results, units: Units, title: str, progress: Progress | None)
         *_model_part(results, units, drawn),
         *_stages_part(results, units, drawn),
         *_end_part(results, units, drawn),
-        *_checks_part(results, drawn),
+        *_search_part(results, drawn),
+        *_checks_part(results, drawn, beside),
         *_input_part(results),
     ]
     head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -151,6 +155,9 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
         found["history"] = (of("history"), "Displacements of the measured points.")
     if "history/relaxation" in results and np.any(results["history/relaxation"]) and len(results.measured_points):
         found["reaction"] = (of("ground-reaction"), "Released share of the forces of the first excavation.")
+    if "search/factor" in results:
+        found["mechanism"] = (of("mechanism"), "How the model fails: the blocks that move, by their motion.")
+        found["factor"] = (of("factor"), "Displacement in each trial over the value tried, and the bracket.")
     if results.n_steps > 1 and results.has_energies:
         found["energy"] = (of("energy"), "Energies; below, geometry and residual as shares of the largest one.")
     return found
@@ -206,12 +213,11 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
         table = joint_summary(results.joints(-1))
         parts += ["<h3>Joints</h3>", drawn["joints"], drawn["shear"], drawn.get("mobilised", "")]
         ranked = table.sort_values("largest_mobilised", ascending=False, na_position="last").head(10)
+        shown = ("length", "normal_stress", "shear_stress", "slip", "largest_opening", "largest_mobilised")
         columns = ["blocks", "length", "normal stress", "shear stress", "slip", "opening", "mobilised"]
         rows = [
-            [f"{row.first + 1}, {row.second + 1}", facts.number(row.length),
-             *map(facts.number, (row.normal_stress, row.shear_stress)),
-             *map(facts.number, (row.slip, row.largest_opening, row.largest_mobilised))]
-            for row in ranked.itertuples()
+            [f"{row['first'] + 1}, {row['second'] + 1}", *(facts.number(row[name]) for name in shown)]
+            for row in ranked.to_dict("records")
         ]  # fmt: skip
         parts += ["<p>The ten joints that use most of their strength (means over the length, largest opening):</p>"]
         parts += [_table(columns, rows)]
@@ -221,16 +227,36 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
         order = np.argsort(-np.abs(now.bolt_force))[:MOST_ROWS]
         strength = results.bolt_properties[:, 2]
         rows = [
-            [str(i + 1), facts.number(now.bolt_force[i]), facts.number(strength[i]) if strength[i] else "unlimited"]
+            [
+                str(i + 1),
+                facts.number(now.bolt_force[i]),
+                facts.number(strength[i]) if strength[i] else "unlimited",
+                f"{100 * now.bolt_force[i] / strength[i]:.0f} %" if strength[i] else "–",
+            ]
             for i in order
         ]
         force = units.of("force")
-        parts += ["<h3>Bolts</h3>", _table(["bolt", f"axial force [{force}]", f"strength [{force}]"], rows)]
+        parts += ["<h3>Bolts</h3>", _table(["bolt", f"axial force [{force}]", f"strength [{force}]", "used"], rows)]
     return parts
 
 
-def _checks_part(results: Results, drawn: dict[str, str]) -> list[str]:
-    rows = facts.checks(results)
+def _search_part(results: Results, drawn: dict[str, str]) -> list[str]:
+    """The search of a critical factor: how the model fails, and the trials."""
+    if "mechanism" not in drawn:
+        return []
+    found = read_search(results)
+    rows = [
+        [facts.number(t.value), "stable" if t.stable else "fails", str(t.steps), f"{t.unbalanced:.1e}",
+         facts.number(t.displacement)]
+        for t in sorted(found.trials, key=lambda trial: trial.value)
+    ]  # fmt: skip
+    columns = ["value", "", "steps", "unbalanced force", "displacement"]
+    return ["<h2>Critical factor</h2>", f"<p>{_text(str(found))}</p>", drawn["mechanism"], drawn["factor"],
+            _table(columns, rows)]  # fmt: skip
+
+
+def _checks_part(results: Results, drawn: dict[str, str], beside: Results | None) -> list[str]:
+    rows = facts.checks(results, beside)
     body = _table(["check", "found", "bound", ""], rows)
     body = body.replace("<td>not kept</td>", '<td class="bad">not kept</td>').replace(
         "<td>kept</td>", '<td class="good">kept</td>'
