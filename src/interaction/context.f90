@@ -113,7 +113,7 @@ contains
       self%renewed = .true.
    end subroutine renew_all
 
-   !> Set the motion expected of the blocks in this step: `factor` times d, or none without d. Only `renewed` blocks change.
+   !> Set the motion expected of the `renewed` blocks in this step: `factor` times d, or none without d.
    subroutine expect(self, d, factor)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)

@@ -137,7 +137,7 @@ class Completion(ProgramTest):
         self.assertEqual(self.complete("completion", ""), ["bash", "zsh", "fish"])
         self.assertEqual(self.complete("new", "t"), ["tunnel"])
         self.assertEqual(self.complete("help", "joint_m"), ["joint_material"])
-        self.assertEqual(self.complete("help", "fo"), ["fos"])
+        self.assertEqual(self.complete("help", "fos"), ["fos"])
         self.assertEqual(self.complete("cut", "--d"), ["--dialect"])
         self.assertEqual(self.complete("cut", "--st"), [""])
         self.assertEqual(self.complete("run", "--st"), ["--steps", "--strict"])
