@@ -3,7 +3,7 @@
 
 import pytest
 from rockdda.validation.cases.factor_slopes import two_block_factor, two_block_slide
-from rockdda.validation.factor_models import DOORWAY, FIRST_WALL, Dam, wall
+from rockdda.validation.factor_models import DOORWAY, FIRST_WALL, Dam, PlaneFailure, arch, stack, wall
 from rockdda.validation.limit_analysis import RigidBlocks
 from rockdda.validation.registry import all_cases
 from rockdda.validation.runner import comparisons_of, run_here
@@ -42,6 +42,25 @@ def test_pushed_walls_lie_below_the_limit_analysis(rows):
     assert 0.94 * limit <= found.value <= 1.01 * limit
     assert found.mechanism.blocks
     assert 0 not in found.mechanism.blocks  # the slab
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "truth", "blocks", "kind"),
+    [
+        (arch(7), {"search": "push", "from_": 0.3, "to": 0.5}, 0.3736, 7, "toppling"),
+        (stack(4), {"search": "tilt", "from_": 20, "to": 30}, 26.565, 4, "toppling"),
+        (PlaneFailure().model(), {"from_": 1.4, "to": 1.8}, PlaneFailure().factor, 1, "sliding"),
+    ],
+    ids=["arch", "stack", "plane"],
+)
+def test_factors_and_mechanisms_by_vertex(model, options, truth, blocks, kind):
+    import rockdda
+
+    model.options["contact"] = {"formulation": "vertex"}
+    found = rockdda.factor_of_safety(model, **options)
+    assert found.value == pytest.approx(truth, rel=0.01)
+    assert len(found.mechanism.blocks) == blocks
+    assert found.mechanism.kind == kind
 
 
 def test_a_block_that_pushes_another():

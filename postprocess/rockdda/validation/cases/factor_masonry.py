@@ -59,7 +59,7 @@ def walls(record: Record) -> None:
         of_own_mechanism(record, f"{name}: α of the mechanism", one, blocks)
         within_bound(record, f"{name}: α", one.value, limit, PROGRAMME)
         found.append((name, one))
-    for name in published:
+    for name in published if record.full else ():
         model = wall(f"{name.replace(' ', '_')}_dilating", rows[name])
         (joint,) = model.joint_materials
         model.options["joint_law"] = [{"material": 1, "dilation": joint.friction_angle}]
