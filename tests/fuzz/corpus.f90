@@ -132,7 +132,7 @@ contains
       if (set%n /= 1) return
       if (index(set%files(1)%text, '&model') == 0) return
       do i = 1, size(names)
-         if (has_ending(names(i)%name, ' .dc .geo .blk .df .ana .csv ')) call put(set, folder, names(i)%name)
+         if (has_ending(names(i)%name, ' .dc .geo .blk .df .ana .csv .at2 ')) call put(set, folder, names(i)%name)
       end do
       set%weight = 4
       call self%add(set)

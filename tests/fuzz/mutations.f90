@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Ways to spoil a file.
 module fuzz_mutations
+   use fuzz_groups, only : change_groups, has_groups
    use fuzz_random, only : random_type
    implicit none
    private
@@ -21,7 +22,7 @@ module fuzz_mutations
       '1000000000*1', '1/3', '١٢٣']
 
    !> Words of the formats.
-   character(len=*), parameter :: words(66) = [character(len=24) :: &
+   character(len=*), parameter :: words(92) = [character(len=24) :: &
       '&run', '&time', '&contact', '&solver', '&material', '&load', '&line_load', '&joint_law', '&block_damping', &
       '&stage', '&output', '/', '&end', '$run', 'title', 'steps =', 't_end =', 'save_every =', 'save_dt =', &
       'threads =', 'dt_max =', 'dt_min =', 'k01 =', 'displacement_ratio =', 'cut_factor =', 'max_open_close =', &
@@ -30,24 +31,31 @@ module fuzz_mutations
       'base_acceleration =', 'mass = ''area''', 'rotation = ''linear''', 'law =', 'damping_ratio =', &
       'until_step =', 'until_time =', 'release =', 'ends =', '''', '"', '=', ',', '!', '#', '(', '%', &
       'blocks', 'vertices', 'end', 'block', 'point', 'bolt', 'fixed', 'loading', 'measured', '<xml>', &
-      '.true.', '&boundary']
+      '.true.', '&boundary', '&model', '&block_material', '&joint_material', '&change', '&region', '&subdivide', &
+      '&in_situ', '&water', '&quake', '&fixed_point', '&loading_point', 'until = ''equilibrium''', 'excavate =', &
+      'place =', 'relax =', 'relax_steps =', 'reset_displacement =', 'on_failure =', 'max_steps =', 'duration =', &
+      'kind = ''free_field''', 'kind = ''viscous''', 'surface =', 'profile =', 'level =', 'record =']
 
 contains
 
    !> Spoil a text in one to five ways; `other` is another file to splice with. Half of the texts keep their format:
-   !> only numbers change in them.
+   !> only numbers change in them. Of options files more than half keep theirs: groups, assignments and numbers change.
    subroutine mutate_text(random, text, other)
       type(random_type), intent(inout) :: random
       character(len=:), allocatable, intent(inout) :: text
       character(len=*), intent(in) :: other
-      logical :: gentle
+      logical :: gentle, grouped
       integer :: i, n
       gentle = random%chance(0.5d0)
+      grouped = has_groups(text)
+      if (grouped) grouped = random%chance(0.6d0)
       do n = 1, 4
          if (.not. random%chance(0.45d0)) exit
       end do
       do i = 1, n
-         if (gentle) then
+         if (grouped .and. random%chance(0.7d0)) then
+            call change_groups(random, text, other)
+         else if (gentle .or. grouped) then
             call change_number(random, text)
          else
             call mutate_once(random, text, other)

@@ -119,17 +119,33 @@ contains
       type(random_type), intent(inout) :: random
       type(limits_type), intent(in) :: limits
       type(trial_type), intent(inout) :: trial
+      character(len=*), parameter :: searches(4) = [character(len=8) :: 'strength', 'tilt', 'push', 'gravity']
       character(len=12) :: steps
       character(len=:), allocatable :: name
-      write (steps, '(i0)') limits%steps
+      ! some get as far as their later stages
+      write (steps, '(i0)') merge(15*limits%steps, limits%steps, random%chance(0.15d0))
       name = trial%set%files(1)%name
-      select case (random%below(6))
-      case (0)
+      ! most mistakes are found without a step, for a tenth of the time
+      select case (random%below(20))
+      case (0:2)
          call put(trial, 'check|--as-namelist|'//name)
          call put(trial, 'info|'//name//'|--json')
-      case (1)
+      case (3:8)
+         call put(trial, 'check|'//name//'|--json')
+      case (9)
          call put(trial, 'check|.|--json')
          call put(trial, 'run|.|-o|out.h5|--quiet|--steps|'//trim(steps)//'|--max-wall|3')
+      case (10)
+         ! a search takes models without an end, and refuses some that run
+         trial%spoiled_output = .true.
+         call put(trial, 'check|'//name)
+         call put(trial, 'fos|'//name//'|-o|out.h5|--quiet|--json|--max-steps|20|--tolerance|2|--max-wall|3|--search|'// &
+                  trim(searches(1 + random%below(4))))
+         call put(trial, 'info|out.h5|--json')
+      case (11:13)
+         call put(trial, 'check|'//name)
+         call put(trial, 'run|'//name//'|-o|out.h5|--quiet|--json|--steps|'//trim(steps)//'|--max-wall|3')
+         call put(trial, 'resume|out.ckpt.h5|--quiet|--json|--steps|'//trim(steps)//'|--max-wall|3')
       case default
          call put(trial, 'check|'//name)
          call put(trial, 'run|'//name//'|-o|out.h5|--quiet|--json|--steps|'//trim(steps)//'|--max-wall|3')
@@ -291,7 +307,7 @@ contains
    !> Does this command read what another has written?
    pure logical function names_output(command)
       type(command_type), intent(in) :: command
-      names_output = command%arguments(2)%text == 'out.h5' .or. command%arguments(2)%text == 'out.blk'
+      names_output = any(command%arguments(2)%text == [character(len=11) :: 'out.h5', 'out.ckpt.h5', 'out.blk'])
    end function names_output
 
    !> What is wrong with how a trial ended; '' for nothing.
