@@ -5,10 +5,14 @@ module rockdda_stepping_parameter_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
+   use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
    public :: check_parameters
+
+   !> Young's modulus [force/length^2]: the inverse of the largest number that files may hold.
+   real(wp), parameter :: smallest_modulus = 1.0e-60_wp
 
 contains
 
@@ -44,7 +48,14 @@ contains
             associate (m => parameters%block_materials(i))
                call demand('finite', messages, 'block material '//to_string(i), [m%density, m%weight, &
                            m%youngs_modulus, m%poisson_ratio, m%stress, m%stress_gradient, m%velocity])
+               call demand_modulus(messages, 'block material '//to_string(i), m%youngs_modulus)
             end associate
+         end do
+      end if
+      if (allocated(parameters%changes)) then
+         do i = 1, size(parameters%changes)
+            if (is_set(parameters%changes(i)%young)) &
+               call demand_modulus(messages, '&change '//to_string(i), parameters%changes(i)%young)
          end do
       end if
       if (allocated(parameters%joint_materials)) then
@@ -63,6 +74,15 @@ contains
          end do
       end if
    end subroutine check_parameters
+
+   !> Strains under any stress that a model may have must be finite numbers, and their energies.
+   subroutine demand_modulus(messages, name, modulus)
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: modulus
+      if (modulus < smallest_modulus) call messages%add(severity%error, name//": Young's modulus must be at least "// &
+                                                        to_string(smallest_modulus)//', found '//to_string(modulus))
+   end subroutine demand_modulus
 
    !> A value, or all values of a material or stage, must lie in a range.
    subroutine demand(range, messages, name, values)
