@@ -79,7 +79,8 @@ contains
       !$omp parallel do default(none) shared(contacts, parameters, opens, placed) private(c) &
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
-         deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c))
+         ! what the springs are compressed by, less that of the stress with which the contact began
+         deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c)))
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
             if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
@@ -110,7 +111,7 @@ contains
       limits%sunk = 0
       do c = 1, merge(contacts%n, 0, limits%by_length .or. limits%corrected)
          associate (a => contacts%block_a(c), b => contacts%block_b(c), &
-                    twice => 2*contacts%normal_force(c)/contacts%k_n(c))
+                    twice => 2*(contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c))))
             limits%sunk(a) = max(limits%sunk(a), twice)
             limits%sunk(b) = max(limits%sunk(b), twice)
          end associate
