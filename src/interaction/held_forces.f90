@@ -34,6 +34,7 @@ module rockdda_interaction_held_forces
       procedure :: relax
       procedure :: drop
       procedure :: relaxation
+      procedure :: is_releasing
       procedure :: add_to_blocks
       procedure :: add_energies
       procedure :: commit
@@ -105,6 +106,13 @@ contains
       relaxation = 0
       if (self%n > 0) relaxation = self%released(self%n)
    end function relaxation
+
+   !> Are forces still to be released in this stage?
+   pure logical function is_releasing(self)
+      class(held_forces_type), intent(in) :: self
+      is_releasing = .false.
+      if (self%n > 0) is_releasing = any(self%steps_left > 0)
+   end function is_releasing
 
    !> Share that has gone at the end of the step.
    pure real(wp) function released_then(self, i) result(share)

@@ -45,6 +45,7 @@ contains
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven)
+      step%control%releases = step%families%held%is_releasing()
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
          step%families%contacts%slip_share()
       step%state%velocity = k01*step%state%velocity

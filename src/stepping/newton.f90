@@ -64,6 +64,7 @@ module rockdda_stepping_newton
    end type newton_report_type
 
    type :: newton_type
+      real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
       logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
       logical :: at_floor = .false.      !! there is no smaller step to fall back to
       type(line_search_type), private :: line
@@ -72,6 +73,7 @@ module rockdda_stepping_newton
       procedure :: find_equilibrium
       procedure :: solve_once
       procedure, private :: predict_motion
+      procedure, private :: settle_friction
    end type newton_type
 
 contains
@@ -101,11 +103,11 @@ contains
          if (round > 1 .and. .not. peer) call self%line%keep(families, equations)
          call solve(merge(change%states, change%loads, n_changes > 0 .or. turned .or. peer), families, equations, &
                     solver, times, report, solved, error)
-         if (solved) call settle_friction(context%blocks%n_blocks > few_blocks, families, equations, solver, times, &
-                                          report, solved, error)
+         if (solved) call self%settle_friction(families, equations, solver, times, report, solved, error)
          if (.not. solved) return
          fraction = 1
-         if (round > 1 .and. .not. peer) call self%line%search(families, friction_tolerance, equations, fraction)
+   if (round > 1 .and. .not. peer) call self%line%search(families, accepted_miss(self, friction_tolerance), equations, &
+                                                               fraction)
          off = 0
          if (context%follows_rotation() .and. round <= fine_rounds) &
             call measure_placement(context, families, equations, off)
@@ -155,6 +157,13 @@ contains
       call families%predict(equations)
    end subroutine turn_arms
 
+   !> Share by which forces may miss their laws, given the usual one.
+   pure real(wp) function accepted_miss(self, usual)
+      class(newton_type), intent(in) :: self
+      real(wp), intent(in) :: usual
+      accepted_miss = merge(self%slack, usual, self%slack > 0)
+   end function accepted_miss
+
    !> Do the forces of the last solve follow the laws of the contacts at its motion?
    logical function forces_agree(self, contacts, n_blocks, round)
       type(newton_type), intent(inout) :: self
@@ -162,8 +171,9 @@ contains
       integer, intent(in) :: n_blocks, round
       integer :: n_unsettled
       if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
-      call contacts%trial%count_unsettled(contacts%table, merge(force_tolerance, coarse_tolerance, &
-                                          round <= fine_rounds), friction_tolerance*largest_normal(contacts), &
+      call contacts%trial%count_unsettled(contacts%table, merge(accepted_miss(self, force_tolerance), coarse_tolerance, &
+                                                            round <= fine_rounds), &
+                                          accepted_miss(self, friction_tolerance)*largest_normal(contacts), &
                                           self%largest, n_unsettled)
       forces_agree = n_unsettled == 0
    end function forces_agree
@@ -294,8 +304,8 @@ contains
 
    !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
-   subroutine settle_friction(may_leave, families, equations, solver, times, report, solved, error)
-      logical, intent(in) :: may_leave   !! a small correction may be left to the next round
+   subroutine settle_friction(self, families, equations, solver, times, report, solved, error)
+      class(newton_type), intent(in) :: self
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -305,13 +315,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: worst, small
       integer :: k
-      logical :: is_enough
+      logical :: is_enough, may_leave
       solved = .true.
+      ! a small correction may be left to the next round
+      may_leave = size(equations%x, 2) > few_blocks
       associate (contacts => families%contacts, friction => families%contacts%friction)
          call friction%begin(contacts%table, contacts%trial)
          do k = 1, friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            if (k == 1) small = friction_tolerance*contacts%trial%deepest_force(contacts%table)
+            if (k == 1) small = accepted_miss(self, friction_tolerance)*contacts%trial%deepest_force(contacts%table)
             call friction%assess(worst, small, may_leave, is_enough)
             if (is_enough) then
                call friction%take_used(contacts%trial)

@@ -112,6 +112,9 @@ contains
       call change_stage(self%trial_step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
                         error)
       if (allocated(error)) return
+      ! after a resume too
+      self%control%unbalanced = self%record%unbalanced
+      self%control%idle = self%record%solver_iterations == 0
       call self%find_motion(report, error)
       self%interrupted = report%interrupted
       if (allocated(error) .or. report%interrupted) return

@@ -59,6 +59,8 @@ contains
          call construction%place(s, step%blocks, step%parameters, step%state, balance)
          call bring_back(step, construction, s)
          call take_out_blocks(step, construction, s, balance)
+         if (any(construction%excavated(:, s) > 0) .or. is_set(step%parameters%stages(s)%relax)) &
+            call step%control%begin_release(step%parameters)
          call take_new_materials(step, construction, s, balance)
          if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
          step%control%begun = s

@@ -137,6 +137,7 @@ contains
       self%motion_start = self%control%motion_start
       self%water = self%control%water(self%parameters)
       self%solver%enough = self%control%residual_enough(self%parameters, self%blocks%n_blocks)
+      self%newton%slack = self%control%force_slack(self%parameters)
       self%dt = self%control%step_size(self%parameters, self%state%time)
    end subroutine begin_step
 

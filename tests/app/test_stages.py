@@ -38,6 +38,14 @@ class StageTest(ResumeTest):
         return [line.split("bad.nml:")[-1] for line in outcome.err.splitlines() if ": error: " in line]
 
 
+def clipped(x, y, angle, box):
+    """The part of a line in a box that begins in the origin: its ends."""
+    along = np.array([np.cos(angle), np.sin(angle)])
+    ways = [np.sort([-p / t, (w - p) / t]) for p, t, w in zip((x, y), along, box, strict=True)]
+    ends = [max(w[0] for w in ways), min(w[1] for w in ways)]
+    return [*(np.array([x, y]) + ends[0] * along), *(np.array([x, y]) + ends[1] * along)] if ends[0] < ends[1] else None
+
+
 class Equilibrium(StageTest):
     def test_the_measure_is_what_the_forces_of_the_results_give(self):
         # the contacts of the last frame, the weights: the largest resultant with its moment over the radius of inertia
@@ -64,6 +72,58 @@ class Equilibrium(StageTest):
             expected = force[moving].max() / size[moving].mean()
             # areas of the moved blocks differ from those of the start by 1e-5
             self.assertAlmostEqual(data["history/unbalanced"][frame - 1] / expected, 1, delta=1e-4)
+
+    def test_stiff_joints_between_soft_blocks_come_to_rest(self):
+        # millimetres of soft rock in stiff joints: what the solver left for all blocks together was too much for one,
+        # and a step without any motion followed another one
+        box = np.array([10e-3, 8e-3])
+        lines = [[0, 0, box[0], 0], [box[0], 0, *box], [*box, 0, box[1]], [0, box[1], 0, 0]]
+        for angle, spacing in ((0.9, 2.1e-3), (2.0, 2.3e-3)):
+            for k in range(-8, 9):
+                off = k * spacing * np.array([-np.sin(angle), np.cos(angle)])
+                lines += [line] if (line := clipped(*(box / 2 + off + 1e-5), angle, box)) else []
+        pit = [4e-3, 4.8e-3, 6e-3, 8e-3]
+        lines += [[*pit[:2], pit[2], pit[1]], [pit[0], pit[1], pit[0], pit[3]], [pit[2], pit[1], pit[2], pit[3]]]
+        rows = ["2e-6", f"{len(lines)} 4", "0", "0", "0", "0", "0", "0"]
+        rows += [" ".join(f"{v:.12g}" for v in line) + " 1" for line in lines]
+        self.write("pit.dc", "\n".join(rows) + "\n")
+        self.write(
+            "pit.nml",
+            "&model geometry = 'pit.dc' /\n"
+            "&block_material number = 1, density = 2500, young = 1e8, poisson = 0.25 /\n"
+            "&joint_material number = 1, friction = 35, cohesion = 400, normal_stiffness = 1e13,\n"
+            "  shear_stiffness = 4e12 /\n"
+            "&load gravity = 9.81 /\n&in_situ surface = 8e-3, k0 = 0.3 /\n"
+            "&boundary along = 0,8e-3, 0,0, 10e-3,0, 10e-3,8e-3, kind = 'roller' /\n"
+            f"&region name = 'pit', box = {','.join(map(str, pit))} /\n"
+            "&stage until = 'equilibrium', excavate = 'pit', max_steps = 60 /\n",
+        )
+        outcome = self.run_program("run", "pit.nml", "-o", "out.h5", "--force", "--quiet")
+        self.assertEqual(outcome.code, 0, outcome.err)
+
+    def test_joints_that_the_stress_in_the_ground_closes_by_much_stay(self):
+        # at the base 5e5 Pa compress such joints by a quarter of a block: no overlap, they began with that stress
+        lines = [[0, 0, 20, 0], [20, 0, 20, 20], [20, 20, 0, 20], [0, 20, 0, 0]]
+        for angle, spacing in ((0.5, 3.1), (1.7, 2.9), (2.4, 5.3)):
+            for k in range(-7, 8):
+                off = k * spacing * np.array([-np.sin(angle), np.cos(angle)])
+                lines += [line] if (line := clipped(*(10 + off), angle, (20, 20))) else []
+        rows = ["0.003", f"{len(lines)} 4", "0", "0", "0", "0", "0", "0"]
+        rows += [" ".join(f"{v:.12g}" for v in line) + " 1" for line in lines]
+        self.write("soft.dc", "\n".join(rows) + "\n")
+        self.write(
+            "soft.nml",
+            "&model geometry = 'soft.dc' /\n"
+            "&block_material number = 1, density = 2650, young = 2e7, poisson = 0.25 /\n"
+            "&joint_material number = 1, friction = 35, normal_stiffness = 1e6, shear_stiffness = 4e5 /\n"
+            "&load gravity = 9.81 /\n&in_situ surface = 20, k0 = 1 /\n"
+            "&boundary along = 0,20, 0,0, 20,0, 20,20, kind = 'roller' /\n"
+            "&stage kind = 'static', until_step = 20 /\n",
+        )
+        outcome = self.run_program("run", "soft.nml", "-o", "out.h5", "--force", "--quiet")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        data = self.read()
+        self.assertLess(np.abs(data["frames/vertices"][-1] - data["model/vertices"]).max(), 1e-6 * 10)
 
     def test_a_stage_ends_in_equilibrium_and_with_it_the_run(self):
         outcome = self.compute(REST + "&stage name = 'watch', kind = 'dynamic', duration = 0.05 /\n", more=("--json",))
