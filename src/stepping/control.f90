@@ -52,8 +52,8 @@ module rockdda_stepping_control
    !> unbalanced force, between both limits. What they miss is made good in the next step; a miss of the size of the
    !> stage's tolerance would stay as it is in steps that move nothing any more.
    real(wp), parameter :: small_miss = 0.1_wp, least_miss = 1.0e-6_wp, largest_miss = 1.0e-3_wp
-   !> A stage that releases forces begins with a step this many times as long as dt_max, so that its first shares are not
-   !> delayed by inertia.
+   !> A stage that releases forces begins with a step this many times as long as dt_max, so that inertia does not delay
+   !> its first shares.
    real(wp), parameter :: first_release = 30.0_wp
    !> Residual of the solver over the unbalanced force that is allowed.
    real(wp), parameter :: small_residual = 0.1_wp
@@ -141,8 +141,8 @@ contains
    !> Relative residual at which the solver may stop, 0: its own tolerance. What it leaves is a force on the blocks,
    !> which the next step takes up; where a static stage searches equilibrium it only has to be small beside the
    !> unbalanced force that the stage allows. The residual is over all blocks: even the whole of it on one block is then
-   !> small. Residuals are weighted by flexibilities, so that beside loose blocks it may not be small on stiff ones: when
-   !> a step has needed no iteration the next one is solved to the tolerance of the solver.
+   !> small. Residuals are weighted by flexibilities, so that beside loose blocks it may not be small on stiff ones:
+   !> when a step has needed no iteration the next one is solved to the tolerance of the solver.
    pure real(wp) function residual_enough(self, parameters, n_blocks)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters

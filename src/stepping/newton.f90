@@ -169,10 +169,11 @@ contains
       type(newton_type), intent(inout) :: self
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: n_blocks, round
+      real(wp) :: share
       integer :: n_unsettled
       if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
-      call contacts%trial%count_unsettled(contacts%table, merge(accepted_miss(self, force_tolerance), coarse_tolerance, &
-                                                            round <= fine_rounds), &
+      share = merge(accepted_miss(self, force_tolerance), coarse_tolerance, round <= fine_rounds)
+      call contacts%trial%count_unsettled(contacts%table, share, &
                                           accepted_miss(self, friction_tolerance)*largest_normal(contacts), &
                                           self%largest, n_unsettled)
       forces_agree = n_unsettled == 0

@@ -139,8 +139,8 @@ contains
          ! a search takes models without an end, and refuses some that run
          trial%spoiled_output = .true.
          call put(trial, 'check|'//name)
-         call put(trial, 'fos|'//name//'|-o|out.h5|--quiet|--json|--max-steps|20|--tolerance|2|--max-wall|3|--search|'// &
-                  trim(searches(1 + random%below(4))))
+         call put(trial, 'fos|'//name//'|-o|out.h5|--quiet|--json|--max-steps|20|--tolerance|2|--max-wall|3'// &
+                  '|--search|'//trim(searches(1 + random%below(4))))
          call put(trial, 'info|out.h5|--json')
       case (11:13)
          call put(trial, 'check|'//name)
