@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> A table of a results file that grows by rows: rows wait in memory until they are written together.
 !>
-!> A compressed chunk that is written again changes its size and therefore its address, and another chunk may occupy the
-!> old address before the index is updated: a reader would find the wrong rows. A chunk is therefore compressed only if
-!> it is complete when it is first written; an incomplete chunk stays uncompressed at its address.
+!> Integers are compressed. A compressed chunk that is written again changes its size and therefore its address, and
+!> another chunk may occupy the old address before the index is updated: a reader would find the wrong rows. A chunk is
+!> therefore compressed only if it is complete when it is first written; an incomplete chunk stays uncompressed at its
+!> address.
 !>
 !>     rows     | chunk: complete | chunk: complete | last chunk: incomplete . . |
 !>              |  compressed     |  compressed     |  uncompressed, then zeros  |
