@@ -196,3 +196,10 @@ class TestCutModels:
         results = wall("wall", FIRST_WALL, slab=2.0).run(output=tmp_path / "wall.h5", steps=1)
         assert RigidBlocks.from_results(results, 2400 * 9.81).push().factor == pytest.approx(0.64286, abs=1e-4)
         assert RigidBlocks.from_results(results, {1: 1.0}).fixed == {0}
+
+
+def test_weights_come_from_the_gravity_of_the_model():
+    model = wall("wall", [[1, 1]])
+    weight = RigidBlocks.from_model(model).weight
+    model.gravity = model.options.pop("load")["gravity"]
+    assert RigidBlocks.from_model(model).weight == pytest.approx(weight, rel=1e-15)

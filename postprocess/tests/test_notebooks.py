@@ -30,7 +30,9 @@ def test_notebook_runs(path, tmp_path, monkeypatch):
     work = tmp_path / "work"
     work.mkdir()
     notebook = nbformat.read(path, as_version=4)
-    client = nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(work)}})
+    client = nbclient.NotebookClient(
+        notebook, timeout=600, startup_timeout=300, resources={"metadata": {"path": str(work)}}
+    )  # a busy machine starts no kernel within the minute that is the default
     client.execute()
     for cell in notebook.cells:
         if cell.cell_type == "code" and cell.source.rstrip().endswith(";"):  # a picture
