@@ -12,6 +12,7 @@ import pytest
 import rockdda
 from rockdda.cli import main
 from rockdda.critical import read_search
+from rockdda.plot.water_levels import acting_groups
 from rockdda.report import facts, report
 from rockdda.units import Units
 from synthetic import add_bolts, write_wall
@@ -157,3 +158,14 @@ def test_a_failing_trial_has_a_part_of_its_own(program, tmp_path):
     assert str(found) in part
     assert part.count("<img") == 2  # the mechanism and the search
     assert part.count("<td>stable</td>") + part.count("<td>fails</td>") == len(found.trials)
+
+
+def test_water_is_drawn_where_the_history_begins_later(dug, tmp_path):  # noqa: F811
+    """Trials of a search count their steps from the settled state."""
+    path = tmp_path / "trial.h5"
+    path.write_bytes(dug.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        file["history/step"][:] += 40
+        file["frames/step"][:] += 40
+    groups = [acting_groups(one, dug.n_frames - 1) for one in (dug, rockdda.open(path))]
+    assert groups[0] == groups[1]

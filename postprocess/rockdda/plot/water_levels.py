@@ -58,7 +58,9 @@ def acting_groups(results: Results, frame: int) -> set[int]:
     if "model/water_stage" not in results or "history/stage" not in results or not len(results["history/stage"]):
         return everyone
     chosen_in = [str(words).strip().lower() for words in results["model/water_stage"]]
-    row = max(0, int(results["frames/step"][frame]) - 1)
+    # a trial of a search counts steps from the settled state, its history begins there
+    row = int(np.searchsorted(results["history/step"], results["frames/step"][frame]))
+    row = min(row, len(results["history/stage"]) - 1)
     chosen = chosen_in[min(int(results["history/stage"][row]), len(chosen_in) - 1)]
     if not chosen:
         return everyone
