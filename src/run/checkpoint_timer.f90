@@ -7,7 +7,7 @@ module rockdda_run_checkpoint_timer
    public :: checkpoint_timer_type
 
    !> The first checkpoint of a run comes after this time at the latest [s]. A shorter run writes one, at its end.
-   real(wp), parameter :: first_interval = 2
+   real(wp), parameter :: first_interval = 0.2_wp
 
    type :: checkpoint_timer_type
       real(wp), private :: last = 0           !! wall clock when the run began or its last checkpoint ended [s]
