@@ -14,6 +14,7 @@ module rockdda_run_checkpoint_timer
       logical, private :: is_first = .false.  !! no checkpoint has been written yet
    contains
       procedure :: start
+      procedure :: waits_for_first
       procedure :: restart
       procedure :: is_due
    end type checkpoint_timer_type
@@ -27,6 +28,12 @@ contains
       self%last = now
       self%is_first = .true.
    end subroutine start
+
+   !> Has a new run no checkpoint yet?
+   pure logical function waits_for_first(self)
+      class(checkpoint_timer_type), intent(in) :: self
+      waits_for_first = self%is_first
+   end function waits_for_first
 
    !> A checkpoint ended at this time.
    subroutine restart(self, now)

@@ -39,6 +39,7 @@ module rockdda_run_files
       procedure :: save_frame
       procedure :: save
       procedure :: is_checkpoint_due
+      procedure :: lacks_checkpoint
    end type run_files_type
 
 contains
@@ -115,6 +116,12 @@ contains
       type(simulation_type), intent(in) :: sim
       is_checkpoint_due = self%timer%is_due(wall_seconds(), self%facts%checkpoint_every, sim%is_finished())
    end function is_checkpoint_due
+
+   !> Has a new run no checkpoint yet?
+   pure logical function lacks_checkpoint(self)
+      class(run_files_type), intent(in) :: self
+      lacks_checkpoint = self%timer%waits_for_first()
+   end function lacks_checkpoint
 
    !> Write a checkpoint of the last accepted step. The results reach the disk first, so that they contain all its rows.
    !> On error the older checkpoint and its undo file are unchanged.

@@ -33,6 +33,9 @@ module rockdda_run_model_run
    private
    public :: run_type
 
+   !> Up to so many blocks the first checkpoint waits (rockdda_run_checkpoint_timer): it takes longer than a step.
+   integer, parameter :: few_blocks = 200
+
    type, extends(run_files_type) :: run_type
       type(simulation_type) :: sim
       type(thread_choice_type) :: threads          !! where the program chooses their number
@@ -74,7 +77,8 @@ contains
       if (.not. allocated(error)) call self%sim%init(input%blocks, input%parameters, error)
    end subroutine prepare
 
-   !> Create results and log with header, model and frame 0. The run can be resumed from its first checkpoint on.
+   !> Create results and log with header, model and frame 0, and the first checkpoint where a step may take long: the
+   !> run can be resumed from it on.
    subroutine open_run(self, request, input, messages, error)
       class(run_type), intent(inout) :: self
       class(run_request_type), intent(in) :: request
@@ -83,6 +87,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call lock_hdf5()
       call self%run_files_type%create_files(input, request%force, self%sim, messages, error)
+      if (.not. allocated(error) .and. self%sim%blocks%n_blocks > few_blocks) &
+         call self%run_files_type%save(self%sim, error)
       call unlock_hdf5()
       self%is_open = .not. allocated(error)
    end subroutine open_run
@@ -235,15 +241,19 @@ contains
    !> Write the checkpoint, the last frame and the exit reason, and close the files.
    !>
    !> The checkpoint precedes the frame of the last step, which may be no frame of a continued run. After a failed step
-   !> the older checkpoint stays, because the failed attempts have changed the starting vectors of the solver.
+   !> the older checkpoint stays, because the failed attempts have changed the starting vectors of the solver; where
+   !> there is none yet, the one that is written leads to a failure all the same.
    subroutine end_files(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error   !! of the run so far
       type(error_type), allocatable :: output_error, no_checkpoint
       character(len=:), allocatable :: short
+      logical :: wanted
 
       if (allocated(self%warning)) deallocate (self%warning)
-      if (.not. allocated(error)) call self%run_files_type%save(self%sim, no_checkpoint)
+      wanted = .not. allocated(error)
+      if (allocated(error)) wanted = error%code == error_code%computation .and. self%lacks_checkpoint()
+      if (wanted) call self%run_files_type%save(self%sim, no_checkpoint)
       if (self%last_frame /= self%sim%state%step) call self%run_files_type%save_frame(self%sim, output_error)
       if (.not. allocated(output_error) .and. self%log%last_step /= self%sim%state%step .and. &
           self%sim%state%step > 0) call self%log%write_step(self%sim, output_error)
