@@ -50,7 +50,7 @@ OLD_NAMES = {
     "study_formula": "study.formula",
     "study_plot": "study.picture",
     "study_run": "study.runner",
-    "view": "film.viewer",
+    "view": "film.server",
     "voussoir": "analysis.voussoir",
 }
 PACKAGE = __name__.partition(".")[0]

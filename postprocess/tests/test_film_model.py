@@ -9,7 +9,7 @@ import rockdda
 from browser import Page, find_browser
 from rockdda.film.model_data import read_model
 from rockdda.film.model_viewer import ModelViewer
-from rockdda.film.viewer import serve
+from rockdda.film.server import serve
 
 MODEL = """&model geometry = 'dig.dc' /
 &block_material number = 1, name = 'rock', density = 2500, young = 5e9, poisson = 0.25 /

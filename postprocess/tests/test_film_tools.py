@@ -10,7 +10,8 @@ import pytest
 import rockdda
 from browser import Page, find_browser
 from rockdda.film.pair import PairViewer
-from rockdda.film.viewer import Viewer, serve
+from rockdda.film.server import serve
+from rockdda.film.viewer import Viewer
 from synthetic import add_bolts, write_wall
 
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="there is no browser")
@@ -107,7 +108,7 @@ def test_two_results_have_one_range_of_colours(tmp_path):
 def test_two_results_show_the_same_moment(tmp_path):
     first, second = (rockdda.open(write_wall(tmp_path / f"{n}.h5", 3, 2, frames=n)) for n in (3, 5))
     with opened(PairViewer(first, second, "displacement"), tmp_path, ready=False) as page:
-        sides = [f"document.querySelectorAll('iframe')[{k}].contentDocument.body.dataset" for k in (0, 1)]
+        sides = [f"document.querySelectorAll('iframe')[{k}].contentDocument?.body?.dataset" for k in (0, 1)]
         page.wait(f"document.querySelectorAll('iframe').length === 2 && {sides[0]}.ready && {sides[1]}.ready")
         assert [page.evaluate(f"{side}.frame") for side in sides] == ["2", "4"]
         width = page.evaluate("innerWidth")

@@ -15,7 +15,8 @@ import pytest
 import rockdda
 from browser import Page, find_browser
 from rockdda.film.page import colour_range, usual_range
-from rockdda.film.viewer import Viewer, block_history, serve, view
+from rockdda.film.server import serve, view
+from rockdda.film.viewer import Viewer, block_history
 from synthetic import write_wall
 
 

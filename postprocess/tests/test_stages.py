@@ -18,7 +18,8 @@ from rockdda import plot
 from rockdda.export import to_csv, to_dxf, to_text, to_vtk
 from rockdda.film import animate
 from rockdda.film.overlays import boundary_rows, joint_range, joint_rows, water_of
-from rockdda.film.viewer import Viewer, serve
+from rockdda.film.server import serve
+from rockdda.film.viewer import Viewer
 from rockdda.plot.boundary_marks import ALONG, INWARD, OUTWARD, add_boundaries, edge_arrows
 from rockdda.plot.water_levels import wetted_stretches
 from synthetic import write_wall

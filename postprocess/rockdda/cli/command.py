@@ -283,7 +283,7 @@ def view_command(
 
         rockdda-post view slope.nml
     """
-    from ..film.viewer import view
+    from ..film.server import view
     from ..plot.input_files import is_input
 
     def ready(address: str) -> None:

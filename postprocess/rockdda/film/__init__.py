@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from .recording import animate
-from .viewer import Viewer, serve, view
+from .server import serve, view
+from .viewer import Viewer
 
 __all__ = ["Viewer", "animate", "serve", "view"]
