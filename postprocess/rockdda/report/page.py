@@ -32,6 +32,7 @@ __all__ = ["report"]
 Progress = Callable[[int, int], None]
 MOST_STAGES = 6  # with a picture of their own
 MOST_ROWS = 20  # of a table
+LEAST_STRESS = 0.01  # of the largest mean stress of a joint: joints with less are not ranked
 MOST_LINES = 400  # of an input text that is printed
 STYLE = """
 :root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
@@ -212,15 +213,22 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
     if "joints" in drawn:
         table = joint_summary(results.joints(-1))
         parts += ["<h3>Joints</h3>", drawn["joints"], drawn["shear"], drawn.get("mobilised", "")]
-        ranked = table.sort_values("largest_mobilised", ascending=False, na_position="last").head(10)
+        stress = np.hypot(table["normal_stress"], table["shear_stress"])
+        # a joint that carries next to nothing may use all of its strength
+        loaded = table[table["largest_mobilised"].notna() & (stress >= LEAST_STRESS * stress.max())]
+        ranked = loaded.sort_values("largest_mobilised", ascending=False).head(10)
         shown = ("length", "normal_stress", "shear_stress", "slip", "largest_opening", "largest_mobilised")
         columns = ["blocks", "length", "normal stress", "shear stress", "slip", "opening", "mobilised"]
         rows = [
             [f"{row['first'] + 1}, {row['second'] + 1}", *(facts.number(row[name]) for name in shown)]
             for row in ranked.to_dict("records")
         ]  # fmt: skip
-        parts += ["<p>The ten joints that use most of their strength (means over the length, largest opening):</p>"]
-        parts += [_table(columns, rows)]
+        if rows:
+            parts += [
+                "<p>The ten joints that use most of their strength (means over the length, largest opening; joints "
+                f"with at least {100 * LEAST_STRESS:g} % of the largest stress):</p>",
+                _table(columns, rows),
+            ]
     parts += [drawn.get("water", "")]
     now = results.frames[-1]
     if len(now.bolt_force):
@@ -268,7 +276,8 @@ def _input_part(results: Results) -> list[str]:
     """What the run was made of, so that it can be repeated."""
     parts = [
         "<h2>Input</h2>",
-        "<p>With these texts, which the results hold, this version gives the same numbers, bit for bit.</p>",
+        "<p>With these texts, which the results hold, and the files that they name (tables, records), this version "
+        "gives the same numbers, bit for bit.</p>",
     ]
     texts = {name: str(results[f"input/{name}"]) for name in ("config", "analysis", "geometry")}
     names = {"config": "options or labelled file", "analysis": "analysis file", "geometry": "geometry or block file"}
