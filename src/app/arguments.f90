@@ -11,7 +11,7 @@ module rockdda_app_arguments
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_request, only : run_request_type
    use rockdda_run_search_options, only : search_options_type, search_names
-   use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of
+   use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of, shells
    use rockdda_app_process, only : argument_type
    implicit none
    private
@@ -29,7 +29,6 @@ module rockdda_app_arguments
    end type command_line_type
 
    character(len=*), parameter :: unknown_shell = '?'    !! of 'rockdda completion' without one
-   character(len=4), parameter :: shells(3) = ['bash', 'zsh ', 'fish']
 
    !> The command line while it is read.
    type :: parser_type

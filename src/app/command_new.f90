@@ -9,6 +9,7 @@ module rockdda_app_command_new
    use rockdda_run_output_choice, only : require_folder
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
+   use rockdda_app_command_options, only : model_kinds
    use rockdda_app_new_model_files, only : slope_nml, slope_dc, tunnel_nml, tunnel_dc, arch_nml, arch_dc
    use rockdda_app_process, only : print_line
    use rockdda_app_report, only : begin_json, end_json, report_failure
@@ -16,7 +17,7 @@ module rockdda_app_command_new
    private
    public :: run_new
 
-   character(len=*), parameter :: kinds(3) = [character(len=6) :: 'slope', 'tunnel', 'arch'], nl = new_line('a')
+   character(len=*), parameter :: nl = new_line('a')
 
 contains
 
@@ -70,9 +71,9 @@ contains
          return
       end if
       path = trim(line%files(2)%text)
-      if (.not. any(kinds == line%files(1)%text)) then
+      if (.not. any(model_kinds == line%files(1)%text)) then
          call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of slope, tunnel, arch"// &
-                         did_you_mean(line%files(1)%text, kinds))
+                         did_you_mean(line%files(1)%text, model_kinds))
          return
       end if
       if (len(path) > 4) then

@@ -3,11 +3,15 @@
 module rockdda_app_command_options
    implicit none
    private
-   public :: command_names, option_kind, options, find_option, is_option_of, options_of
+   public :: command_names, model_kinds, shells, option_kind, options, find_option, is_option_of, options_of
 
    !> The commands, in the order of the help.
    character(len=*), parameter :: command_names(8) = [character(len=6) :: 'new', 'lines', 'cut', 'run', 'resume', &
                                                                  'fos', 'check', 'info']
+   !> What 'rockdda new' makes.
+   character(len=*), parameter :: model_kinds(3) = [character(len=6) :: 'slope', 'tunnel', 'arch']
+   !> What 'rockdda completion' knows.
+   character(len=*), parameter :: shells(3) = [character(len=4) :: 'bash', 'zsh', 'fish']
 
    type :: option_kinds
       integer :: flag = 0      !! no value

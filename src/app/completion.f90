@@ -1,15 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Scripts that complete commands, options and files in a shell, made from the table that reads the command line.
 module rockdda_app_completion
-   use rockdda_app_command_options, only : command_names, is_option_of, option_kind, options, options_of
+   use rockdda_run_search_options, only : search_names
+   use rockdda_app_command_options, only : command_names, is_option_of, model_kinds, option_kind, options, options_of, &
+      shells
    use rockdda_linear_factory, only : solver_names
    implicit none
    private
    public :: completion_script
 
    character(len=1), parameter :: nl = new_line('a')
-   character(len=*), parameter :: kinds_of_models = 'slope tunnel arch', searches = 'strength tilt push gravity', &
-                                  dialects = 'dda_windows g0', shells = 'bash zsh fish'
+   character(len=*), parameter :: dialects = 'dda_windows g0'
 
 contains
 
@@ -39,11 +40,11 @@ contains
              '  done'//nl// &
              '  case $before in'//nl// &
              '    --solver) words="'//solvers()//'";;'//nl// &
-             '    --search) words="'//searches//'";;'//nl// &
+             '    --search) words="'//joined(search_names, ' ')//'";;'//nl// &
              '    --dialect) words="'//dialects//'";;'//nl// &
-             '    completion|--completion) words="'//shells//'";;'//nl// &
+             '    completion|--completion) words="'//joined(shells, ' ')//'";;'//nl// &
              '    help) words="'//topics//'";;'//nl// &
-             '    new) words="'//kinds_of_models//'";;'//nl// &
+             '    new) words="'//joined(model_kinds, ' ')//'";;'//nl// &
              '    -o|--output|-c|--config) command=file;;'//nl// &
              '  esac'//nl// &
              '  if [[ -z $words && $word == -* && $command != file ]]; then'//nl// &
@@ -74,8 +75,8 @@ contains
       integer :: k
       text = "complete -c rockdda -n __fish_use_subcommand -f -a '"//all_commands(' ')//"'"//nl// &
              seen('help')//" -f -a '"//topics//"'"//nl// &
-             seen('new')//" -f -a '"//kinds_of_models//"'"//nl// &
-             seen('completion')//" -f -a '"//shells//"'"
+             seen('new')//" -f -a '"//joined(model_kinds, ' ')//"'"//nl// &
+             seen('completion')//" -f -a '"//joined(shells, ' ')//"'"
       do k = 1, size(options)
          if (options(k)%name == '--completion') cycle
          text = text//nl//fish_option(k)
@@ -99,7 +100,7 @@ contains
       case ('--output'); text = text//' -s o -F'
       case ('--config'); text = text//' -s c -F'
       case ('--solver'); text = text//" -f -a '"//solvers()//"'"
-      case ('--search'); text = text//" -f -a '"//searches//"'"
+      case ('--search'); text = text//" -f -a '"//joined(search_names, ' ')//"'"
       case ('--dialect'); text = text//" -f -a '"//dialects//"'"
       case default
          if (options(k)%kind /= option_kind%flag) text = text//' -f'
@@ -117,24 +118,26 @@ contains
    pure function all_commands(between) result(text)
       character(len=1), intent(in) :: between
       character(len=:), allocatable :: text
-      integer :: i
-      text = ' '
-      do i = 1, size(command_names)
-         text = text//trim(command_names(i))//between
-      end do
-      text = text//'help'//between//'completion'
+      text = ' '//joined(command_names, between)//between//'help'//between//'completion'
    end function all_commands
+
+   !> Names with a separator between them.
+   pure function joined(names, between) result(text)
+      character(len=*), intent(in) :: names(:)
+      character(len=1), intent(in) :: between
+      character(len=:), allocatable :: text
+      integer :: i
+      text = trim(names(1))
+      do i = 2, size(names)
+         text = text//between//trim(names(i))
+      end do
+   end function joined
 
    !> What `rockdda help` explains.
    pure function help_topics(groups) result(text)
       character(len=*), intent(in) :: groups
       character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      do i = 1, size(command_names)
-         text = text//trim(command_names(i))//' '
-      end do
-      text = text//'completion groups'//groups
+      text = joined(command_names, ' ')//' completion groups'//groups
    end function help_topics
 
    !> The solvers, between blanks.

@@ -106,8 +106,8 @@ contains
          if (solved) call self%settle_friction(families, equations, solver, times, report, solved, error)
          if (.not. solved) return
          fraction = 1
-   if (round > 1 .and. .not. peer) call self%line%search(families, accepted_miss(self, friction_tolerance), equations, &
-                                                               fraction)
+         if (round > 1 .and. .not. peer) call self%line%search(families, accepted_miss(self, friction_tolerance), &
+                                                               equations, fraction)
          off = 0
          if (context%follows_rotation() .and. round <= fine_rounds) &
             call measure_placement(context, families, equations, off)

@@ -266,9 +266,8 @@ contains
       call self%renew_all()
       self%turning = 0
       scheme = self%scheme
-      associate (turn => abs(2*scheme%level - 1)*maxval(abs(self%state%velocity(3, :)))*self%dt)
-         if (.not. turn > abs(2*scheme%level - 1)*least_turn) return
-      end associate
+      if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
+      if (.not. maxval(abs(self%state%velocity(3, :)))*self%dt > least_turn) return
       if (.not. allocated(self%velocity)) allocate (self%velocity, mold=self%state%velocity)
       self%velocity(:, :) = self%state%velocity
       self%state%velocity = 0

@@ -31,22 +31,26 @@ def edge_arrows(results: Results, time: float | None = None) -> FloatArray:
     """
     edges, kinds = results.boundary_edges, results.boundary_kinds
     arrows = np.zeros((len(edges), 3))
-    tables = boundary_tables(results)
     for i, (kind, group) in enumerate(zip(kinds, _groups(results), strict=True)):
         of_boundary = edges[:, 0] == i
         if kind == "traction":
             arrows[of_boundary] = _traction(group, results, of_boundary)
         elif kind == "moving" and "velocity" in group:
             arrows[of_boundary] = (ALONG, *_unit(np.array(group["velocity"], dtype=float)))
-        if time is not None and tables[i]:
-            sign = float(np.sign(np.interp(time, tables[i][0::2], tables[i][1::2])))
+        table = _table(group)
+        if time is not None and table:
+            sign = float(np.sign(np.interp(time, table[0::2], table[1::2])))
             arrows[of_boundary] = _signed(arrows[of_boundary], sign)
     return arrows
 
 
 def boundary_tables(results: Results) -> list[list[float]]:
     """Of each boundary the table t, factor, … of its load or velocity; empty: none."""
-    return [[float(value) for value in group.get("table", [])] for group in _groups(results)]
+    return [_table(group) for group in _groups(results)]
+
+
+def _table(group: dict[str, Any]) -> list[float]:
+    return [float(value) for value in group.get("table", [])]
 
 
 def _groups(results: Results) -> list[dict[str, Any]]:
