@@ -15,7 +15,7 @@ module rockdda_interaction_closed_part
    use rockdda_interaction_joint_law, only : joint_type, joint_settings_type, opening_gap
    implicit none
    private
-   public :: has_closed_part, set_closed_parts, closed_length
+   public :: has_closed_part, set_closed_parts, closed_length, last_of_interval
 
 contains
 

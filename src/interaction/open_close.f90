@@ -11,6 +11,7 @@ module rockdda_interaction_open_close
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
       map_joint, miss_of_joint, end_joints, opening_gap, sliding_friction
+   use rockdda_interaction_ligament, only : set_tip_strengths
    implicit none
    private
    public :: open_close_type
@@ -66,6 +67,7 @@ contains
          call begin_rows((p - 1)*piece + 1, min(p*piece, n), self, table, laws, settings)
       end do
       !$omp end parallel do
+      call set_tip_strengths(table, laws, self%joint)
       if (.not. any(has_closed_part(laws))) return
       call set_closed_parts(table, laws, settings, self%joint)
       do c = 1, n
@@ -282,6 +284,7 @@ contains
       joint%total_slip = table%total_slip(c)
       joint%length = table%length(c)
       joint%more_length = 0
+      joint%tension_share = 1
       joint%k_n = table%k_n(c)
       joint%k_s = table%k_s(c)
       joint%normal_drag = 0

@@ -137,6 +137,28 @@ class Values(FosTest):
         name = self.block(slope(35), friction=0, cohesion=20e3, more="&contact points = 5 /\n")
         self.assert_between(self.search(name, "--search", "gravity"), truth)
 
+    def test_bonds_break_at_the_stress_of_the_beam(self):
+        """Tension 6 M/t^2 of a ledge 4 m long and 1 m thick, and 6 M/t^2 - W/t of a wall 4 m high that is pushed: a
+        crack at the edge goes through, whatever the number of stations."""
+        rock = (
+            "&model geometry = 'block.dc' /\n"
+            "&block_material number = 1, density = 2500, unit_weight = 25e3, young = 20e9, poisson = 0.2 /\n"
+            "&joint_material number = 1, friction = 35, cohesion = 50e6, tension = 2.4e6 /\n"
+            "&load gravity = 10 /\n"
+        )
+        ledge = geometry(
+            [[(-3, -2), (0, -2), (0, 3), (-3, 3)], [(0, 0), (4, 0), (4, 1), (0, 1)]], [(-2.5, -1.5), (-0.5, 2.5)]
+        )
+        wall = geometry(
+            [[(-3, -2), (4, -2), (4, 0), (-3, 0)], [(0, 0), (1, 0), (1, 4), (0, 4)]], [(-2.5, -1), (3.5, -1)]
+        )
+        for points in (3, 5):
+            self.write("block.nml", rock + f"&contact points = {points} /\n")
+            self.write("block.dc", ledge)
+            self.assert_between(self.search("block.nml"), 2.4e6 / (6 * 25e3 * 4 * 2))
+            self.write("block.dc", wall)
+            self.assert_between(self.search("block.nml", "--search", "push"), (2.4e6 + 100e3) / (6 * 100e3 * 2))
+
     def test_slips_that_hardly_fail_are_decided(self):
         """Cohesive bedding whose points open and close: forces that miss equilibrium by a thousandth are enough."""
         self.assertEqual(self.run_program("new", "slope", "demo").code, 0)
