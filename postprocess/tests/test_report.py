@@ -14,6 +14,7 @@ from rockdda.cli import main
 from rockdda.critical import read_search
 from rockdda.plot.water_levels import acting_groups
 from rockdda.report import facts, report
+from rockdda.report.half_step import HalfStep, compare_ends, run_half_step
 from rockdda.units import Units
 from synthetic import add_bolts, write_wall
 from test_stages import dug  # noqa: F401  (a fixture)
@@ -42,8 +43,8 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
     text = report(dug, tmp_path / "report.html", units="SI", title="Wall & fill").read_text()
     tags = Tags(text)
     assert tags.open == []
-    # start, end, stresses; stages and ground reaction; joints; water, points; energy
-    assert len(tags.sources) == 3 + 4 + 3 + 2 + 1
+    # start, end, stresses; stages but the last, ground reaction; joints; water, points; energy
+    assert len(tags.sources) == 3 + 3 + 3 + 2 + 1
     assert all(source.startswith("data:image/png;base64,") for source in tags.sources)
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert re.findall("<h2>(.*?)</h2>", text) == ["Model", "Stages", "State at the end", "Checks", "Input"]
@@ -51,6 +52,9 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
     for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 1e+04", "SHA-256"):
         assert shown in text
     assert "not kept" not in text
+    assert "E [Pa]" in text
+    assert "has 6 blocks of rock, with joints of joint" in text
+    assert "was not checked" in text  # half the time step
     assert "&amp;stage" in text  # the input
 
 
@@ -86,6 +90,83 @@ def test_checks_that_are_not_kept_say_so(dug, tmp_path):  # noqa: F811
         file.attrs["exit_reason"] = "step 3 cannot be solved"
     found = {row[0]: row[3] for row in facts.checks(rockdda.open(path))}
     assert sum(value == "not kept" for value in found.values()) == 4
+    text = report(rockdda.open(path), tmp_path / "bad.html").read_text()
+    assert "did not come to its end (step 3 cannot be solved)" in text
+    assert text.index("Checks that are not kept: energy balance") < text.index("<h2>Model</h2>")
+
+
+def sliding(folder, only_model=False, **time):
+    """A block that slides down a plane of 30 degrees, shaken by a record, and its results."""
+    model = rockdda.Model("sliding", labelled=True, gravity=10.0)
+    model.add_polygon([(0, 0), (8, 0), (0, 4)])
+    model.add_polygon([(1.0, 3.5), (2.0, 3.0), (2.5, 4.0), (1.5, 4.5)])
+    for point in ((0.2, 0.2), (7, 0.2), (0.2, 3.5)):
+        model.add_fixed(point)
+    model.add_block_material(density=2500, young=1e9, poisson=0.2, name="rock")
+    model.add_joint_material(friction=15, name="plane", normal_stiffness=1e9, shear_stiffness=1e9)
+    model.add_group("time", **time)
+    (folder / "record.csv").write_text("t,a\n0,0\n0.1,1\n0.2,0\n")
+    model.add_group("quake", record=str(folder / "record.csv"))
+    if only_model:
+        return model
+    model.add_group("run", t_end=0.2)
+    return model.run(output=folder / "sliding.h5")
+
+
+def test_half_the_step_is_computed_where_it_is_asked_for(native, tmp_path):
+    results = sliding(tmp_path, dt_max=0.004)
+    half = run_half_step(results)
+    n = results.n_steps
+    assert half.words == f"{2 * n} steps of 0.002 on average in place of {n} of 0.004"
+    assert 0 < half.displacement < facts.STEP
+    moved, stress = facts.checks(results, half)[-2:]
+    assert (moved[0], moved[3]) == ("half the time step: displacement at the end", "kept")
+    assert (stress[0], stress[3]) == ("half the time step: stress at the end", "–")
+    text = report(results, tmp_path / "a.html", check_step=True).read_text()
+    assert f"Half the time step: {half.words}" in text
+    assert f"which the results hold, and the files that they name ({tmp_path}/record.csv), this version" in text
+    coarse = facts.checks(results, HalfStep("", displacement=0.06))[-1]
+    assert coarse[3] == "not kept"
+    assert facts.checks(results, HalfStep("the run at half the step failed", failed=True))[-1][3] == "not kept"
+    (tmp_path / "record.csv").unlink()
+    with pytest.raises(rockdda.InputError, match=r"record.csv, which the input names, lies neither beside"):
+        run_half_step(results)
+
+
+def test_half_the_step_is_refused_in_words(dug, tmp_path):  # noqa: F811
+    path = tmp_path / "early.h5"
+    path.write_bytes(dug.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        file.attrs["complete"] = 0
+    half = run_half_step(rockdda.open(path))
+    assert half == HalfStep("not checked: the run did not come to its end")
+    assert facts.checks(rockdda.open(path), half)[-1][3] == "–"
+
+
+def test_stages_until_equilibrium_end_in_the_same_place_at_half_the_step(dug):  # noqa: F811
+    assert run_half_step(dug).displacement < 1e-3
+
+
+def test_the_last_stage_without_an_end_lasts_as_long_at_half_the_step(native, tmp_path):
+    """Its number of steps is that of the run."""
+    model = sliding(tmp_path, dt_max=0.004, only_model=True)
+    model.add_group("run", steps=40)
+    model.add_stage("first", until_step=10)
+    model.add_stage("second")
+    results = model.run(output=tmp_path / "stages.h5")
+    assert results.n_steps == 40
+    assert run_half_step(results).words.startswith("80 steps of 0.002")
+
+
+def test_water_is_drawn_where_the_history_begins_later(dug, tmp_path):  # noqa: F811
+    """Trials of a search count their steps from the settled state."""
+    path = tmp_path / "trial.h5"
+    path.write_bytes(dug.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        file["history/step"][:] += 40
+        file["frames/step"][:] += 40
+    groups = [acting_groups(one, -1) for one in (dug, rockdda.open(path))]
+    assert groups[0] == groups[1] == {1}
 
 
 def test_a_critical_factor_stands_on_the_first_page(tmp_path):
@@ -121,11 +202,31 @@ def test_endings(tmp_path):
 
 
 def test_pages_on_a4(tmp_path):
-    pytest.importorskip("weasyprint")
+    pytest.importorskip("weasyprint", exc_type=(ImportError, OSError))
     results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
     data = report(results, tmp_path / "a.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     assert not list(tmp_path.glob(".*"))
+
+
+def test_no_head_stands_alone_at_the_end_of_a_sheet(dug, tmp_path):  # noqa: F811
+    """Neither the head of a table nor that of a part, wherever the sheet ends; long tables repeat their head."""
+    weasyprint = pytest.importorskip("weasyprint", exc_type=(ImportError, OSError))
+    text = report(dug, tmp_path / "a.html", units="SI").read_text()
+    assert text.count("<thead>") > 5
+    text = re.sub("<figure>.*?</figure>", "", text, flags=re.DOTALL)
+    rows = "".join(f"<tr><td>{i}</td></tr>" for i in range(90))
+    text = text.replace("<h2>Checks", f'<table class="long"><thead><tr><th>n</th></tr></thead>{rows}</table><h2>Checks')
+    head, body = text.split("<body>")
+    body = body.split("</body>")[0]
+    start = '<p style="break-before: page; height: {}px">begin</p>'
+    copies = "".join(start.format(height) + body for height in range(0, 960, 120))
+    pages = weasyprint.HTML(string=f"{head}<body>{copies}</body></html>").render().pages
+    kinds = ("h2", "h3", "th", "td", "p", "pre")
+    for number, page in enumerate(pages, start=1):
+        last = [box.element_tag for box in page._page_box.descendants() if box.element_tag in kinds][-1]
+        assert last in ("td", "p", "pre"), number
+    assert len(pages) > 20
 
 
 def test_the_dependence_on_the_time_step_is_reported(tmp_path, capsys):
@@ -134,14 +235,19 @@ def test_the_dependence_on_the_time_step_is_reported(tmp_path, capsys):
         file["frames/centroid"][-1, :, 1] -= 0.005
         file["frames/stress"][-1] *= 1.01
         file["history/dt"][:] = 0.05
-    rows = facts.checks(rockdda.open(first), rockdda.open(second))
-    moved, stress = rows[-2:]
-    assert moved[0] == "displacement with steps of 0.05 instead of 0.1 on average"
+    half = compare_ends(rockdda.open(first), rockdda.open(second))
+    assert "of 0.05 on average in place of" in half.words
+    moved, stress = facts.checks(rockdda.open(first), half)[-2:]
+    assert moved[0] == "half the time step: displacement at the end"
     largest = np.hypot(*rockdda.open(first).frames[-1].displacement.T).max()
     assert float(moved[1]) == pytest.approx(0.005 / largest, rel=0.05)  # two digits are shown
     assert stress[1] == "1.0e-02"
     assert main(["report", str(first), "--half", str(second), "-o", str(tmp_path / "r.html"), "--quiet"]) == 0
-    assert moved[0] in (tmp_path / "r.html").read_text()
+    text = (tmp_path / "r.html").read_text()
+    assert moved[0] in text
+    assert half.words in text
+    with pytest.raises(rockdda.InputError, match="either run again at half the time step, or a run is given"):
+        report(rockdda.open(first), tmp_path / "t.html", check_step=True, beside=rockdda.open(second))
     write_wall(tmp_path / "other.h5", 4, 2)
     assert main(["report", str(first), "--half", str(tmp_path / "other.h5"), "-o", str(tmp_path / "s.html")]) == 2
     assert "is no run of the same model" in capsys.readouterr().err
@@ -158,14 +264,3 @@ def test_a_failing_trial_has_a_part_of_its_own(program, tmp_path):
     assert str(found) in part
     assert part.count("<img") == 2  # the mechanism and the search
     assert part.count("<td>stable</td>") + part.count("<td>fails</td>") == len(found.trials)
-
-
-def test_water_is_drawn_where_the_history_begins_later(dug, tmp_path):  # noqa: F811
-    """Trials of a search count their steps from the settled state."""
-    path = tmp_path / "trial.h5"
-    path.write_bytes(dug.path.read_bytes())
-    with h5py.File(path, "a") as file:
-        file["history/step"][:] += 40
-        file["frames/step"][:] += 40
-    groups = [acting_groups(one, dug.n_frames - 1) for one in (dug, rockdda.open(path))]
-    assert groups[0] == groups[1]

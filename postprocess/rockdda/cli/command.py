@@ -313,9 +313,14 @@ def report_command(
     output: Output = None,
     units: UnitNames = None,
     title: Annotated[str | None, typer.Option("--title", help="Title of the report.", show_default=False)] = None,
+    check_step: Annotated[
+        bool, typer.Option("--check-step", help="Run the model again at half the time step, and compare.")
+    ] = False,
     half: Annotated[
         Path | None,
-        typer.Option("--half", metavar="OTHER.h5", help="The same run with half the time step.", show_default=False),
+        typer.Option(
+            "--half", metavar="OTHER.h5", help="Compare with this run at half the time step.", show_default=False
+        ),
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -324,7 +329,8 @@ def report_command(
 
     It holds the model and its materials, boundaries and stages, what happened (displacements, stresses, joints, bolts,
     water, measured points), checks (energy balance, overlap of blocks, unbalanced forces), and the input for
-    reproduction. A .pdf needs WeasyPrint (pip install 'rockdda[pdf]').
+    reproduction. Whether half the time step gives the same is checked with --check-step only, by a second run. A .pdf
+    needs WeasyPrint (pip install 'rockdda[pdf]').
 
     Examples:
 
@@ -343,7 +349,7 @@ def report_command(
     other = None if half is None else in_shown_units(open_results(half), units, None)[0]
     path = target(output, file, "_report.html")
     with progress_bar("pictures", quiet or as_json) as bar:
-        report(results, path, units=units, title=title, progress=bar, beside=other)
+        report(results, path, units=units, title=title, check_step=check_step, beside=other, progress=bar)
     size = path.stat().st_size
     print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB", output=path, bytes=size)
 

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
 from ..groups import as_list
 from ..materials import material_rows
 from ..namelist import parse_groups
+from ..units import Units
 
 if TYPE_CHECKING:
     from ..results import Results
-    from ..units import Units
+    from .half_step import HalfStep
 
 __all__ = [
-    "boundary_table", "checks", "groups_of", "in_short", "material_tables", "number", "search_table", "stage_table",
+    "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "material_tables", "number",
+    "search_table", "stage_table",
 ]  # fmt: skip
 
 SEARCHES = {
@@ -31,8 +32,10 @@ JOINT_COLUMNS = {
     "friction": "friction [°]", "cohesion": "cohesion", "tension": "tensile strength",
     "normal_stiffness": "normal stiffness", "shear_stiffness": "shear stiffness",
 }  # fmt: skip
-#: Bounds of the checks: shares of the largest energy, of the mean edge, and of the mean force.
-ENERGY, GEOMETRY, OVERLAP, UNBALANCED = 1e-6, 1e-2, 1e-2, 1e-5
+#: Bounds of the checks: shares of the largest energy, the mean edge, the mean force, the largest displacement.
+ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
+#: Options that name files beside the input.
+FILES = ("record", "pressure_file", "base_acceleration")
 
 
 def number(value: Any) -> str:
@@ -40,7 +43,7 @@ def number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float | np.number):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if np.isfinite(value) else "–"
     return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)
 
 
@@ -53,7 +56,58 @@ def groups_of(results: Results) -> dict[str, list[dict[str, Any]]]:
     return {name: as_list(entries) for name, entries in groups.items()}
 
 
-def material_tables(results: Results) -> tuple[Table, Table]:
+def files_of(groups: Mapping[str, list[dict[str, Any]]]) -> list[str]:
+    """Files that the options name beside the geometry: records, pressures."""
+    found = [group[name] for entries in groups.values() for group in entries for name in FILES if name in group]
+    return [str(name) for name in found]
+
+
+def in_words(results: Results, units: Units) -> str:
+    """The model in a few sentences."""
+    groups = groups_of(results)
+    (_, blocks), (_, joints) = material_tables(results)
+    low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
+    of, by = (_names([row[0] for row in rows]) for rows in (blocks, joints))
+    size = f"{high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} {units.of('length')}"
+    plane = chosen(groups, "material", "plane") or ("strain" if "model" in groups else "stress")
+    vertex = chosen(groups, "contact", "formulation") == "vertex" or (
+        chosen(groups, "contact", "preset") and not chosen(groups, "contact", "formulation")
+    )
+    held = [f"{len(results.fixed_points)} fixed points"] if len(results.fixed_points) else []
+    kinds = results.boundary_kinds
+    held += [f"{kinds.count(kind)} × {kind}" for kind in dict.fromkeys(kinds)]
+    words = [
+        f"The model, {size} in plane {plane}, has {results.n_blocks} blocks of {of}, with joints of {by}.",
+        f"Contacts are {'at vertices' if vertex else 'by length of the joints'}.",
+        f"Supports and boundaries: {', '.join(held) or 'none'}.",
+    ]
+    acting = [
+        f"{len(groups[name])} × {what}" if len(groups[name]) > 1 else what
+        for name, what in (("in_situ", "stress in the ground"), ("water", "water"), ("quake", "a record of motion"),
+                           ("line_load", "line loads"), ("liner", "a liner"))
+        if name in groups
+    ]  # fmt: skip
+    if len(results.bolt_ends):
+        acting.append(f"{len(results.bolt_ends)} bolt{'s' if len(results.bolt_ends) > 1 else ''}")
+    if acting:
+        words.append(f"Besides the weight there are: {', '.join(acting)}.")
+    if results.has_stages and len(results.stages) > 1:
+        words.append(f"It is computed in {len(results.stages)} stages.")
+    return " ".join(words)
+
+
+def _names(names: list[str]) -> str:
+    """Names or numbers of materials, not more than five."""
+    found = [name.split(" ", 1)[-1] if " " in name else f"material {name}" for name in names]
+    return ", ".join(found[:5]) + (f" and {len(found) - 5} more" if len(found) > 5 else "")
+
+
+def chosen(groups: Mapping[str, list[dict[str, Any]]], group: str, name: str) -> Any:
+    """The last value of an option, None where it is not given."""
+    return next((entry[name] for entry in reversed(groups.get(group, [])) if name in entry), None)
+
+
+def material_tables(results: Results, units: Units | None = None) -> tuple[Table, Table]:
     """Block and joint materials with the values that the input gives them."""
     blocks, joints = material_rows(str(results["input/analysis"]))
     found: dict[str, dict[Any, dict[str, Any]]] = {
@@ -64,10 +118,24 @@ def material_tables(results: Results) -> tuple[Table, Table]:
     for kind, materials in found.items():
         for group in groups.get(kind, []):
             materials.setdefault(group.get("number"), {}).update(group)
-    return _table(found["block_material"], BLOCK_COLUMNS), _table(found["joint_material"], JOINT_COLUMNS)
+    unit = _material_units(units or Units())
+    return _table(found["block_material"], BLOCK_COLUMNS, unit), _table(found["joint_material"], JOINT_COLUMNS, unit)
 
 
-def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str]) -> Table:
+def _material_units(units: Units) -> dict[str, str]:
+    """Units of the values of materials, where those of the file are known."""
+    if not units.length:
+        return {}
+    stress = units.of("stress")
+    found = dict.fromkeys(("young", "cohesion", "tension"), stress)
+    found |= dict.fromkeys(("normal_stiffness", "shear_stiffness"), f"{stress}/{units.length}")
+    found["unit_weight"] = f"{units.force}/{units.length}³"
+    if (units.length, units.time, units.force) == ("m", "s", "N"):
+        found["density"] = "kg/m³"
+    return found
+
+
+def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str], units: Mapping[str, str]) -> Table:
     used = [name for name in columns if any(name in values for values in materials.values())]
     rows = []
     for key, values in materials.items():
@@ -75,7 +143,8 @@ def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str
         rest = ", ".join(f"{name} {number(value)}" for name, value in others.items())
         name = f"{key} {values.get('name', '')}".strip()
         rows.append([name, *(number(values.get(column, "–")) for column in used), rest])
-    return ["material", *(columns[name] for name in used), "other"], rows
+    heads = [f"{columns[name]} [{units[name]}]" if name in units else columns[name] for name in used]
+    return ["material", *heads, "other"], rows
 
 
 def boundary_table(results: Results, units: Units) -> Table:
@@ -161,15 +230,16 @@ def search_table(results: Results) -> list[tuple[str, str]]:
     ]
 
 
-def checks(results: Results, beside: Results | None = None) -> list[tuple[str, str, str, str]]:
+def checks(results: Results, half: HalfStep | None = None) -> list[tuple[str, str, str, str]]:
     """What was checked, the value found, the bound, and 'kept', 'not kept' or '–' where there is none.
 
-    `beside`: the same model with another time step.
+    half: the run at half the time step, where there was one.
     """
     rows: list[tuple[str, str, str, str]] = []
 
     def add(what: str, value: float, bound: float, of: str) -> None:
-        rows.append((what, f"{value:.1e}", f"{bound:.0e} {of}", "kept" if value <= bound else "not kept"))
+        found = f"{value:.1e}" if np.isfinite(value) else "no number"
+        rows.append((what, found, f"{bound:.0e} {of}", "kept" if value <= bound else "not kept"))
 
     complete = "complete" if results.complete else results.exit_reason
     rows.append(("the run came to its end", complete, "complete", "kept" if results.complete else "not kept"))
@@ -195,32 +265,22 @@ def checks(results: Results, beside: Results | None = None) -> list[tuple[str, s
                 float(group.get("tolerance", UNBALANCED)), "of the mean force")  # fmt: skip
     repeated = int((np.asarray(results["history/attempts"]) > 1).sum())
     rows.append(("steps that had to be shortened", f"{repeated} of {results.n_steps}", "–", "–"))
-    if beside is None:
-        rows.append(("half the time step", "not computed for this report", "run again with half of dt_max", "–"))
-    else:
-        rows += step_dependence(results, beside)
+    rows += step_rows(half)
     return rows
 
 
-def step_dependence(results: Results, beside: Results) -> list[tuple[str, str, str, str]]:
-    """How far the end differs from that of a run of the same model with other time steps."""
-    if not (
-        np.array_equal(results.vertex_offset, beside.vertex_offset)
-        and np.array_equal(results.vertices, beside.vertices)
-    ):
-        raise InputError("is no run of the same model: its blocks are others", beside.path)
-    mean = [float(np.mean(run["history/dt"])) if run.n_steps else np.nan for run in (results, beside)]
-    a, b = results.frames[-1], beside.frames[-1]
-    both = a.active & b.active
-    largest = float(np.hypot(*a.displacement[both].T).max()) if both.any() else 0.0
-    apart = float(np.hypot(*(a.displacement - b.displacement)[both].T).max()) if both.any() else 0.0
-    with_steps = f"with steps of {mean[1]:.2g} instead of {mean[0]:.2g} on average"
-    rows = [
-        (f"displacement {with_steps}", f"{apart / largest if largest else 0:.1e}", "of the largest displacement", "–")
-    ]
-    stress, size = np.abs(a.stress - b.stress)[both], np.abs(a.stress)[both]
-    if size.size and size.max() > 0:
-        rows.append((f"stress {with_steps}", f"{stress.max() / size.max():.1e}", "of the largest stress", "–"))
+def step_rows(half: HalfStep | None) -> list[tuple[str, str, str, str]]:
+    """How far the ends of the runs at the step and at half the step differ."""
+    what = "half the time step"
+    if half is None:
+        return [(what, "not checked: the results may depend on it", "--check-step runs the model again", "–")]
+    if half.displacement is None:
+        return [(what, half.words, "–", "not kept" if half.failed else "–")]
+    kept = "kept" if half.displacement <= STEP else "not kept"
+    bound = f"{STEP:.0e} of the largest displacement"
+    rows = [(f"{what}: displacement at the end", f"{half.displacement:.1e}", bound, kept)]
+    if half.stress is not None:
+        rows.append((f"{what}: stress at the end", f"{half.stress:.1e}", "of the largest stress", "–"))
     return rows
 
 

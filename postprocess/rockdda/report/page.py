@@ -22,10 +22,12 @@ from ..joints import joint_summary
 from ..text import readable
 from ..units import Units
 from . import facts
+from .half_step import compare_ends, run_half_step
 from .paper import needs_for_pdf, pdf_of
 
 if TYPE_CHECKING:
     from ..results import Results
+    from .half_step import HalfStep
 
 __all__ = ["report"]
 
@@ -44,6 +46,7 @@ table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; font-va
 th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .8rem .25rem 0; vertical-align: bottom; }
 td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: anywhere; }
 td:first-child, th { overflow-wrap: normal; } .facts td:first-child { font-weight: 600; white-space: nowrap; }
+.warning { border-left: 4px solid #b03a00; background: #fdf1ea; padding: .5rem .8rem; }
 td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
 figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: #5a646e; font-size: .86rem; margin-top: .3rem; }
@@ -51,7 +54,8 @@ pre { background: #f4f6f8; padding: .6rem .8rem; font: .76rem/1.35 ui-monospace,
 @page { size: A4; margin: 16mm 16mm 18mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt sans-serif; color: #5a646e; } }
 @media print {
   :root { font-size: 10.5px; } body { max-width: none; margin: 0; padding: 0; }
-  h2, h3 { break-after: avoid; } figure, tr { break-inside: avoid; } figure img { max-height: 105mm; max-width: 165mm; }
+  h2, h3, .lead, thead, thead tr { break-after: avoid; } figure, table, tr { break-inside: avoid; } figure img { max-height: 105mm; max-width: 165mm; }
+  table.long { break-inside: auto; } table.long tr:first-child { break-after: avoid; }
   a { color: inherit; }
 }
 """  # noqa: E501
@@ -63,6 +67,7 @@ def report(
     *,
     units: str | Units | None = None,
     title: str | None = None,
+    check_step: bool = False,
     progress: Progress | None = None,
     beside: Results | None = None,
 ) -> Path:
@@ -70,9 +75,9 @@ def report(
 
     It holds the model and its materials, boundaries, stages, what happened (displacements, stresses, joints, bolts,
     water, measured points), checks, and the input with which the run can be repeated. `units` are those of the file,
-    for the labels. `beside` is a run of the same model with other time steps, from which the dependence on them is
-    reported. `progress` is called with the number of pictures done and their number. An
-    existing file is replaced.
+    for the labels. With `check_step` the model runs again at half the time step, and the report tells how far the
+    ends differ; `beside` is such a run that is there. Without either it tells that this was not checked. `progress`
+    is called with the number of pictures done and their number. An existing file is replaced.
     """
     path = Path(output)
     if path.suffix.lower() not in (".html", ".pdf"):
@@ -81,7 +86,14 @@ def report(
         raise InputError("there are no frames in it yet", results.path)
     if path.suffix.lower() == ".pdf":
         needs_for_pdf()
-    text = _page(results, Units.parse(units), title or results.title or results.name, progress, beside)
+    if check_step and beside is not None:
+        raise InputError(
+            "the model is either run again at half the time step, or a run is given, not both", beside.path
+        )
+    half = run_half_step(results) if check_step else None
+    if beside is not None:
+        half = compare_ends(results, beside)
+    text = _page(results, Units.parse(units), title or results.title or results.name, half, progress)
     if path.suffix.lower() == ".pdf":
         part = path.with_name(f".{path.stem}.part.pdf")
         try:
@@ -93,7 +105,7 @@ def report(
     return path
 
 
-def _page(results: Results, units: Units, title: str, progress: Progress | None, beside: Results | None = None) -> str:
+def _page(results: Results, units: Units, title: str, half: HalfStep | None, progress: Progress | None) -> str:
     ended = "complete" if results.complete else f"ended early: {results.exit_reason}"
     program = f"RockDDA {results.program_version}"
     sub = f"Discontinuous deformation analysis with {program}, run of {results.created} (UTC), {ended}"
@@ -103,22 +115,38 @@ def _page(results: Results, units: Units, title: str, progress: Progress | None,
         drawn[name] = _figure(draw(), caption)
         if progress is not None:
             progress(done, len(pictures))
+    checked = facts.checks(results, half)
     parts = [
         f"<h1>{_text(title)}</h1>",
         f'<p class="sub">{_text(sub)}</p>',
+        _warning(results, checked),
         _table(["", "at the end of the run"], facts.in_short(results, units), "facts"),
         drawn["end"],
         *_model_part(results, units, drawn),
         *_stages_part(results, units, drawn),
         *_end_part(results, units, drawn),
         *_search_part(results, drawn),
-        *_checks_part(results, drawn, beside),
+        *_checks_part(checked, half, drawn),
         *_input_part(results),
     ]
     head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
     head += f"<title>{_text(title)}</title>\n<style>{STYLE}</style>"
     body = "\n".join(part for part in parts if part)
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
+
+
+def _warning(results: Results, checked: list[tuple[str, str, str, str]]) -> str:
+    """What a reader must know before all else; '' where nothing."""
+    words = []
+    if not results.complete:
+        reached = f"step {results.steps[-1]}, time {results.times[-1]:.4g}"
+        words.append(
+            f"The run did not come to its end ({results.exit_reason}). What follows is what it reached: {reached}."
+        )
+    broken = [row[0] for row in checked[1:] if row[3] == "not kept"]
+    if broken:
+        words.append(f"Checks that are not kept: {'; '.join(broken)}.")
+    return f'<p class="warning">{_text(" ".join(words))}</p>' if words else ""
 
 
 def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], Any], str]]:
@@ -138,6 +166,7 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
         stage for stage in results.stages if stage.frames and np.any(results.frames[stage.frames[-1]].displacement)
     ]
     if results.has_stages:
+        stages = [stage for stage in stages if stage.frames[-1] != last]  # that is the first picture
         shown = stages if len(stages) <= MOST_STAGES else [*stages[: MOST_STAGES - 1], stages[-1]]
         for stage in shown:
             caption = f"Displacement at the end of stage '{stage.name}'."
@@ -165,36 +194,39 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
 
 
 def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
-    low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
-    length = units.of("length")
-    size = f"{high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} {length}"
     areas = results.block_area
-    rows = [
-        ("size", size),
-        ("blocks", f"{results.n_blocks}, areas from {areas.min():.3g} to {areas.max():.3g} {length}²"),
-        ("supports", f"{len(results.fixed_points)} fixed points, {len(results.boundary_kinds)} boundaries"),
-        ("bolts", f"{len(results.bolt_ends)}"),
-    ]  # fmt: skip
+    rows = [("areas of blocks", f"{areas.min():.3g} to {areas.max():.3g} {units.of('length')}²")]
     groups = facts.groups_of(results)
     for name, words in (
         ("load", "loads"),
         ("in_situ", "stress in the ground"),
         ("water", "water"),
+        ("quake", "motion of the ground"),
+        ("line_load", "line load"),
+        ("bolt", "bolts"),
+        ("subdivide", "cells"),
+        ("change", "change"),
+        ("block_damping", "damping"),
         ("contact", "contacts"),
         ("time", "time steps"),
     ):
         for group in groups.get(name, []):
             rows.append((words, "; ".join(f"{key} {facts.number(value)}" for key, value in group.items())))
-    blocks, joints = facts.material_tables(results)
+    blocks, joints = facts.material_tables(results, units)
     given = "Values as in the input; consistent units" + (
         f" of {units.length}, {units.time}, {units.force}" if units.length else ""
     )
-    parts = ["<h2>Model</h2>", drawn["materials"], _table(["", ""], rows, "facts")]
-    parts += ["<h3>Materials</h3>", f"<p>{_text(given)}.</p>", _table(*blocks), _table(*joints)]
+    parts = [
+        "<h2>Model</h2>",
+        _lead(facts.in_words(results, units)),
+        drawn["materials"],
+        _table(["", ""], rows, "facts"),
+    ]
+    parts += ["<h3>Materials</h3>", _lead(f"{given}."), _table(*blocks), _table(*joints)]
     if results.boundary_kinds:
         parts += [
             "<h3>Boundaries</h3>",
-            "<p>Forces are those on the blocks at the end of the run.</p>",
+            _lead("Forces are those on the blocks at the end of the run."),
             _table(*facts.boundary_table(results, units)),
         ]
     return parts  # fmt: skip
@@ -220,15 +252,16 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
         shown = ("length", "normal_stress", "shear_stress", "slip", "largest_opening", "largest_mobilised")
         columns = ["blocks", "length", "normal stress", "shear stress", "slip", "opening", "mobilised"]
         rows = [
-            [f"{row['first'] + 1}, {row['second'] + 1}", *(facts.number(row[name]) for name in shown)]
+            [f"{row['first'] + 1}, {row['second'] + 1}",
+             *(facts.number(row[name]) if np.isfinite(row[name]) else "open" for name in shown)]
             for row in ranked.to_dict("records")
         ]  # fmt: skip
         if rows:
-            parts += [
-                "<p>The ten joints that use most of their strength (means over the length, largest opening; joints "
-                f"with at least {100 * LEAST_STRESS:g} % of the largest stress):</p>",
-                _table(columns, rows),
-            ]
+            words = (
+                "The ten joints that use most of their strength (means over the length, largest opening; joints "
+                f"with at least {100 * LEAST_STRESS:g} % of the largest stress):"
+            )
+            parts += [_lead(words), _table(columns, rows)]
     parts += [drawn.get("water", "")]
     now = results.frames[-1]
     if len(now.bolt_force):
@@ -254,31 +287,35 @@ def _search_part(results: Results, drawn: dict[str, str]) -> list[str]:
         return []
     found = read_search(results)
     rows = [
-        [facts.number(t.value), "stable" if t.stable else "fails", str(t.steps), f"{t.unbalanced:.1e}",
+        [facts.number(t.value), "stable" if t.stable else "fails", str(t.steps), facts.number(t.unbalanced),
          facts.number(t.displacement)]
         for t in sorted(found.trials, key=lambda trial: trial.value)
     ]  # fmt: skip
     columns = ["value", "", "steps", "unbalanced force", "displacement"]
-    return ["<h2>Critical factor</h2>", f"<p>{_text(str(found))}</p>", drawn["mechanism"], drawn["factor"],
+    return ["<h2>Critical factor</h2>", _lead(str(found)), drawn["mechanism"], drawn["factor"],
             _table(columns, rows)]  # fmt: skip
 
 
-def _checks_part(results: Results, drawn: dict[str, str], beside: Results | None) -> list[str]:
-    rows = facts.checks(results, beside)
+def _checks_part(rows: list[tuple[str, str, str, str]], half: HalfStep | None, drawn: dict[str, str]) -> list[str]:
     body = _table(["check", "found", "bound", ""], rows)
     body = body.replace("<td>not kept</td>", '<td class="bad">not kept</td>').replace(
         "<td>kept</td>", '<td class="good">kept</td>'
     )
-    return ["<h2>Checks</h2>", body, drawn.get("energy", "")]
+    words = (
+        "The model was not run again at another time step: whether the results depend on it was not checked."
+        if half is None
+        else f"Half the time step: {half.words}."
+    )
+    return ["<h2>Checks</h2>", body, f"<p>{_text(words)}</p>", drawn.get("energy", "")]
 
 
 def _input_part(results: Results) -> list[str]:
     """What the run was made of, so that it can be repeated."""
-    parts = [
-        "<h2>Input</h2>",
-        "<p>With these texts, which the results hold, and the files that they name (tables, records), this version "
-        "gives the same numbers, bit for bit.</p>",
-    ]
+    files = facts.files_of(facts.groups_of(results))
+    beside = f", and the files that they name ({', '.join(files)})" if files else ""
+    what = "the search gives the same trials" if "search/factor" in results else "this version gives the same numbers"
+    words = f"With these texts, which the results hold{beside}, {what}, bit for bit."
+    parts = ["<h2>Input</h2>", _lead(words)]
     texts = {name: str(results[f"input/{name}"]) for name in ("config", "analysis", "geometry")}
     names = {"config": "options or labelled file", "analysis": "analysis file", "geometry": "geometry or block file"}
     rows = [
@@ -307,13 +344,25 @@ def _text(text: str) -> str:
     return html.escape(readable(text))
 
 
+def _lead(text: str) -> str:
+    """Words that stand on the same sheet as what follows."""
+    return f'<p class="lead">{_text(text)}</p>'
+
+
 def _table(columns: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
-    """A table; without rows nothing."""
-    body = "".join("<tr>" + "".join(f"<td>{_text(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
-    if not body:
+    """A table; without rows nothing. A long one goes on on the next sheet, under its head."""
+    rows = list(rows)
+    if not rows:
         return ""
-    head = "<tr>" + "".join(f"<th>{_text(name)}</th>" for name in columns) + "</tr>" if any(columns) else ""
-    return f'<table class="{kind}">{head}{body}</table>' if kind else f"<table>{head}{body}</table>"
+    body = "".join("<tr>" + "".join(f"<td>{_text(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    head = "".join(f"<th>{_text(name)}</th>" for name in columns) if any(columns) else ""
+    head = f"<thead><tr>{head}</tr></thead>" if head else ""
+    kinds = " ".join(name for name in (kind, "long" if len(rows) > MOST_ROWS else "") if name)
+    return (
+        f'<table class="{kinds}">{head}<tbody>{body}</tbody></table>'
+        if kinds
+        else (f"<table>{head}<tbody>{body}</tbody></table>")
+    )
 
 
 def _figure(axes: Any, caption: str) -> str:
