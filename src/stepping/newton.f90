@@ -147,11 +147,22 @@ contains
       if (off > fine_placement) call equations%misplaced_blocks(fine_placement, context%renewed)
    end subroutine measure_placement
 
-   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed.
+   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks that turn
+   !> alike are joined, and only one of them is renewed, their link is off by more than before: arms of all blocks are
+   !> then turned, instead of those of one more row of neighbours in each round.
    subroutine turn_arms(context, families, equations)
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
+      real(wp) :: off
+      call context%expect(equations%x)
+      call families%place(context, equations)
+      call families%predict(equations)
+      if (all(context%renewed)) return
+      call families%measure_placement(context, equations)
+      off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
+      if (.not. off > placement_tolerance) return
+      call context%renew_all()
       call context%expect(equations%x)
       call families%place(context, equations)
       call families%predict(equations)
