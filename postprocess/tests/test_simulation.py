@@ -36,6 +36,39 @@ def test_files_options_and_threads(program, tmp_path):
     assert_same_results(tmp_path / "a.h5", tmp_path / "b.h5")
 
 
+THREADS = """
+import os, sys, rockdda
+rockdda.__path__.append(sys.argv[2])
+model = rockdda.Model("wall", labelled=True, gravity=10.0)
+model.add_polygon([(0, 0), (40, 0), (40, 30), (0, 30)])
+for i in range(1, 40):
+    model.add_line((i, 0), (i, 30))
+for i in range(1, 30):
+    model.add_line((0, i), (40, i))
+for i in range(40):
+    model.add_fixed((i + 0.2, 0.2), (i + 0.8, 0.2))
+model.add_block_material(density=2500, young=1e9, poisson=0.2, name="rock")
+model.add_joint_material(friction=30, name="joint", normal_stiffness=1e10, shear_stiffness=1e10)
+model.add_group("run", steps=3)
+before = len(os.listdir("/proc/self/task"))
+model.run(output=sys.argv[1])
+print(before, len(os.listdir("/proc/self/task")))
+"""
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="there is one core")
+def test_a_small_model_runs_on_one_thread(tmp_path):
+    """Nobody has chosen a number; OpenMP keeps its threads once it has started some."""
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS, tmp_path / "a.h5", EXTENSION], capture_output=True, text=True, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+    before, after = map(int, done.stdout.split())
+    assert after == before
+
+
 def test_default_output_is_named_after_the_analysis_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     results = rockdda.run(INPUTS / "free_fall", steps=3)

@@ -92,7 +92,8 @@ contains
       logical, intent(in) :: write_results
       type(deadline_type) :: limit
       integer :: before
-      call use_threads(self, before)
+      call keep_threads(before)
+      call self%run%threads%start(self%input%blocks%n_blocks, self%input%options%threads)
       self%run%start = wall_seconds()
       self%run%reason = 'finished'
       if (write_results) then
@@ -122,7 +123,8 @@ contains
       type(message_observer_type) :: observer
       integer :: before
       observer%messages => self%messages
-      call use_threads(self, before)
+      call keep_threads(before)
+      call self%run%threads%apply()
       call advance_run(self%run, observer, self%error, n_steps, seconds, n_done)
       call restore_threads(before)
       call self%run%sim%contact_forces(self%force)
@@ -147,14 +149,12 @@ contains
       if (allocated(self%run%warning)) call self%messages%add(severity%warning, self%run%warning)
    end subroutine finish
 
-   !> Set the number of threads of the session for this thread of Python.
-   subroutine use_threads(self, before)
-      type(session_type), intent(in) :: self
+   !> The number of threads of this thread of Python, which a session changes while it computes.
+   subroutine keep_threads(before)
       integer, intent(out) :: before
       before = 0
 !$    before = omp_get_max_threads()
-!$    if (is_set(self%input%options%threads)) call omp_set_num_threads(self%input%options%threads)
-   end subroutine use_threads
+   end subroutine keep_threads
 
    !> Restore the number of threads.
    subroutine restore_threads(before)

@@ -20,11 +20,12 @@ module rockdda_run_thread_choice
 
    type :: thread_choice_type
       integer, private :: most = 1            !! by the size and the allowed cores
-      integer, private :: n = 1               !! at present
+      integer, private :: n = 0               !! at present; 0: that of OpenMP stays
       type(core_times_type), private :: last  !! at the last measurement
       real(wp), private :: renewed = 0        !! wall clock then
    contains
       procedure :: start
+      procedure :: apply
       procedure :: renew
    end type thread_choice_type
 
@@ -56,8 +57,9 @@ contains
       type(core_times_type) :: before
       integer :: length
       self%most = 1
+      self%n = max(0, wish)
       if (wish > 0) then
-!$       call omp_set_num_threads(wish)
+         call self%apply()
          return
       end if
       call get_environment_variable('OMP_NUM_THREADS', length=length)
@@ -70,8 +72,14 @@ contains
          self%last = read_core_times()
          self%n = threads_for_load(before, self%last, self%most)
       end if
-!$    call omp_set_num_threads(self%n)
+      call self%apply()
    end subroutine start
+
+   !> Set the number of threads that was chosen last for the calling thread.
+   subroutine apply(self)
+      class(thread_choice_type), intent(in) :: self
+!$    if (self%n > 0) call omp_set_num_threads(self%n)
+   end subroutine apply
 
    !> Choose again, between two steps, when the load has been measured long enough.
    subroutine renew(self)
@@ -88,7 +96,7 @@ contains
       self%last = times
       if (n == self%n) return
       self%n = n
-!$    call omp_set_num_threads(n)
+      call self%apply()
    end subroutine renew
 
 end module rockdda_run_thread_choice
