@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from programs import start_up_model
+from slide import write_slide
 
 ROOT = Path(__file__).resolve().parents[1]
-NAMES = "start_up, frames, wall-BLOCKS, wall-BLOCKS-ratio-R, or a folder or labelled file of inputs/"
+NAMES = "start_up, frames, wall-BLOCKS, wall-BLOCKS-ratio-R, slide-BLOCKS, or a folder or labelled file of inputs/"
 DEFAULTS = ["start_up", "frames", "wall-2000", "jointed_slope", "layered_roof"]
 
 
@@ -35,6 +36,9 @@ def make_work(name: str, folder: Path, steps: int | None = None) -> Work:
     if wall:
         files = write_wall(folder / name, int(wall[1]), float(wall[2] or 1))
         return Work(name, (*files, "--dialect", "g0", *(number_of_steps or ("--steps", "10"))))
+    slide = re.fullmatch(r"slide-(\d+)", name)
+    if slide:
+        return Work(name, (*write_slide(folder / name, int(slide[1]), steps or 100), "--dialect", "g0"))
     found = ROOT / "inputs" / name
     if found.is_dir():
         return Work(name, (str(found), *number_of_steps))

@@ -26,6 +26,8 @@ module rockdda_contact_broad_phase
       real(wp), allocatable :: boxes(:, :)          !! (4, nb) xmin ymin xmax ymax now
       real(wp) :: reach = 0                         !! largest distance of interest now
       logical, allocatable :: active(:)             !! (nb) active blocks; not allocated: all
+      logical, allocatable :: asleep(:)             !! (nb) blocks that do not move; not allocated: none
+      logical, allocatable :: resting(:)            !! (nb) those close to no block that may move
       real(wp), allocatable, private :: places(:, :)   !! (4, nb) boxes when the candidates were found
       real(wp), private :: margin = -1              !! and the margin
       type(box_pairs_work_type), private :: work
@@ -51,17 +53,37 @@ contains
          self%margin = -1
       end if
       call update_boxes(blocks, vertices, self%boxes)
+      self%was_kept = .false.
       if (self%keep .and. self%margin >= 0) then
          call measure_motion(self%boxes, self%places, moved, rounding)
          self%was_kept = reach + 2*moved + rounding <= self%margin
-         if (self%was_kept) return
       end if
-      self%was_kept = .false.
-      size_of_blocks = typical_size(self%boxes, 0.0_wp)
-      self%margin = 1.5_wp*reach + 0.2_wp*minval(size_of_blocks)
-      self%places = self%boxes
-      call find_box_pairs(self%boxes, self%margin, self%candidates, self%n, self%work)
+      if (.not. self%was_kept) then
+         size_of_blocks = typical_size(self%boxes, 0.0_wp)
+         self%margin = 1.5_wp*reach + 0.2_wp*minval(size_of_blocks)
+         self%places = self%boxes
+         call find_box_pairs(self%boxes, self%margin, self%candidates, self%n, self%work)
+      end if
+      if (allocated(self%resting)) deallocate (self%resting)
+      if (allocated(self%asleep)) call find_resting(self)
    end subroutine update
+
+   !> Mark the blocks asleep that are close to none that is awake: pairs of them need no search.
+   pure subroutine find_resting(self)
+      class(close_pairs_type), intent(inout) :: self
+      logical, allocatable :: resting(:)
+      integer :: k
+      allocate (resting, source=self%asleep)
+      do k = 1, self%n
+         associate (a => self%candidates(1, k), b => self%candidates(2, k))
+            if (self%asleep(a) .eqv. self%asleep(b)) cycle
+            if (.not. self%is_close(k)) cycle
+            resting(a) = .false.
+            resting(b) = .false.
+         end associate
+      end do
+      call move_alloc(resting, self%resting)
+   end subroutine find_resting
 
    !> Are the blocks of candidate k at present closer than `reach`?
    pure logical function is_close(self, k)
@@ -70,6 +92,9 @@ contains
       is_close = .false.
       if (allocated(self%active)) then
          if (.not. (self%active(self%candidates(1, k)) .and. self%active(self%candidates(2, k)))) return
+      end if
+      if (allocated(self%resting)) then
+         if (self%resting(self%candidates(1, k)) .and. self%resting(self%candidates(2, k))) return
       end if
       is_close = boxes_close(self%boxes(:, self%candidates(1, k)), self%boxes(:, self%candidates(2, k)), self%reach)
    end function is_close

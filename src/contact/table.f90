@@ -53,6 +53,7 @@ module rockdda_contact_table
       procedure :: resize
       procedure :: exchange
       procedure :: open_row
+      procedure :: take_row
    end type contact_table_type
 
 contains
@@ -92,6 +93,38 @@ contains
       self%total_slip(c) = 0
       self%energy(c) = 0
    end subroutine open_row
+
+   !> Row k becomes row c of another table.
+   pure subroutine take_row(self, k, other, c)
+      class(contact_table_type), intent(inout) :: self
+      integer, intent(in) :: k, c
+      type(contact_table_type), intent(in) :: other
+      self%block_a(k) = other%block_a(c)
+      self%vertex(k) = other%vertex(c)
+      self%block_b(k) = other%block_b(c)
+      self%edge(k) = other%edge(c)
+      self%partner(k) = other%partner(c)
+      self%joint(k) = other%joint(c)
+      self%station(k) = other%station(c)
+      self%state(k) = other%state(c)
+      self%shear(k) = other%shear(c)
+      self%normal_force(k) = other%normal_force(c)
+      self%shear_force(k) = other%shear_force(c)
+      self%bonded(k) = other%bonded(c)
+      self%tied(k) = other%tied(c)
+      self%total_slip(k) = other%total_slip(c)
+      self%energy(k) = other%energy(c)
+      self%offset(k) = other%offset(c)
+      self%slip_sign(k) = other%slip_sign(c)
+      self%k_n(k) = other%k_n(c)
+      self%k_s(k) = other%k_s(c)
+      self%distance(k) = other%distance(c)
+      self%gap(k) = other%gap(c)
+      self%length(k) = other%length(c)
+      self%share(k) = other%share(c)
+      self%normal(:, k) = other%normal(:, c)
+      self%point(:, k) = other%point(:, c)
+   end subroutine take_row
 
    !> Exchange the contents of two tables without copying them.
    pure subroutine exchange(self, other)

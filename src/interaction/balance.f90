@@ -17,6 +17,7 @@ module rockdda_interaction_balance
       real(wp) :: total(n_energies) = 0        !! as in step_record_type%energy
       ! in springs at the end of the last step
       real(wp) :: contact_energy = 0
+      real(wp) :: resting_energy = 0           !! of it, of contacts that are left out of the step
       real(wp), allocatable :: fixed_energy(:) !! (nf) fixed points
       real(wp) :: bolt_energy = 0
       real(wp), allocatable :: boundary_energy(:)

@@ -99,12 +99,13 @@ contains
       self%magnitude(block) = self%magnitude(block) + sqrt(load(1)**2 + load(2)**2)
    end subroutine add_load
 
-   !> Does a block count? Not when it is wholly fixed or inactive.
+   !> Does a block count? Not when it is wholly fixed, inactive or asleep.
    pure logical function counts(self, block, state)
       class(block_forces_type), intent(in) :: self
       integer, intent(in) :: block
       type(block_state_type), intent(in) :: state
       counts = self%held(block) < points_that_fix .and. state%active(block)
+      if (allocated(state%asleep)) counts = counts .and. .not. state%asleep(block)
    end function counts
 
    !> Resultant force on a block, with its moment over the radius of inertia.

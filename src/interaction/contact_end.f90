@@ -43,8 +43,8 @@ contains
       geometry = sum(balance%sums(5, 1:n))
       stored = sum(balance%sums(6, 1:n))
       ! closed contacts that the search no longer found
-      discarded = discarded + (balance%contact_energy - carried)
-      balance%contact_energy = stored
+      discarded = discarded + (balance%contact_energy - balance%resting_energy - carried)
+      balance%contact_energy = stored + balance%resting_energy
       balance%step_discarded = discarded
       balance%most_given = 0
       do column = 1, 2

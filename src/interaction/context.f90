@@ -37,6 +37,7 @@ module rockdda_interaction_context
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
       logical, allocatable :: renewed(:)        !! (nb) for which that is new
+      logical, allocatable :: resting(:)        !! (nb) asleep, and close to no block that is awake; no array: none
       type(moved_block_type), allocatable :: moved(:)     !! (nb) blocks with the motion of the last solve
    contains
       procedure :: renew_all
@@ -48,6 +49,7 @@ module rockdda_interaction_context
       procedure :: stress_at_start
       procedure :: model_blocks
       procedure :: load_time
+      procedure :: is_left_out
    end type step_context_type
 
 contains
@@ -96,6 +98,14 @@ contains
       blocks = self%blocks
       call move_model(self%state%datum, blocks)
    end function model_blocks
+   !> Is a block asleep among blocks that are asleep too? It has no terms and no links in this step.
+   pure logical function is_left_out(self, block)
+      class(step_context_type), intent(in) :: self
+      integer, intent(in) :: block
+      is_left_out = .false.
+      if (allocated(self%resting)) is_left_out = self%resting(block)
+   end function is_left_out
+
    !> Time at which loads of the step are taken.
    pure real(wp) function load_time(self)
       class(step_context_type), intent(in) :: self

@@ -142,6 +142,7 @@ contains
       !$omp parallel do default(none) shared(self, context, equations) private(i) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
+         if (context%is_left_out(i)) cycle
          associate (area => context%state%area(i), alpha => context%parameters%mass_damping)
             call add_elastic(self%e(:, :, context%blocks%block_material(i)), context%scheme%level*area, &
                              equations%block_matrix(:, :, i))

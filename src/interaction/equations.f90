@@ -55,12 +55,18 @@ module rockdda_interaction_equations
       integer, allocatable, private :: row_change(:) !! (nb) the same of rows, in the last assembly
       logical, allocatable, private :: row_new(:)    !! (nb) block terms are new
       logical, private :: all_changed = .true.       !! block terms or vectors are new
+      ! blocks asleep have no row of the matrix; no arrays where none is
+      integer, allocatable :: block_of(:)            !! (rows) block of each row, ascending
+      integer, allocatable :: row_of(:)              !! (nb) row of each block, 0: none
       ! the graph that slot, start and incident belong to, and the work of making them
       integer, private :: n_pairs = -1
       integer, allocatable, private :: graph(:, :), inner(:, :), inner_slot(:)
       type(pattern_work_type), private :: work
    contains
       procedure :: set_size
+      procedure :: set_rows
+      procedure :: n_rows
+      procedure :: disturbance
       procedure :: set_graph
       procedure :: set_link
       procedure :: clear_blocks
@@ -100,6 +106,71 @@ contains
                 self%link_off(m), source=0.0_wp)
    end subroutine set_size
 
+   !> Give rows of the matrix to all blocks but those asleep, which keep their places.
+   subroutine set_rows(self, asleep)
+      class(equations_type), intent(inout) :: self
+      logical, intent(in) :: asleep(:)   !! (nb)
+      integer :: i
+      if (.not. any(asleep)) then
+         if (allocated(self%row_of)) then
+            deallocate (self%row_of, self%block_of)
+            self%n_pairs = -1
+         end if
+         return
+      end if
+      if (allocated(self%row_of)) then
+         if (all(asleep .eqv. self%row_of == 0)) return
+      end if
+      self%n_pairs = -1
+      self%block_of = pack([(i, i=1, size(asleep))],.not. asleep)
+      if (.not. allocated(self%row_of)) allocate (self%row_of(size(asleep)))
+      self%row_of = 0
+      do i = 1, size(self%block_of)
+         self%row_of(self%block_of(i)) = i
+      end do
+      do i = 1, size(asleep)
+         if (asleep(i)) self%x(:, i) = 0
+      end do
+   end subroutine set_rows
+
+   !> Rows of the matrix.
+   pure integer function n_rows(self)
+      class(equations_type), intent(in) :: self
+      n_rows = self%n_blocks
+      if (allocated(self%block_of)) n_rows = size(self%block_of)
+   end function n_rows
+
+   !> What a block asleep would move by: the forces on it at the solution x, in which it does not move, over the sum of
+   !> their magnitudes. Moments and the forces that strain it count on the arm `radius`.
+   pure real(wp) function disturbance(self, block, radius)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: block
+      real(wp), intent(in) :: radius                 !! [length]
+      real(wp) :: r(6), along(2), total
+      integer :: c, l, line
+      r = self%block_load(:, block)
+      total = norm2(r(1:2))
+      do l = self%start(block) + 1, self%start(block + 1)
+         c = abs(self%incident(l))
+         along = self%force(:, c)
+         do line = 1, 2
+            if (self%pair(1, c) > 0) along(line) = along(line) - self%stiffness(line, c)* &
+                                                   dot_product(self%vector_a(:, line, c), self%x(:, self%pair(1, c)))
+            if (self%pair(2, c) > 0) along(line) = along(line) - self%stiffness(line, c)* &
+                                                   dot_product(self%vector_b(:, line, c), self%x(:, self%pair(2, c)))
+         end do
+         if (self%incident(l) > 0) then
+            r = r + along(1)*self%vector_a(:, 1, c) + along(2)*self%vector_a(:, 2, c)
+         else
+            r = r + along(1)*self%vector_b(:, 1, c) + along(2)*self%vector_b(:, 2, c)
+         end if
+         total = total + norm2(along)
+      end do
+      r(3:6) = r(3:6)/radius
+      disturbance = 0
+      if (total > 0) disturbance = norm2(r)/total
+   end function disturbance
+
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
    !> same order, as before.
    subroutine set_graph(self)
@@ -113,32 +184,41 @@ contains
       !$omp if (n > parallel_contacts)
       do c = 1, n
          if (self%graph(1, c) /= self%pair(1, c) .or. self%graph(2, c) /= self%pair(2, c)) n_new = n_new + 1
-         if (self%pair(1, c) > 0 .and. self%pair(2, c) > 0) n_inner = n_inner + 1
+         if (couples(self, c)) n_inner = n_inner + 1
          self%graph(:, c) = self%pair(:, c)
       end do
       !$omp end parallel do
       if (n_new == 0 .and. self%n_pairs == n) return
       self%n_pairs = n
-      if (n_inner == n) then
+      if (n_inner == n .and. .not. allocated(self%row_of)) then
          call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work)
       else
          n_inner = 0
          do c = 1, n
-            if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
+            if (.not. couples(self, c)) cycle
             n_inner = n_inner + 1
             self%inner(:, n_inner) = self%pair(:, c)
+            if (allocated(self%row_of)) self%inner(:, n_inner) = self%row_of(self%pair(:, c))
          end do
-         call build_pattern(self%n_blocks, self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
+         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
          n_inner = 0
          do c = 1, n
             self%slot(c) = 0
-            if (self%pair(1, c) == 0 .or. self%pair(2, c) == 0) cycle
+            if (.not. couples(self, c)) cycle
             n_inner = n_inner + 1
             self%slot(c) = self%inner_slot(n_inner)
          end do
       end if
       call list_links(self%n_blocks, n, self%pair, self%start, self%incident)
    end subroutine set_graph
+
+   !> Does a link join two blocks that have rows?
+   pure logical function couples(self, c)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: c
+      couples = self%pair(1, c) > 0 .and. self%pair(2, c) > 0
+      if (couples .and. allocated(self%row_of)) couples = all(self%row_of(self%pair(:, c)) > 0)
+   end function couples
 
    !> Links of each block, in their order.
    pure subroutine list_links(n_blocks, n_links, pair, start, incident)
@@ -267,25 +347,28 @@ contains
    subroutine assemble(self, n_assembled)
       class(equations_type), intent(inout) :: self
       integer, intent(out), optional :: n_assembled   !! links whose stiffness was new
-      integer :: i, c, what, most, n_new
+      integer :: i, c, k, n, what, most, n_new
       most = change%none
-      !$omp parallel do default(none) shared(self) private(i, what) reduction(max:most) schedule(static) &
-      !$omp if (self%n_blocks > parallel_blocks)
-      do i = 1, self%n_blocks
+      n = self%n_rows()
+      !$omp parallel do default(none) shared(self, n) private(i, k, what) reduction(max:most) schedule(static) &
+      !$omp if (n > parallel_blocks)
+      do k = 1, n
+         i = k
+         if (allocated(self%block_of)) i = self%block_of(k)
          what = change%stiffness
          if (.not. (self%all_changed .or. self%row_new(i))) what = change_of_row(self, i)
          self%row_new(i) = .false.
-         if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(i), &
-                                                         self%matrix%row_start(i + 1) - 1, self)
+         if (what == change%stiffness) call assemble_row(i, self%matrix%row_start(k), &
+                                                         self%matrix%row_start(k + 1) - 1, self)
          if (what /= change%none) call assemble_load(i, self)
-         self%row_change(i) = what
+         self%row_change(k) = what
          most = max(most, what)
       end do
       !$omp end parallel do
       if (most == change%stiffness) then
          self%matrix%base_id = merge(0, self%matrix%values_id, self%all_changed)
          self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
-         self%matrix%changed = self%row_change == change%stiffness
+         self%matrix%changed = self%row_change(1:n) == change%stiffness
       end if
       n_new = 0
       !$omp parallel do default(none) shared(self) private(c) reduction(+:n_new) schedule(static) &

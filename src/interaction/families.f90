@@ -310,6 +310,7 @@ contains
       context%jump = 0
       call self%contacts%add_impulses(equations, context%dt, context%jump)
       do i = 1, context%blocks%n_blocks
+         if (context%state%asleep(i)) context%jump(:, i) = 0
          if (.not. any(abs(context%jump(:, i)) > 0)) cycle
          call factorize_block(mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i)), &
                               l, ok)

@@ -97,6 +97,7 @@ contains
       !$omp parallel do default(none) shared(context, equations) private(i, m, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
+         if (context%is_left_out(i)) cycle
          m = mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i))
          f = 0
          if (context%scheme%second_order) then

@@ -258,6 +258,12 @@ contains
       call table%add(option('max_growth', 'largest static step over dt_max in a stage until equilibrium', &
                             least=1.0_wp, default=1000.0_wp, see='user-guide.md#stages'), &
                      o%max_growth, p%max_growth)
+      call table%add_choice(option('sleep', 'blocks at rest are left out of dynamic steps until something disturbs '// &
+                                   'them', choices='off|on', default_word='off', see='theory.md#blocks-asleep'), &
+                            o%sleep, p%sleeps, 2)
+      call table%add(option('sleep_tolerance', 'resultant force on a block asleep over the sum of magnitudes of '// &
+                            'its forces', above=0.0_wp, below=1.0_wp, default=1.0e-3_wp, applies='sleep on'), &
+                     o%sleep_tolerance, p%sleep_tolerance)
    end subroutine describe_time
 
    !> Visit &contact.

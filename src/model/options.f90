@@ -190,6 +190,8 @@ module rockdda_model_options
       real(wp) :: max_growth = unset_real             !! of static steps over dt_max
       character(len=:), allocatable :: integrator     !! 'shi' | 'generalized_alpha'
       real(wp) :: rho_infinity = unset_real
+      character(len=:), allocatable :: sleep          !! 'off' | 'on'
+      real(wp) :: sleep_tolerance = unset_real
       ! &contact
       real(wp) :: stiffness = unset_real, shear_ratio = unset_real, search_factor = unset_real
       real(wp) :: angle_tolerance = unset_real        !! [deg]

@@ -23,6 +23,8 @@ module rockdda_model_parameters
       real(wp) :: max_growth = 1000           !! of static steps that search equilibrium, over dt_max
       real(wp) :: displacement_ratio = 0      !! g2
       real(wp) :: w0 = 0                      !! half the model's height or larger extent [length]
+      logical :: sleeps = .false.             !! blocks at rest are left out of dynamic steps
+      real(wp) :: sleep_tolerance = 1.0e-3_wp !! forces that still act on them, over the sum of their magnitudes
       logical :: exact_rotation = .true.
       logical :: second_order = .false.       !! dynamic steps by the generalised-alpha scheme, not Shi's
       real(wp) :: rho_infinity = 0.8_wp       !! its spectral radius at high frequencies

@@ -43,6 +43,8 @@ module rockdda_model_state
       real(wp), allocatable :: moments(:, :)   !! (3, nb) Sxx Syy Sxy about the centroid
       real(wp), allocatable :: mass(:)         !! (nb)
       logical, allocatable :: active(:)        !! (nb) not taken out, nor still to be placed
+      logical, allocatable :: asleep(:)        !! (nb) at rest, and left out until something disturbs the block
+      integer, allocatable :: calm(:)          !! (nb) last steps in a row in which the block hardly moved
       real(wp), allocatable :: fixed_position(:, :)    !! (2, nf) fixed points now
       real(wp), allocatable :: loading_position(:, :)  !! (2, nl)
       real(wp), allocatable :: measured_position(:, :) !! (2, nm)

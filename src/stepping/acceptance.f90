@@ -4,12 +4,14 @@ module rockdda_stepping_acceptance
    use rockdda_base_kinds, only : wp
    use rockdda_base_phase_times, only : phase
    use rockdda_model_state, only : step_record_type
+   use rockdda_contact_merging, only : merge_resting
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_equilibrium, only : varies_with_time
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
+   use rockdda_stepping_sleep, only : fall_asleep, wake_all
    use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
    implicit none
    private
@@ -33,6 +35,8 @@ contains
       end associate
       if (impact%happened) call step%families%predict(step%equations)
       call step%families%reach_end(step%step_context_type, step%equations)
+      ledger%resting_energy = 0
+      if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
       call step%families%commit(step%step_context_type, step%equations%x)
       call move(step)
@@ -55,12 +59,37 @@ contains
       step%state%time = step%state%time + step%dt
       call choose_next_dt(step, report, k01)
       ! the table of this step becomes the last one; the old one is room for the next
-      call step%contacts%exchange(step%families%contacts%table)
+      if (allocated(step%resting)) then
+         call merge_resting(step%families%contacts%table, step%resting, step%contacts, step%room)
+      else
+         call step%contacts%exchange(step%families%contacts%table)
+      end if
+      call let_sleep(step, forces, ledger, k01)
       call fill_record(step, report, ledger, record)
       step%times%steps = step%times%steps + 1
       step%times%solver_iterations = step%times%solver_iterations + report%iterations
       call step%times%lap(phase%update)
    end subroutine accept_step
+
+   !> Let blocks at rest sleep in dynamic steps while all that acts on them stays as it is; wake them otherwise.
+   subroutine let_sleep(step, forces, ledger, k01)
+      type(trial_step_type), intent(inout) :: step
+      type(block_forces_type), intent(in) :: forces
+      type(ledger_type), intent(inout) :: ledger
+      real(wp), intent(in) :: k01   !! of the step
+      logical :: may
+      if (.not. step%parameters%sleeps) return
+      may = .not. (k01 < 1 .or. step%control%releases .or. forces%driven)
+      may = may .and. all(step%families%contacts%laws%restitution < 0)
+      if (allocated(step%parameters%water)) may = may .and. size(step%parameters%water) == 0
+      if (may) may = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
+                                            step%families%loads%line_blocks, step%state%time, step%control%motion_start)
+      if (may) then
+         call fall_asleep(step%step_context_type, step%equations%x, step%contacts, forces, ledger)
+      else
+         call wake_all(step%step_context_type)
+      end if
+   end subroutine let_sleep
 
    !> Move the blocks. Accelerations are known afterwards when the scheme carries them.
    subroutine move(step)
@@ -88,6 +117,17 @@ contains
       call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
                                  report%rounds*report%attempts, may_grow)
    end subroutine choose_next_dt
+
+   !> Energy of the springs between resting blocks.
+   pure real(wp) function energy_at_rest(step) result(total)
+      type(trial_step_type), intent(in) :: step
+      integer :: c
+      total = 0
+      do c = 1, step%contacts%n
+         if (step%resting(step%contacts%block_a(c)) .and. step%resting(step%contacts%block_b(c))) &
+            total = total + step%contacts%energy(c)
+      end do
+   end function energy_at_rest
 
    !> The record at time 0.
    subroutine start_record(step, ledger, record)

@@ -26,6 +26,7 @@ module rockdda_stepping_contact_finder
    contains
       procedure :: init
       procedure :: show_blocks
+      procedure :: show_sleepers
       procedure :: first_reach
       procedure, nopass :: longer_reach
       procedure :: find
@@ -51,6 +52,14 @@ contains
       if (any(newborn)) self%search%newborn = newborn
       self%places = places
    end subroutine show_blocks
+
+   !> Let the search leave out pairs of blocks that are asleep, among others that are.
+   pure subroutine show_sleepers(self, asleep)
+      class(contact_finder_type), intent(inout) :: self
+      logical, intent(in) :: asleep(:)               !! (nb)
+      if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
+      if (any(asleep)) self%search%pairs%asleep = asleep
+   end subroutine show_sleepers
 
    !> How far the first search of a step looks [length].
    real(wp) function first_reach(self, context, control) result(reach)

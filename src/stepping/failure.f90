@@ -17,9 +17,10 @@ module rockdda_stepping_failure
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_kinematics, only : displacement_at, displacement_gradient
+   use rockdda_stepping_motion, only : largest_displacement
    implicit none
    private
-   public :: attempt, find_ruined_block, report_failure
+   public :: attempt, find_ruined_block, judge_motion, report_failure
 
    !> Outcomes of one attempt at a step.
    type :: attempt_enum
@@ -76,6 +77,32 @@ contains
          factor = kept_area(d(:, block), parameters%exact_rotation)
       end if
    end subroutine find_ruined_block
+
+   !> Can the motion of an attempt that has converged be accepted? Else `outcome` says why not.
+   subroutine judge_motion(blocks, parameters, state, d, reach, at_floor, displacement, outcome)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      real(wp), intent(in) :: d(:, :)          !! (6, nb)
+      real(wp), intent(in) :: reach            !! of the search that found the contacts [length]
+      logical, intent(in) :: at_floor          !! there is no smaller step to fall back to
+      real(wp), intent(out) :: displacement    !! largest of any vertex [length]
+      integer, intent(inout) :: outcome        !! one of attempt%...
+      real(wp) :: limit, factor
+      integer :: ruined
+      displacement = largest_displacement(blocks, state, d)
+      limit = parameters%displacement_ratio*parameters%w0
+      call find_ruined_block(blocks, parameters, state, d, ruined, factor)
+      if (ruined > 0) then
+         outcome = attempt%ruined
+      else if (.not. displacement <= limit .and. .not. at_floor) then
+         outcome = attempt%too_far
+      else if (.not. displacement <= max(limit, parameters%w0)) then
+         outcome = attempt%thrown
+      else if (2*displacement > reach .and. displacement <= 1.0e3_wp*parameters%w0) then
+         outcome = attempt%search_again
+      end if
+   end subroutine judge_motion
 
    !> Area of a block after a motion over that before; negative when the block is inverted.
    pure real(wp) function kept_area(d, exact)

@@ -34,7 +34,7 @@ module rockdda_stepping_line_search
       private
       real(wp), allocatable :: x(:, :)              !! (6, nb)
       type(block_norm_type) :: weights              !! K_ii
-      real(wp), allocatable :: r(:, :)              !! (6, nb)
+      real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
    contains
       procedure :: keep
@@ -67,13 +67,14 @@ contains
       integer :: k, bad
 
       fraction = 1
+      if (equations%n_rows() == 0) return
       call make_room(self, equations)
       call self%weights%factorize_diagonal(equations%matrix, bad)
       if (bad > 0) return
       at_start = self%measure(0.0_wp, families, equations)
       least = self%measure(1.0_wp, families, equations)
       if (least <= enough*at_start) return
-      if (least <= negligible*self%weights%norm(equations%magnitude)) return
+      if (least <= negligible*norm_of_loads(self, equations)) return
       a = 1
       do k = 1, most_trials
          a = shorter*a
@@ -99,9 +100,14 @@ contains
       real(wp), intent(out) :: ratio                       !! huge where there is none
       real(wp) :: kept, present
       integer :: bad
-      call make_room(self, equations)
       ratio = huge(1.0_wp)
-      call self%weights%factorize_blocks(equations%block_matrix, bad)
+      if (equations%n_rows() == 0) return
+      call make_room(self, equations)
+      if (allocated(equations%block_of)) then
+         call self%weights%factorize_blocks(equations%block_matrix(:, :, equations%block_of), bad)
+      else
+         call self%weights%factorize_blocks(equations%block_matrix, bad)
+      end if
       if (bad > 0) return
       kept = self%measure(0.0_wp, families, equations)
       present = self%measure(1.0_wp, families, equations)
@@ -121,16 +127,30 @@ contains
       real(wp), intent(in) :: a
       type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
-      integer :: i
+      integer :: i, k, n
       call families%lawful_forces(a, self%force)
-      !$omp parallel do default(none) private(i) shared(self, a, equations) schedule(static) &
-      !$omp if (equations%n_blocks > parallel_blocks)
-      do i = 1, equations%n_blocks
-         call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, i))
+      n = equations%n_rows()
+      !$omp parallel do default(none) private(i, k) shared(self, a, equations, n) schedule(static) &
+      !$omp if (n > parallel_blocks)
+      do k = 1, n
+         i = k
+         if (allocated(equations%block_of)) i = equations%block_of(k)
+         call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, k))
       end do
       !$omp end parallel do
       measure = self%weights%norm(self%r)
    end function measure
+
+   !> |f| of the magnitudes of all loads.
+   real(wp) function norm_of_loads(self, equations) result(norm)
+      type(line_search_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      if (allocated(equations%block_of)) then
+         norm = self%weights%norm(equations%magnitude(:, equations%block_of))
+      else
+         norm = self%weights%norm(equations%magnitude)
+      end if
+   end function norm_of_loads
 
    !> Residual of one block: its own terms and the forces of its links, in the order of the table.
    pure subroutine residual_of_block(i, a, equations, x, force, r)
@@ -169,7 +189,10 @@ contains
       type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
       integer :: n, p
-      n = equations%n_blocks
+      n = equations%n_rows()
+      if (allocated(self%r)) then
+         if (size(self%r, 2) /= n) deallocate (self%r)
+      end if
       if (.not. allocated(self%r)) then
          allocate (self%r(6, n))
          call self%weights%set_chunks([((p - 1)*piece + 1, p=1, n_pieces(n)), n + 1], n > parallel_blocks)

@@ -37,6 +37,8 @@ contains
       allocate (state%centroid(2, nb), state%rotation(nb), state%velocity(6, nb), state%area(nb), &
                 state%moments(3, nb), state%mass(nb))
       allocate (state%active(nb), source=.true.)
+      allocate (state%asleep(nb), source=.false.)
+      allocate (state%calm(nb), source=0)
       allocate (state%acceleration(6, nb), source=0.0_wp)
       allocate (state%quiet_force(0))
       do i = 1, nb
@@ -153,6 +155,7 @@ contains
       !$omp schedule(static) &
       !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
+         if (state%asleep(i)) cycle
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
          if (carries) then

@@ -147,9 +147,9 @@ contains
       if (off > fine_placement) call equations%misplaced_blocks(fine_placement, context%renewed)
    end subroutine measure_placement
 
-   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks that turn
-   !> alike are joined, and only one of them is renewed, their link is off by more than before: arms of all blocks are
-   !> then turned, instead of those of one more row of neighbours in each round.
+   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks that
+   !> turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all blocks
+   !> are then turned, instead of those of one more row of neighbours in each round.
    subroutine turn_arms(context, families, equations)
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
@@ -252,12 +252,11 @@ contains
          call families%add_to_links(equations)
       end if
       call equations%assemble(n_assembled)
-      if (what_is_new == change%states) solver%reference_load = equations%magnitude
       times%rounds = times%rounds + 1
       times%contacts = times%contacts + families%contacts%table%n
       times%assembled = times%assembled + n_assembled
       call times%lap(phase%assembly)
-      call solver%solve(equations%matrix, equations%f, equations%x, solution, error)
+      call solve_rows(equations, equations%f, what_is_new == change%states, solver, solution, error)
       call times%lap(phase%solve)
       call check_solution(solution, equations%x, report, solved, error)
       if (.not. solved) return
@@ -267,6 +266,31 @@ contains
          call families%predict(equations)
       end if
    end subroutine solve
+
+   !> Solve the assembled equations for a load, of all blocks or of those that are awake.
+   subroutine solve_rows(equations, load, measures_load, solver, solution, error)
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(in), contiguous :: load(:, :)        !! (6, nb)
+      logical, intent(in) :: measures_load                  !! residuals are measured by the loads as they are now
+      class(linear_solver_type), intent(inout) :: solver
+      type(solve_report_type), intent(out) :: solution
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: f(:, :), x(:, :)
+      if (.not. allocated(equations%block_of)) then
+         if (measures_load) solver%reference_load = equations%magnitude
+         call solver%solve(equations%matrix, load, equations%x, solution, error)
+         return
+      end if
+      associate (rows => equations%block_of)
+         solution%converged = .true.
+         if (size(rows) == 0) return
+         if (measures_load) solver%reference_load = equations%magnitude(:, rows)
+         f = load(:, rows)
+         x = equations%x(:, rows)
+         call solver%solve(equations%matrix, f, x, solution, error)
+         equations%x(:, rows) = x
+      end associate
+   end subroutine solve_rows
 
    !> Solve the assembled equations for a load.
    subroutine solve_once(self, equations, load, solver, report, error)
@@ -281,8 +305,7 @@ contains
       associate (unused => self%at_floor)
       end associate
       report%detail = ''
-      solver%reference_load = equations%magnitude
-      call solver%solve(equations%matrix, load, equations%x, solution, error)
+      call solve_rows(equations, load, .true., solver, solution, error)
       call check_solution(solution, equations%x, report, solved, error)
       if (solved) report%outcome = attempt%converged
    end subroutine solve_once

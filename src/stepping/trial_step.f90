@@ -16,8 +16,8 @@ module rockdda_stepping_trial_step
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
-   use rockdda_stepping_failure, only : attempt, find_ruined_block, report_failure
-   use rockdda_stepping_motion, only : largest_displacement
+   use rockdda_stepping_failure, only : attempt, judge_motion, report_failure
+   use rockdda_stepping_sleep, only : wake_disturbed
    use rockdda_stepping_newton, only : newton_type, newton_report_type
    implicit none
    private
@@ -38,10 +38,12 @@ module rockdda_stepping_trial_step
       class(linear_solver_type), allocatable :: solver
       type(contact_finder_type) :: finder
       type(newton_type), private :: newton
+      type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
+      logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
       real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
    contains
       procedure :: find_motion
@@ -75,6 +77,11 @@ contains
       type(newton_report_type) :: of_attempt
       real(wp) :: reach
       logical :: at_floor, is_first
+      integer :: n_woken, sleepers
+      if (self%parameters%sleeps) then
+         if (.not. allocated(self%was_asleep)) allocate (self%was_asleep, mold=self%state%asleep)
+         self%was_asleep(:) = self%state%asleep
+      end if
       if (allocated(self%solver%interruption)) then
          if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
          self%last_motion(:, :) = self%equations%x
@@ -84,6 +91,7 @@ contains
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
       self%cuts = 0
+      sleepers = 0
       is_first = .true.
       do
          report%attempts = report%attempts + 1
@@ -98,9 +106,14 @@ contains
          end if
          select case (of_attempt%outcome)
          case (attempt%converged)
-            exit
+            sleepers = sleepers + 1
+            call wake_disturbed(self%step_context_type, self%equations, self%contacts, sleepers, n_woken)
+            if (n_woken == 0) exit
+            call self%find_contacts(reach)
+            report%attempts = report%attempts - 1
          case (attempt%interrupted)
             report%interrupted = .true.
+            if (self%parameters%sleeps) self%state%asleep = self%was_asleep
             self%equations%x = self%last_motion
             call self%solver%unpack(self%memory)
             return
@@ -147,11 +160,15 @@ contains
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
       call self%times%lap(phase%other)
+      call self%finder%show_sleepers(self%state%asleep)
       call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
+      if (allocated(self%resting)) deallocate (self%resting)
+      if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
       self%times%searches = self%times%searches + 1
       if (self%finder%search%pairs%was_kept) self%times%reused = self%times%reused + 1
       call self%times%lap(phase%search)
       call self%families%prepare(self%step_context_type, self%equations)
+      call self%equations%set_rows(self%state%asleep)
       call self%times%lap(phase%links)
       pattern_id = self%equations%matrix%pattern_id
       call self%equations%set_graph()
@@ -168,8 +185,6 @@ contains
       type(newton_report_type), intent(out) :: report
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: limit, factor
-      integer :: ruined
 
       displacement = 0
       self%times%attempts = self%times%attempts + 1
@@ -192,18 +207,8 @@ contains
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
-      displacement = largest_displacement(self%blocks, self%state, self%equations%x)
-      limit = self%parameters%displacement_ratio*self%parameters%w0
-      call find_ruined_block(self%blocks, self%parameters, self%state, self%equations%x, ruined, factor)
-      if (ruined > 0) then
-         report%outcome = attempt%ruined
-      else if (.not. displacement <= limit .and. .not. at_floor) then
-         report%outcome = attempt%too_far
-      else if (.not. displacement <= max(limit, self%parameters%w0)) then
-         report%outcome = attempt%thrown
-      else if (2*displacement > reach .and. displacement <= 1.0e3_wp*self%parameters%w0) then
-         report%outcome = attempt%search_again
-      end if
+      call judge_motion(self%blocks, self%parameters, self%state, self%equations%x, reach, at_floor, displacement, &
+                        report%outcome)
    end subroutine try_step
 
    !> Set the expected motion of the step, by whose rotations the arms of forces turn: velocity times dt, or, where a

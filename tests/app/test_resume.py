@@ -51,6 +51,33 @@ class Bits(ResumeTest):
         self.good("resume", "out.ckpt.h5", "--steps", "6", "--threads", "1", "--quiet")
         self.assertSame("whole.h5", "out.h5")
 
+    def test_while_blocks_sleep(self):
+        # a block falls for a second on three that sleep, and wakes them
+        boxes = [(-4, -1, 8, 1), (0, 0, 2, 1), (0, 1, 2, 1), (0, 2, 2, 1), (0.8, 7.9, 0.4, 0.4)]
+        corners = [((x, y), (x + b, y), (x + b, y + h), (x, y + h)) for x, y, b, h in boxes]
+        lines = ["rockdda-blocks 1", "e0 0.001", "blocks 5", "vertices 20", "fixed 4", "loading 0", "measured 0"]
+        lines += ["bolts 0"]
+        for number, block in enumerate(corners, start=1):
+            lines += [f"block {number} 1 4", *(f"{x} {y} 1" for x, y in block)]
+        lines += ["fixed_points", *(f"{x} {y} 1" for x, y in corners[0])]
+        lines += ["loading_points", "measured_points", "bolt_list", "end"]
+        self.write("drop.blk", "\n".join(lines) + "\n")
+        rock = "2500 24525 1e10 0.25 0 0 0 0 0 0 0 0 0"
+        self.write("drop.df", f"1\n200\n1\n1\n0.1\n0.01\n1e9\n0 0 0 0\n{rock}\n30 0 0\n1.4\n")
+        self.write("sleep.nml", "&time sleep = 'on' /\n")
+        model = ("drop.blk", "drop.df", "--dialect", "g0", "--config", "sleep.nml")
+        options = ("--save-every", "10", "--quiet")
+        self.good("run", *model, "-o", "whole.h5", "--steps", "150", "--threads", "1", *options)
+        for first in (70, 101, 103):
+            self.good("run", *model, "-o", "out.h5", "--steps", first, "--threads", "2", "--force", *options)
+            if first == 70:
+                with h5py.File(self.path("out.ckpt.h5")) as file:
+                    self.assertEqual(file["state/asleep"][()].tolist(), [1, 1, 1, 1, 0])
+            self.good("resume", "out.ckpt.h5", "--steps", 150 - first, "--threads", "1", "--quiet")
+            self.assertSame("whole.h5", "out.h5")
+        with h5py.File(self.path("out.ckpt.h5")) as file:
+            self.assertLess(file["state/asleep"][()].sum(), 4)
+
     def test_frames_of_the_end_are_no_frames_of_a_run_that_goes_on(self):
         self.good(*BLOCK, "-o", "whole.h5", "--steps", "12", "--save-every", "5")
         self.good(*BLOCK, "-o", "out.h5", "--steps", "3", "--save-every", "5")
@@ -232,7 +259,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: this program reads checkpoints of format version 8, not 99; start the run again",
+            "block.ckpt.h5: error: this program reads checkpoints of format version 9, not 99; start the run again",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))

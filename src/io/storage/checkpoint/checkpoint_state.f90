@@ -37,6 +37,8 @@ contains
       call archive%item('moments', state%moments)
       call archive%item('mass', state%mass)
       call archive%item('active', state%active)
+      call archive%item('asleep', state%asleep)
+      call archive%item('calm', state%calm)
       call archive%item('fixed_position', state%fixed_position)
       call archive%item('loading_position', state%loading_position)
       call archive%item('measured_position', state%measured_position)

@@ -168,6 +168,11 @@ contains
       call check%list(state%mass, nb, 'mass')
       call check%is_there(allocated(state%active), 'active')
       if (check%passed()) call check%has_shape(size(state%active) == nb, 'active')
+      call check%is_there(allocated(state%asleep), 'asleep')
+      if (check%passed()) call check%has_shape(size(state%asleep) == nb, 'asleep')
+      call check%is_there(allocated(state%calm), 'calm')
+      if (check%passed()) call check%has_shape(size(state%calm) == nb, 'calm')
+      if (check%passed()) call check%in_range(state%calm, 0, huge(1), 'calm')
       if (check%passed()) then
          call check%holds(all(state%area > 0), 'area')
          call check%holds(all(state%mass > 0), 'mass')

@@ -1,0 +1,163 @@
+! SPDX-License-Identifier: MIT
+!> Blocks at rest are left out of dynamic steps until something disturbs them (docs/theory.md, "Blocks asleep").
+!>
+!> A block falls asleep when in some steps in a row, for it and its neighbours, the resultant force was at most
+!> `sleep_tolerance` times the sum of the magnitudes of the forces, and the motion at most what that force gives it in a
+!> step. It then keeps its place and its stress, and the forces between blocks asleep stay what they are.
+!>
+!> At the end of a step blocks asleep wake on which forces balance no better than `wakes` times the tolerance. Where one
+!> lacks more than `strikes` times the tolerance, as when something falls on it, the step is done again with those awake;
+!> each time a further ring of neighbours wakes with them, twice as wide as the last.
+module rockdda_stepping_sleep
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_state, only : energy
+   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_kinematics, only : mass_times
+   implicit none
+   private
+   public :: fall_asleep, wake_all, wake_disturbed
+
+   !> A block sleeps after so many calm steps in a row.
+   integer, parameter :: calm_steps = 10
+   !> Instead of this number: a block asleep that wakes with the next step.
+   integer, parameter :: disturbed = -1
+   !> It wakes beyond this many times the tolerance: it must not wake by what it fell asleep with.
+   real(wp), parameter :: wakes = 2
+   !> And the step is repeated beyond this many times.
+   real(wp), parameter :: strikes = 20
+
+contains
+
+   !> At the end of a step: count calm steps, and let blocks sleep after enough of them. What they move by is discarded.
+   subroutine fall_asleep(context, d, contacts, forces, balance)
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)            !! (6, nb) motion of the step
+      type(contact_table_type), intent(in) :: contacts       !! at its end
+      type(block_forces_type), intent(in) :: forces          !! there
+      class(energy_balance_type), intent(inout) :: balance
+      logical, allocatable :: may(:)
+      real(wp) :: lost
+      integer :: c, i, k, l
+      lost = 0
+      associate (state => context%state)
+         do i = 1, context%blocks%n_blocks
+            if (state%calm(i) == disturbed) then
+               state%asleep(i) = .false.
+               state%calm(i) = 0
+               cycle
+            end if
+            if (state%asleep(i) .or. .not. state%active(i)) cycle
+            state%calm(i) = merge(min(state%calm(i) + 1, calm_steps), 0, is_calm(context, d(:, i), forces, i))
+         end do
+         ! a bolt may join blocks that are far apart
+         do l = 1, context%blocks%bolts%n
+            do k = 1, 2
+               i = context%blocks%bolts%blocks(k, l)
+               if (i > 0) state%calm(i) = 0
+            end do
+         end do
+         ! what moves keeps its neighbours awake
+         allocate (may(context%blocks%n_blocks), source=.true.)
+         do c = 1, contacts%n
+            if (contacts%state(c) == contact_state%open) cycle
+            associate (a => contacts%block_a(c), b => contacts%block_b(c))
+               may(a) = may(a) .and. (state%asleep(b) .or. state%calm(b) >= calm_steps)
+               may(b) = may(b) .and. (state%asleep(a) .or. state%calm(a) >= calm_steps)
+            end associate
+         end do
+         do i = 1, context%blocks%n_blocks
+            if (state%asleep(i) .or. state%calm(i) < calm_steps .or. .not. may(i)) cycle
+            state%asleep(i) = .true.
+            associate (v => state%velocity(:, i))
+               lost = lost + 0.5_wp*dot_product(v, mass_times(state%mass(i), state%area(i), state%moments(:, i), v))
+            end associate
+            state%velocity(:, i) = 0
+            state%acceleration(:, i) = 0
+         end do
+      end associate
+      call balance%add(energy%kinetic, -lost)
+      call balance%add(energy%discarded, lost)
+   end subroutine fall_asleep
+
+   !> Do the forces on a block hardly push it, and does it hardly move? By its motion in the step: velocities of motions
+   !> far too stiff for the step alternate.
+   pure logical function is_calm(context, d, forces, i)
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: d(6)                           !! motion of the step
+      type(block_forces_type), intent(in) :: forces
+      integer, intent(in) :: i
+      real(wp) :: allowed, moved
+      associate (state => context%state)
+         allowed = context%parameters%sleep_tolerance*forces%magnitude(i)
+         moved = norm2(d(1:2)) + 2*arm_of(context, i)*(abs(d(3)) + norm2(d(4:6)))
+         is_calm = allowed > 0 .and. state%mass(i)*moved <= allowed*context%dt**2
+         if (is_calm .and. forces%held(i) < 2) is_calm = forces%force_of(i, state) <= allowed
+      end associate
+   end function is_calm
+
+   !> Radius of inertia of a block [length].
+   pure real(wp) function arm_of(context, i)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: i
+      associate (state => context%state)
+         arm_of = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
+      end associate
+   end function arm_of
+
+   !> Wake all blocks: what acts on them changes.
+   pure subroutine wake_all(context)
+      type(step_context_type), intent(inout) :: context
+      context%state%asleep = .false.
+      context%state%calm = 0
+   end subroutine wake_all
+
+   !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts.
+   subroutine wake_disturbed(context, equations, contacts, round, n_woken)
+      type(step_context_type), intent(inout) :: context
+      type(equations_type), intent(in) :: equations
+      type(contact_table_type), intent(in) :: contacts       !! of the last step
+      integer, intent(in) :: round                           !! in this step, from 1
+      integer, intent(out) :: n_woken                        !! 0: the step stands
+      logical, allocatable :: woken(:), ring(:)
+      real(wp) :: disturbance, worst
+      integer :: c, i, k
+      n_woken = 0
+      if (.not. any(context%state%asleep)) return
+      allocate (woken(context%blocks%n_blocks), source=.false.)
+      worst = 0
+      do i = 1, size(woken)
+         if (.not. context%state%asleep(i) .or. context%is_left_out(i)) cycle
+         disturbance = equations%disturbance(i, arm_of(context, i))/context%parameters%sleep_tolerance
+         woken(i) = disturbance > wakes
+         worst = max(worst, disturbance)
+      end do
+      if (.not. any(woken)) return
+      if (worst <= strikes) then
+         ! with the next step
+         where (woken) context%state%calm = disturbed
+         return
+      end if
+      do k = 1, min(2**min(round - 1, 20) - 1, size(woken))
+         ring = woken
+         do c = 1, contacts%n
+            if (contacts%state(c) == contact_state%open) cycle
+            associate (a => contacts%block_a(c), b => contacts%block_b(c))
+               if (woken(a) .neqv. woken(b)) ring([a, b]) = .true.
+            end associate
+         end do
+         if (all(ring .eqv. woken)) exit
+         woken = ring
+      end do
+      n_woken = count(woken .and. context%state%asleep)
+      do i = 1, size(woken)
+         if (.not. (woken(i) .and. context%state%asleep(i))) cycle
+         context%state%asleep(i) = .false.
+         context%state%calm(i) = 0
+      end do
+   end subroutine wake_disturbed
+
+end module rockdda_stepping_sleep
