@@ -19,7 +19,7 @@ def write_slide(stem: Path, blocks: int, steps: int, ratio: float = 40) -> tuple
     """Files of a slide of about so many blocks and so many dynamic steps; `ratio`: contact stiffness over 2 m/dt**2."""
     courses = min(20, max(2, round((blocks / 8) ** 0.5)))
     columns = max(2, round(0.95 * blocks / courses))
-    boxes = [(-1.0, -1.0, columns * LENGTH + 1, 0.0, 1)]
+    boxes: list[tuple[float, ...]] = [(-1.0, -1.0, columns * LENGTH + 1, 0.0, 1)]
     boxes += bricks(0.0, columns * LENGTH, 0.0, courses, 1)
     thick = min(10, max(2, courses // 4))
     wide = max(2, round(0.05 * blocks / thick))

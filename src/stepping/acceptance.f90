@@ -80,6 +80,8 @@ contains
       logical :: may
       if (.not. step%parameters%sleeps) return
       may = .not. (k01 < 1 .or. step%control%releases .or. forces%driven)
+      ! equilibrium is asked for more exactly than blocks sleep
+      may = may .and. .not. step%control%seeks_rest(step%parameters)
       may = may .and. all(step%families%contacts%laws%restitution < 0)
       if (allocated(step%parameters%water)) may = may .and. size(step%parameters%water) == 0
       if (may) may = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &

@@ -89,6 +89,7 @@ module rockdda_stepping_control
       procedure :: is_over
       procedure :: ends_stage
       procedure :: is_static_search
+      procedure :: seeks_rest
       procedure :: residual_enough
       procedure :: force_slack
       procedure :: begin_release
@@ -137,6 +138,14 @@ contains
       is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0 &
                          .and. parameters%max_growth > 1
    end function is_static_search
+
+   !> Does the present stage end with equilibrium?
+   pure logical function seeks_rest(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      seeks_rest = .false.
+      if (self%stage <= size(parameters%stages)) seeks_rest = seeks_equilibrium(parameters%stages(self%stage))
+   end function seeks_rest
 
    !> Relative residual at which the solver may stop, 0: its own tolerance. What it leaves is a force on the blocks,
    !> which the next step takes up; where a static stage searches equilibrium it only has to be small beside the

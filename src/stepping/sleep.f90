@@ -5,9 +5,9 @@
 !> `sleep_tolerance` times the sum of the magnitudes of the forces, and the motion at most what that force gives it in a
 !> step. It then keeps its place and its stress, and the forces between blocks asleep stay what they are.
 !>
-!> At the end of a step blocks asleep wake on which forces balance no better than `wakes` times the tolerance. Where one
-!> lacks more than `strikes` times the tolerance, as when something falls on it, the step is done again with those awake;
-!> each time a further ring of neighbours wakes with them, twice as wide as the last.
+!> At the end of a step blocks asleep wake on which forces balance no better than `wakes` times the tolerance. Where
+!> one lacks more than `strikes` times the tolerance, as when something falls on it, the step is done again with those
+!> awake; each time a further ring of neighbours wakes with them, twice as wide as the last.
 module rockdda_stepping_sleep
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy
