@@ -11,7 +11,7 @@ module rockdda_stepping_acceptance
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
-   use rockdda_stepping_sleep, only : fall_asleep, wake_all
+   use rockdda_stepping_sleep, only : fall_asleep
    use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
    implicit none
    private
@@ -89,7 +89,8 @@ contains
       if (may) then
          call fall_asleep(step%step_context_type, step%equations%x, step%contacts, forces, ledger)
       else
-         call wake_all(step%step_context_type)
+         step%state%asleep = .false.
+         step%state%calm = 0
       end if
    end subroutine let_sleep
 

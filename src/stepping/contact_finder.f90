@@ -26,7 +26,6 @@ module rockdda_stepping_contact_finder
    contains
       procedure :: init
       procedure :: show_blocks
-      procedure :: show_sleepers
       procedure :: first_reach
       procedure, nopass :: longer_reach
       procedure :: find
@@ -53,14 +52,6 @@ contains
       self%places = places
    end subroutine show_blocks
 
-   !> Let the search leave out pairs of blocks that are asleep, among others that are.
-   pure subroutine show_sleepers(self, asleep)
-      class(contact_finder_type), intent(inout) :: self
-      logical, intent(in) :: asleep(:)               !! (nb)
-      if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
-      if (any(asleep)) self%search%pairs%asleep = asleep
-   end subroutine show_sleepers
-
    !> How far the first search of a step looks [length].
    real(wp) function first_reach(self, context, control) result(reach)
       class(contact_finder_type), intent(in) :: self
@@ -86,6 +77,9 @@ contains
       type(contact_table_type), intent(in) :: last       !! of the last accepted step
       real(wp), intent(in) :: reach                      !! [length]
       type(contact_table_type), intent(inout) :: table
+      ! pairs of blocks asleep, among others that are, are left out
+      if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
+      if (any(context%state%asleep)) self%search%pairs%asleep = context%state%asleep
       associate (parameters => context%parameters)
          call set_search_limits(last, parameters, context%blocks%n_blocks, reach, self%limits, self%places)
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &

@@ -162,7 +162,7 @@ contains
       call families%measure_placement(context, equations)
       off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
       if (.not. off > placement_tolerance) return
-      call context%renew_all()
+      context%renewed = .true.
       call context%expect(equations%x)
       call families%place(context, equations)
       call families%predict(equations)

@@ -19,7 +19,7 @@ module rockdda_stepping_sleep
    use rockdda_interaction_kinematics, only : mass_times
    implicit none
    private
-   public :: fall_asleep, wake_all, wake_disturbed
+   public :: fall_asleep, wake_disturbed
 
    !> A block sleeps after so many calm steps in a row.
    integer, parameter :: calm_steps = 10
@@ -79,8 +79,8 @@ contains
             state%acceleration(:, i) = 0
          end do
       end associate
-      call balance%add(energy%kinetic, -lost)
-      call balance%add(energy%discarded, lost)
+      balance%total(energy%kinetic) = balance%total(energy%kinetic) - lost
+      balance%total(energy%discarded) = balance%total(energy%discarded) + lost
    end subroutine fall_asleep
 
    !> Do the forces on a block hardly push it, and does it hardly move? By its motion in the step: velocities of motions
@@ -107,13 +107,6 @@ contains
          arm_of = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
       end associate
    end function arm_of
-
-   !> Wake all blocks: what acts on them changes.
-   pure subroutine wake_all(context)
-      type(step_context_type), intent(inout) :: context
-      context%state%asleep = .false.
-      context%state%calm = 0
-   end subroutine wake_all
 
    !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts.
    subroutine wake_disturbed(context, equations, contacts, round, n_woken)

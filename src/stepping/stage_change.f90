@@ -14,7 +14,6 @@ module rockdda_stepping_stage_change
    use rockdda_stepping_equilibrium, only : report_no_equilibrium
    use rockdda_stepping_material_changes, only : change_materials
    use rockdda_stepping_motion, only : reset_measured, block_energies
-   use rockdda_stepping_sleep, only : wake_all
    use rockdda_stepping_trial_step, only : trial_step_type
    implicit none
    private
@@ -65,7 +64,9 @@ contains
          call take_new_materials(step, construction, s, balance)
          if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
          step%control%begun = s
-         call wake_all(step%step_context_type)
+         ! what acts on blocks asleep changes
+         step%state%asleep = .false.
+         step%state%calm = 0
          step%state%accelerates = .false.
       end do
       call step%finder%show_blocks(step%state%active, construction%newborn, places)

@@ -160,7 +160,6 @@ contains
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
       call self%times%lap(phase%other)
-      call self%finder%show_sleepers(self%state%asleep)
       call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
