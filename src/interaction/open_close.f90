@@ -298,14 +298,15 @@ contains
    end subroutine remember
 
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
-   !> by more than `tolerance` times the largest normal force on the less loaded of their two blocks, and, if it
-   !> is only the friction force of a contact that goes on sliding, by more than `small`.
+   !> by more than `tolerance` times the largest force on the less loaded of their two blocks, and, if it is only the
+   !> friction force of a contact that goes on sliding, by more than `small`. Forces on a block are the normal forces of
+   !> its contacts and the one given, its weight: in blocks that fall together normal forces are rounding.
    subroutine count_unsettled(self, table, tolerance, small, largest, n)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: tolerance
       real(wp), intent(in) :: small           !! [force]
-      real(wp), intent(inout) :: largest(:)   !! (blocks) work
+      real(wp), intent(inout) :: largest(:)   !! (blocks) weight on entry [force]; the largest force
       integer, intent(out) :: n
       real(wp) :: allowed
       integer :: c
@@ -318,7 +319,6 @@ contains
       !$omp end parallel do
       if (n == 0) return
       n = 0
-      largest = 0
       do c = 1, table%n
          associate (a => table%block_a(c), b => table%block_b(c), force => self%normal_force(c))
             largest(a) = max(largest(a), force)

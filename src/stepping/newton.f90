@@ -27,8 +27,8 @@ module rockdda_stepping_newton
 
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
    real(wp), parameter :: friction_tolerance = 1.0e-5_wp
-   !> Contact forces may miss their laws by this share of the largest normal force on the less loaded of the two blocks;
-   !> by the second one when the rounds given have not done better.
+   !> Contact forces may miss their laws by this share of the largest normal force, or the weight, of the less loaded of
+   !> the two blocks; by the second one when the rounds given have not done better.
    real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
    integer, parameter :: fine_rounds = 10
    !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
@@ -119,7 +119,7 @@ contains
          if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
              .not. self%at_floor) return
          agree = n_unsettled == 0 .and. .not. fraction < 1 .and. .not. turned
-         if (agree) agree = forces_agree(self, families%contacts, context%blocks%n_blocks, round)
+         if (agree) agree = forces_agree(self, families, context%blocks%n_blocks, round)
          if (agree .and. context%follows_rotation() .and. round > fine_rounds .and. .not. self%at_floor) then
             call measure_placement(context, families, equations, off)
             agree = .not. off > gross_placement
@@ -176,17 +176,25 @@ contains
    end function accepted_miss
 
    !> Do the forces of the last solve follow the laws of the contacts at its motion?
-   logical function forces_agree(self, contacts, n_blocks, round)
+   logical function forces_agree(self, families, n_blocks, round)
       type(newton_type), intent(inout) :: self
-      type(contacts_type), intent(in) :: contacts
+      type(families_type), intent(in) :: families
       integer, intent(in) :: n_blocks, round
       real(wp) :: share
-      integer :: n_unsettled
+      integer :: i, n_unsettled
       if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
       share = merge(accepted_miss(self, force_tolerance), coarse_tolerance, round <= fine_rounds)
-      call contacts%trial%count_unsettled(contacts%table, share, &
-                                          accepted_miss(self, friction_tolerance)*largest_normal(contacts), &
-                                          self%largest, n_unsettled)
+      self%largest = 0
+      if (.not. families%contacts%settings%peer) then
+         do i = 1, n_blocks
+            self%largest(i) = norm2(families%loads%weight(1:2, i))
+         end do
+      end if
+      associate (contacts => families%contacts)
+         call contacts%trial%count_unsettled(contacts%table, share, &
+                                             accepted_miss(self, friction_tolerance)*largest_normal(contacts), &
+                                             self%largest, n_unsettled)
+      end associate
       forces_agree = n_unsettled == 0
    end function forces_agree
 
