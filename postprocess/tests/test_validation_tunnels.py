@@ -18,7 +18,7 @@ from rockdda.errors import InputError
 from rockdda.study import Study, read_study
 from rockdda.study.runner import collect, run_study
 from rockdda.validation.case import published
-from rockdda.validation.cases import ch7_time_step, closing_family
+from rockdda.validation.cases import ch7_joint_stiffness, ch7_time_step, closing_family
 from rockdda.validation.tunnels import profile_of, with_formulation
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
@@ -81,6 +81,13 @@ def test_pairs_of_tunnels_are_of_the_fifty():
         assert (heights[0] > 0) is loosened and heights[1] == 0
     assert ch7_time_step.subset(50) == ch7_time_step.subset(10) + ch7_time_step.subset(50)[10:]
     assert len(set(ch7_time_step.subset(50))) == 50
+
+
+def test_beds_of_rigid_blocks_slip_at_their_sides_below_an_angle():
+    """tan φ = 4 t/B: 21.80° over 10 m and 14.93° over 15 m, so that five of the fifty tunnels fall."""
+    assert ch7_joint_stiffness.slips(10, 21.79) and not ch7_joint_stiffness.slips(10, 21.81)
+    assert ch7_joint_stiffness.slips(15, 14.92) and not ch7_joint_stiffness.slips(15, 14.94)
+    assert sum(ch7_joint_stiffness.slips(span, phi) for span, _, phi in ch7_time_step.subset(50)) == 5
 
 
 def test_members_of_the_family_of_closing_rules():

@@ -70,7 +70,9 @@ def _compare(record: Record, chosen: Sequence[Key], found: Mapping[int, Mapping[
     stable = sum(last[key].profile.height == 0 for key in chosen)
     record.compare(f"stable tunnels, Δt/{finest}", stable, f"of {len(chosen)}", explanation=why)
     down = [-float(last[key].mean[0]) for key in chosen]
-    record.compare(f"mean displacement of the crown, Δt/{finest}, all tunnels", np.mean(down), "m", explanation=why)
+    record.compare(
+        f"mean displacement of the crown, Δt/{finest}, all tunnels", float(np.mean(down)), "m", explanation=why
+    )
     for part in PARTS[:-1]:
         changed = sum(
             (found[part][key].profile.height == 0) != (found[finest][key].profile.height == 0) for key in chosen

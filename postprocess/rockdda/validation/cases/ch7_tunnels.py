@@ -41,6 +41,7 @@ from ..tunnels import (
 
 PEER = "rules of DDA for Windows"
 NOT_EXPLAINED = "not explained: the crown arches at once and oscillates, see 7.2.1-closing-rule"
+SOFT = "by length corners are about six times softer with the same g0, and crowns sag by decimetres or fall"
 MADE = "thrown apart by energy that closing contacts have for nothing, see 7.2.1-closing-rule"
 
 
@@ -80,6 +81,11 @@ def fifty_tunnels(record: Record) -> None:
     _deformed(record, found)
 
 
+def _why(record: Record) -> str:
+    """Why published values differ, as far as it is known."""
+    return f"{SOFT}; see 7.2-joint-stiffness" if record.formulation == "length" else NOT_EXPLAINED
+
+
 def _moving(found: Sequence[Cell], window: float) -> int:
     """Tunnels above which a point is not in equilibrium."""
     heights = []
@@ -100,19 +106,28 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
     }
     record.compare(
         "stable tunnels", stable, "of 50", published=printed, published_source="Tables 7.4, 7.5",
-        explanation=NOT_EXPLAINED,
+        explanation=_why(record),
     )  # fmt: skip
     if peer:
         record.compare(
             f"stable tunnels, {PEER}", other, "of 50", published=printed, published_source="Tables 7.4, 7.5",
             explanation=MADE,
         )  # fmt: skip
-    record.text(
-        f"{stable} of the fifty tunnels arch from the crown up, also where joints are close: cells agree where the "
-        "thesis calls the tunnel stable and differ where it does not, so the agreement says little. The classic "
-        f"Voussoir beam, one bed of 1 m alone, holds from {beams[10]:.1f}° (span 10 m) and {beams[15]:.1f}° (15 m) "
-        "on: by it, too, all fifty are stable."
+    beam = (
+        f"The classic Voussoir beam, one bed of 1 m alone, holds from {beams[10]:.1f}° (span 10 m) and "
+        f"{beams[15]:.1f}° (15 m) on"
     )
+    if 2 * stable > len(found):
+        record.text(
+            f"{stable} of the fifty tunnels arch from the crown up, also where joints are close: cells agree where the "
+            "thesis calls the tunnel stable and differ where it does not, so the agreement says little. "
+            f"{beam}: by it, too, all fifty are stable."
+        )
+    else:
+        record.text(
+            f"{stable} of the fifty tunnels are stable. {beam}, with joints that do not give way. Here they do: "
+            f"{SOFT}. The same tunnels with stiffer joints are in 7.2-joint-stiffness."
+        )
     if peer:
         _tell_peer(record, peer, other)
     for span in (10, 15):
@@ -136,7 +151,7 @@ def _tables(record: Record, found: Sequence[Cell], peer: Sequence[Cell]) -> None
             for name, count in agree.items():
                 record.compare(
                     f"{source}, cells that agree, {who}, {name}", count, "of 25", published=25.0,
-                    published_source=source, explanation=NOT_EXPLAINED if who == "RockDDA" else MADE,
+                    published_source=source, explanation=_why(record) if who == "RockDDA" else MADE,
                 )  # fmt: skip
 
 
@@ -200,7 +215,7 @@ def _ratio_table(record: Record, found: Sequence[Cell], between: Sequence[Cell],
     for who, count in ((who, count) for who, count in agree.items() if total[who]):
         record.compare(
             f"Table 7.6, cells that agree, {who}", count, f"of {total[who]}", published=float(total[who]),
-            published_source="Table 7.6", explanation=NOT_EXPLAINED if who == "RockDDA" else MADE,
+            published_source="Table 7.6", explanation=_why(record) if who == "RockDDA" else MADE,
         )  # fmt: skip
 
 
@@ -245,7 +260,7 @@ def _crown(record: Record, found: Sequence[Cell], half_circle: Cell) -> None:
             if c.values["span"] == span and c.values["spacing"] in spacings and c.values["phi"] in friction
         ]
 
-    why = NOT_EXPLAINED
+    why = _why(record)
     less, near = "published: less than", "published: “approaching”"
     rows: list[tuple[str, float, float, str]] = [
         ("largest, span 10 m, S_j ≤ 2 m", max(down(10, (1.5, 2), FRICTION)), text["span10_to2_crown"][1], why),
