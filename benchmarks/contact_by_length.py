@@ -50,7 +50,7 @@ invariant. The table is made by `benchmarks/contact_by_length.py`; what is not m
   2.3 % of the distance where the base tilts it, and 0.04 % when it starts with 1 m/s.
 - T23: the rows at 0.5 and 1 ms are of some hundred pairs; at 0.1 and 0.2 ms one of 2,000 pairs each gained energy with
   an earlier program.
-- Walls, piles and ties were computed with an earlier program.
+- Collisions and piles were computed with an earlier program, the rest with that of 23 November 2026.
 - Slopes: the bound is that of equilibrium with friction on all edges (linear programming); strength is the tangent of
   the bound's friction angle over that of the angle at which the slope moves.
 """
