@@ -308,6 +308,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: reason
       reason = get_reason()
+      ! HDF5 is refused memory before the program is
+      if (index(reason, 'unable to allocate') > 0 .or. index(reason, 'memory allocation failed') > 0) then
+         call make_error(error, error_code%computation, self%path//': '//what//': out of memory ('//reason//')', &
+                         is_fatal=.true.)
+         return
+      end if
       if (len(reason) > 0) reason = ' ('//reason//')'
       call make_error(error, self%failure, self%path//': '//what//reason)
    end subroutine fail
