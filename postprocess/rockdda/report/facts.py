@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from ..units import Units
 
 if TYPE_CHECKING:
     from ..results import Results
-    from .half_step import HalfStep
 
 __all__ = [
     "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "material_tables", "number",
@@ -36,6 +36,16 @@ JOINT_COLUMNS = {
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
 #: Options that name files beside the input.
 FILES = ("record", "pressure_file", "base_acceleration")
+
+
+@dataclass(frozen=True)
+class HalfStep:
+    """What the run at half the step shows."""
+
+    words: str
+    displacement: float | None = None  #: largest difference at the end, share of the largest displacement
+    stress: float | None = None  #: largest difference at the end, share of the largest stress
+    failed: bool = False  #: the run at half the step did not come to its end
 
 
 def number(value: Any) -> str:

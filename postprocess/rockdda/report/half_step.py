@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import tempfile
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
 from . import facts
+from .facts import HalfStep
 
 if TYPE_CHECKING:
     from ..results import Results
@@ -24,16 +24,6 @@ __all__ = ["HalfStep", "compare_ends", "run_half_step"]
 MANY = 1_000_000_000  # steps: the time ends the run
 ENDS = ("until", "until_step", "until_time", "duration")  # of a stage
 MOST_STEPS = 5000  # of a stage until equilibrium that names no other number
-
-
-@dataclass(frozen=True)
-class HalfStep:
-    """What the run at half the step shows."""
-
-    words: str
-    displacement: float | None = None  #: largest difference at the end, share of the largest displacement
-    stress: float | None = None  #: largest difference at the end, share of the largest stress
-    failed: bool = False  #: the run at half the step did not come to its end
 
 
 def run_half_step(results: Results) -> HalfStep:

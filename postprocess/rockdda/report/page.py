@@ -27,7 +27,7 @@ from .paper import needs_for_pdf, pdf_of
 
 if TYPE_CHECKING:
     from ..results import Results
-    from .half_step import HalfStep
+    from .facts import HalfStep
 
 __all__ = ["report"]
 
