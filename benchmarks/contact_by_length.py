@@ -45,6 +45,7 @@ invariant. The table is made by `benchmarks/contact_by_length.py`; what is not m
   put on at once, travels 2.35 % further than on a rigid joint at g0 1e8 and 0.74 % at 1e9; the program gives that.
 - T5: the truth is associated limit analysis, an upper bound. The mechanism by which the wall falls has, by equilibrium
   with Coulomb friction without dilation (linear programming), the load 0.3558, 0.881 of it. `vertex`: 0.892.
+  At g0 1e9 the blocks move by the compression of their joints as well, and there is no such load.
 - T20, T21 with steps: the block lies on its base at the start. One that is put 0.1 to 1 mm above it falls and bounces
   at its corners while it hardly slides; friction then lags once, by some 0.02 m/s, whatever g0 and the step: 0.7 to
   2.3 % of the distance where the base tilts it, and 0.04 % when it starts with 1 m/s.

@@ -158,6 +158,8 @@ def rows(quick: bool = False) -> list[Row]:
         found.append(Row(topic, f"{name}, g0 {g0:.0e}, {1000 * dt:g} ms", "0.94 … 1.01 of it", result, met))
         if topic == "T5" and "of it" in result:
             own = load_without_dilation(WALL_3, 1.03 * value * truth, dt, g0)
+            if not np.isfinite(own):  # soft joints: no mechanism of rigid blocks moves as the wall does
+                continue
             found.append(
                 Row(
                     topic,
