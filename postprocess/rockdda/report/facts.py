@@ -154,6 +154,8 @@ def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str
         name = f"{key} {values.get('name', '')}".strip()
         rows.append([name, *(number(values.get(column, "–")) for column in used), rest])
     heads = [f"{columns[name]} [{units[name]}]" if name in units else columns[name] for name in used]
+    if not any(row[-1] for row in rows):
+        return ["material", *heads], [row[:-1] for row in rows]
     return ["material", *heads, "other"], rows
 
 

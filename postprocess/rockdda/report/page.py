@@ -44,8 +44,8 @@ h2 { font-size: 1.3rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #c8ced4
 h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
 table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; font-variant-numeric: tabular-nums; margin: .5rem 0 1rem; }
 th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .8rem .25rem 0; vertical-align: bottom; }
-td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: anywhere; }
-td:first-child, th { overflow-wrap: normal; } .facts td:first-child { font-weight: 600; white-space: nowrap; }
+td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: break-word; }
+.facts td:first-child { font-weight: 600; white-space: nowrap; }
 .warning { border-left: 4px solid #b03a00; background: #fdf1ea; padding: .5rem .8rem; }
 td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
 figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
@@ -175,10 +175,10 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
         found["joints"] = (of("joints", field="normal_stress"), "Normal stress along the joints, tension positive.")
         found["shear"] = (of("joints", field="shear_stress"), "Shear stress along the joints.")
         if results.joint_strengths():
-            found["mobilised"] = (
-                of("joints", field="mobilised"),
-                "Shear stress over the peak shear strength of the joints.",
-            )
+            caption = "Shear stress over the peak shear strength of the joints."
+            if "search/factor" in results and (search := read_search(results)).search == "strength":
+                caption = f"{caption[:-1]} as given, which the trial divides by {search.high:.4g}."
+            found["mobilised"] = (of("joints", field="mobilised"), caption)
     if "model/water_edges" in results and len(results["model/water_edges"]):
         found["water"] = (of("water"), "Water tables, and the pressure on wetted edges.")
     if results["history/measured_displacement"].shape[1] and results.n_steps > 1:
