@@ -44,8 +44,8 @@ ELSEWHERE = {
     "scripts/bench": "test_bench.py runs --quick and --compare; options are checked below",
     "scripts/wheels": "long: test_install.py",
     "pip install": "long: test_install.py",
-    "python3 -m venv": "long: test_install.py",
-    "env/bin/": "long: test_install.py and scripts/try_wheel",
+    "python3 -m venv": "long: test_install.py and, as docs/installation.md has it, scripts/try_wheel",
+    "env/bin/": "long: scripts/try_wheel reads them from docs/installation.md",
     "cmake --preset": "a build of a quarter of an hour",
     "sbatch": "needs a cluster: tests/scripts/test_hpc.py with a stand-in",
     "rockdda-post validate --full": "hours; cases run one by one in test_validation*.py",
@@ -193,12 +193,15 @@ def view(arguments: list[str], folder: Path) -> None:
     with subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": path}
     ) as it:
-        told = it.stdout.readline()
-        address = re.search(r"http://\S+", told)[0]
-        with urllib.request.urlopen(address) as answer:
-            assert b"</html>" in answer.read()
-        it.send_signal(signal.SIGINT)
-        assert it.wait(timeout=60) in (0, 130)
+        try:
+            told = it.stdout.readline()
+            address = re.search(r"http://\S+", told)[0]
+            with urllib.request.urlopen(address, timeout=60) as answer:
+                assert b"</html>" in answer.read()
+            it.send_signal(signal.SIGINT)
+            assert it.wait(timeout=60) in (0, 130)
+        finally:
+            it.kill()
 
 
 def run(command: str, folder: Path, program: str, capsys) -> None:
@@ -239,6 +242,7 @@ def test_the_commands_of_the_page_run(page, program, native, tmp_path, monkeypat
     for name, text in page.files.items():
         (tmp_path / name).write_text(text.replace('"--save-every", "1500"', '"--steps", "3"'), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROCKDDA_PROGRAM", str(Path(program).resolve()))
     for command in commands:
         run(command, tmp_path, program, capsys)
 
