@@ -312,3 +312,28 @@ def test_results_without_frames(folder, capsys, program):
     for command in (["plot"], ["export"], ["export", "--table", "blocks", "-o", "b.csv"], ["animate"], ["view"]):
         code, _, err = run(capsys, command[0], "bare.h5", *command[1:])
         assert (code, err) == (2, "bare.h5: error: there are no frames in it\n")
+
+
+def test_frames_of_single_precision(folder, capsys, program):
+    """Every command reads them, as 64 bits in Python; what differs from a run in double precision is rounding."""
+    (folder / "single.nml").write_text("&output precision = 'single' /\n")
+    for name, options in (("double", ()), ("single", ("--config", "single.nml"))):
+        model = [program, "run", ROOT / "inputs/flat_arch", "-o", f"{name}.h5", *options]
+        subprocess.run([*model, "--steps", "20", "--save-every", "5", "--quiet"], check=True, capture_output=True)
+    exact, found = rockdda.open("double.h5"), rockdda.open("single.h5")
+    np.testing.assert_array_equal(found.frames[-1].vertices, exact.frames[-1].vertices)
+    assert found["frames/stress"].dtype == np.float64
+    for name in ("frames/stress", "frames/rotation", "frames/contact_force", "frames/contact_normal_stress"):
+        assert not np.array_equal(found[name], exact[name]), name
+        # one rounding to 24 bits
+        np.testing.assert_allclose(found[name], exact[name], rtol=2**-24, atol=1e-44, err_msg=name)
+    assert run(capsys, "compare", "double.h5", "single.h5")[0] == 1
+    assert run(capsys, "compare", "double.h5", "single.h5", "--tol", 1e-7)[0] == 0
+    for kind in ("blocks", "stress", "contacts", "joints", "energy"):
+        assert run(capsys, "plot", "single.h5", "-k", kind, "--dpi", 40) == (0, f"single_{kind}.png\n", "")
+    for ending in ("pvd", "dxf", "txt"):
+        assert run(capsys, "export", "single.h5", "-o", f"end.{ending}")[0] == 0
+    for table in ("blocks", "contacts", "joints"):
+        assert run(capsys, "export", "single.h5", "-o", f"{table}.csv", "--table", table)[0] == 0
+    assert run(capsys, "animate", "single.h5", "-o", "single.html")[0] == 0
+    assert run(capsys, "report", "single.h5", "-o", "single_report.html")[0] == 0

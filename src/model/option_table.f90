@@ -377,6 +377,9 @@ contains
                             'file with &model, + .h5', not_blank=.true.), o%output_file)
       call table%add(option('frames', 'write the frames'), o%write_frames)
       call table%add(option('contacts', 'write the contacts of frames'), o%write_contacts)
+      call table%add_choice(option('precision', 'reals of frames but places and times: of 64 or 32 bits', &
+                                   choices='double|single', default_word='double', &
+                                   see='file-formats.md#results'), o%precision, p%single_frames, 2)
       call table%add(option('energy', 'compute and write the energy balance', quantity='energy balance'), &
                      o%energy, p%energy)
    end subroutine describe_output

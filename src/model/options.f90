@@ -229,6 +229,7 @@ module rockdda_model_options
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.
       logical :: write_contacts = .true.
+      character(len=:), allocatable :: precision      !! 'double' | 'single': of frames
       logical :: energy = .true.                      !! compute and write the energy balance
    end type run_options_type
 

@@ -72,6 +72,7 @@ module rockdda_model_parameters
       real(wp) :: sor_factor = 1.4_wp
       ! output
       logical :: energy = .true.              !! compute and write the energy balance
+      logical :: single_frames = .false.      !! reals of frames, but places and times, of 32 bits
    contains
       procedure :: keeps_old_ways
    end type parameters_type

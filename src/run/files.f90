@@ -73,11 +73,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call self%take_names()
       call start_facts(input, sim, self%facts)
+      self%plan = new_frame_plan(input%options, input%parameters)
+      self%facts%header%n_frames_expected = self%plan%expected_frames(input%parameters)
       call self%results%create(self%output, replace, self%facts%header, input%blocks, sim%state, error)
       if (allocated(error)) return
       ! that of an older run
       call remove_checkpoint(self%checkpoint_file)
-      self%plan = new_frame_plan(input%options, input%parameters)
       call self%log%begin(self%log_file, input, self%facts%header, self%output, self%plan, messages, error)
       if (.not. allocated(error)) call self%save_frame(sim, error)
       call self%timer%start(wall_seconds())

@@ -15,6 +15,8 @@ module rockdda_run_frame_plan
    integer, parameter :: usual_frames = 100
    !> Steps from frame to frame where the number of steps is not known before.
    integer, parameter :: usual_steps = 10
+   !> Frames beyond which their number does not matter.
+   integer, parameter :: many_frames = 10000
 
    type :: frame_plan_type
       integer :: every = 0                      !! steps; 0: not by steps
@@ -22,6 +24,7 @@ module rockdda_run_frame_plan
       integer :: passed = 0                     !! multiples of the interval reached so far
    contains
       procedure :: is_due
+      procedure :: expected_frames
    end type frame_plan_type
 
 contains
@@ -59,5 +62,21 @@ contains
       if (reached > self%passed) is_due = .true.
       self%passed = max(self%passed, reached)
    end function is_due
+
+   !> Number of frames when no step is cut; 0 where the number of steps is not known before.
+   pure integer function expected_frames(self, parameters)
+      class(frame_plan_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: frames, steps
+      steps = huge(1.0_wp)
+      if (parameters%n_steps < huge(1)) steps = parameters%n_steps
+      frames = 0
+      if (self%every > 0 .and. steps < huge(1.0_wp)) frames = steps/self%every
+      if (self%interval > 0) then
+         if (parameters%t_end < huge(1.0_wp)) frames = frames + parameters%t_end/self%interval
+         if (steps < huge(1.0_wp)) frames = min(frames, steps)
+      end if
+      expected_frames = int(min(frames, real(many_frames, wp)))
+   end function expected_frames
 
 end module rockdda_run_frame_plan

@@ -96,6 +96,30 @@ class Bits(ResumeTest):
         self.good("resume", "out.ckpt.h5", "--t-end", "0.1")
         self.assertSame("whole.h5", "out.h5")
 
+    def test_frames_of_single_precision(self):
+        self.write("single.nml", "&output precision = 'single' /\n")
+        options = ("--steps", "12", "--save-every", "1")
+        self.good(*BLOCK, "-o", "double.h5", *options)
+        self.good(*BLOCK, "-o", "whole.h5", "--config", "single.nml", *options)
+        self.good(*BLOCK, "-o", "out.h5", "--config", "single.nml", *options[2:], "--steps", "5")
+        self.good("resume", "out.ckpt.h5", "--steps", "7")
+        self.assertSame("whole.h5", "out.h5")
+        self.assertEqual(self.run_program("info", "out.h5").code, 0)
+        rounded = set()
+        with h5py.File(self.path("double.h5")) as exact, h5py.File(self.path("out.h5")) as found:
+            for group in ("history", "frames"):
+                for name, item in exact[group].items():
+                    values = found[group][name]
+                    if values.dtype == item.dtype:
+                        np.testing.assert_array_equal(values[()], item[()], name)
+                        continue
+                    self.assertEqual((item.dtype.str, values.dtype.str), ("<f8", "<f4"), name)
+                    np.testing.assert_array_equal(values[()], item[()].astype("f4"), name)
+                    rounded.add(f"{group}/{name}")
+        contacts = ("force", "opening", "slip", "length", "normal_stress", "shear_stress")
+        blocks = ("rotation", "stress", "velocity", "bolt_force")
+        self.assertEqual(rounded, {f"frames/{n}" for n in (*blocks, *(f"contact_{c}" for c in contacts))})
+
     def test_without_frames_or_contacts(self):
         for k, what in enumerate(("frames = .false.", "contacts = .false.")):
             self.write("run.nml", f"&output {what} /\n")
@@ -259,7 +283,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: this program reads checkpoints of format version 9, not 99; start the run again",
+            "block.ckpt.h5: error: this program reads checkpoints of format version 10, not 99; start the run again",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))

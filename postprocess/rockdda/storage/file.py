@@ -242,7 +242,7 @@ class GrowingFile:
 
     def rows(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
         """Rows [start, stop) of an array, of each `[*rest]`. A file that may grow is read in pieces that take less time
-        than it is left alone."""
+        than it is left alone. Reals of 32 bits (`&output precision = 'single'`) come as 64 bits."""
 
         def read(file: h5py.File) -> tuple[npt.NDArray[Any], int]:
             item = file.get(path)
@@ -253,7 +253,8 @@ class GrowingFile:
             if not self.complete and item.chunks is not None:
                 row_bytes = max(item.dtype.itemsize * item.size // max(item.shape[0], 1), 1)
                 n = min(n, max(PIECE // (row_bytes * item.chunks[0]), 1) * item.chunks[0])
-            return np.asarray(item[(slice(begin, begin + n), *rest)]), end
+            rows = np.asarray(item[(slice(begin, begin + n), *rest)])
+            return rows.astype(float, copy=False) if rows.dtype.kind == "f" else rows, end
 
         pieces = []
         begin = start

@@ -1,40 +1,35 @@
 ! SPDX-License-Identifier: MIT
-!> The adapter to the HDF5 library: datasets and tables, and what rockdda_io_hdf5_file (files, groups) and
-!> rockdda_io_hdf5_attributes make. Of the other modules only rockdda_io_hdf5_extras and rockdda_io_hdf5_driver use
-!> the library, for what its Fortran interface lacks.
+!> The adapter to the HDF5 library: datasets, and what rockdda_io_hdf5_file (files, groups), rockdda_io_hdf5_attributes
+!> and rockdda_io_hdf5_tables (tables that grow) make. Of the other modules only rockdda_io_hdf5_extras and
+!> rockdda_io_hdf5_driver use the library, for what its Fortran interface lacks.
 !>
 !> Files have the library's default (oldest) format, which stays readable after a kill once it was flushed.
 !> Arrays travel as flat lists with their shape in Fortran order; readers that count in C order (h5py) see the
-!> shape reversed: (2, nv) here is nv x 2 there. Reals are 64-bit, integers 32-bit, both little endian; text is
-!> UTF-8 of variable length. HDF5's own messages are switched off; the reason goes into the error.
+!> shape reversed: (2, nv) here is nv x 2 there. Reals are 64-bit (some tables of frames on request 32-bit), integers
+!> 32-bit, all little endian; text is UTF-8 of variable length. HDF5's own messages are switched off; the reason goes
+!> into the error.
 module rockdda_io_hdf5_adapter
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char
    use hdf5, only : hid_t, hsize_t, size_t, h5dget_type_f, h5tget_size_f, &
-      H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5S_SCALAR_F, H5S_SELECT_SET_F, &
-      H5S_UNLIMITED_F, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STD_I32LE, h5dclose_f, &
-      h5dcreate_f, h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
-      h5pset_buffer_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, h5screate_f, &
-      h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, &
-      h5tclose_f
+      H5P_DATASET_XFER_F, H5S_SCALAR_F, H5S_SELECT_SET_F, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, &
+      H5T_STD_I32LE, h5dclose_f, h5dcreate_f, h5dopen_f, h5dread_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
+      h5pset_buffer_f, h5sclose_f, h5screate_f, h5screate_simple_f, h5sselect_hyperslab_f, h5tclose_f
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
-   use rockdda_io_hdf5_extras, only : write_chunk
    use rockdda_io_hdf5_structure, only : kind_of_values, value_kind
-   use rockdda_io_hdf5_attributes, only : hdf5_attributes_type
+   use rockdda_io_hdf5_tables, only : hdf5_tables_type
    use rockdda_io_hdf5_file, only : hdf5_version, new_space, new_text_type, new_fixed_text_type, take_text
    implicit none
    private
    public :: hdf5_file_type, hdf5_version
 
-   !> Compression level: most of the gain for the least time.
-   integer, parameter :: gzip_level = 1
    !> Size of the conversion buffer for a text [bytes]; the default of the library is 1 MiB, cleared each time.
    integer(hsize_t), parameter :: text_buffer = 4096
 
    !> Letters of a list of texts at most.
    integer(i8), parameter :: most_texts = 1000000_i8
 
-   type, extends(hdf5_attributes_type) :: hdf5_file_type
+   type, extends(hdf5_tables_type) :: hdf5_file_type
    contains
       procedure :: get_shape
       procedure :: has_type
@@ -42,14 +37,10 @@ module rockdda_io_hdf5_adapter
       procedure :: write_texts
       procedure :: read_texts
       generic :: read => read_reals, read_integers, read_text
-      procedure :: create_table
-      procedure :: resize
       generic :: write_rows => write_real_rows, write_integer_rows
-      generic :: write_plain_chunk => write_plain_reals, write_plain_integers
       procedure, private :: write_reals, write_integers, write_text, read_reals, read_integers, read_text
-      procedure, private :: write_real_rows, write_integer_rows, write_plain_reals, write_plain_integers
+      procedure, private :: write_real_rows, write_integer_rows
       procedure, private :: create_dataset
-      procedure, private :: open_rows
    end type hdf5_file_type
 
    !> Rows of an open dataset, selected in the file and in memory.
@@ -78,16 +69,20 @@ contains
    end subroutine get_shape
 
    !> Does a dataset hold reals, or integers, as this module writes them?
-   logical function has_type(self, name, reals)
+   logical function has_type(self, name, reals, single)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       logical, intent(in) :: reals                 !! else integers
+      logical, intent(in), optional :: single      !! reals of 32 bits, or of 64; default: either
       integer(hid_t) :: dataset
-      integer :: status
+      integer :: status, kind
       has_type = .false.
       call h5dopen_f(self%id, name, dataset, status)
       if (status /= 0) return
-      has_type = kind_of_values(int(dataset, i8)) == merge(value_kind%reals, value_kind%integers, reals)
+      kind = kind_of_values(int(dataset, i8))
+      has_type = kind == value_kind%integers
+      if (reals) has_type = kind == value_kind%reals .or. kind == value_kind%singles
+      if (reals .and. present(single)) has_type = kind == merge(value_kind%singles, value_kind%reals, single)
       call h5dclose_f(dataset, status)
    end function has_type
 
@@ -188,57 +183,6 @@ contains
       call h5sclose_f(space, ignored)
    end subroutine create_dataset
 
-   !> Create a table without rows that grows along its last dimension: chunked, shuffled, compressed.
-   subroutine create_table(self, name, row_shape, is_real, chunk_shape, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: row_shape(:)     !! shape of one row in Fortran order; size 0: one number
-      logical, intent(in) :: is_real          !! else integers
-      integer, intent(in) :: chunk_shape(:)   !! of size(row_shape) + 1 entries, all > 0
-      type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: space, creation, dataset
-      integer(hsize_t) :: dims(size(row_shape) + 1), largest(size(row_shape) + 1)
-      integer :: status, ignored, rank
-      rank = size(row_shape) + 1
-      dims(1:rank - 1) = row_shape
-      dims(rank) = 0
-      largest = dims
-      largest(rank) = H5S_UNLIMITED_F
-      ! a chunk has at least one entry each way, which must fit below the upper bound
-      where (dims == 0) largest = H5S_UNLIMITED_F
-      dataset = -1
-      call h5screate_simple_f(rank, dims, space, status, largest)
-      call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
-      call h5pset_chunk_f(creation, rank, int(chunk_shape, hsize_t), status)
-      ! compressed, reals take 15 % less room and a third of the time of a small run with many frames
-      if (status == 0 .and. .not. is_real) call h5pset_shuffle_f(creation, status)
-      if (status == 0 .and. .not. is_real) call h5pset_deflate_f(creation, gzip_level, status)
-      if (status == 0) call h5dcreate_f(self%id, name, merge(H5T_IEEE_F64LE, H5T_STD_I32LE, is_real), space, dataset, &
-                                        status, creation)
-      if (status /= 0) call self%fail('cannot create '//name, error)
-      call h5dclose_f(dataset, ignored)
-      call h5pclose_f(creation, ignored)
-      call h5sclose_f(space, ignored)
-   end subroutine create_table
-
-   !> Give a table this many rows: new ones are zero until they are written, surplus ones are dropped.
-   subroutine resize(self, name, n_rows, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(in) :: n_rows
-      type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: dataset, space
-      integer(hsize_t), allocatable :: dims(:)
-      integer :: status
-      call self%open_rows(name, dataset, space, dims, error)
-      if (allocated(error)) return
-      dims(size(dims)) = n_rows
-      call h5dset_extent_f(dataset, dims, status)
-      if (status /= 0) call self%fail('cannot resize '//name, error)
-      call h5sclose_f(space, status)
-      call h5dclose_f(dataset, status)
-   end subroutine resize
-
    !> Write rows of reals of a table, after the first `skip`.
    subroutine write_real_rows(self, name, skip, n_rows, values, error)
       class(hdf5_file_type), intent(in) :: self
@@ -276,45 +220,6 @@ contains
       if (status /= 0) call self%fail('cannot write '//name, error)
       call close_rows(rows)
    end subroutine write_integer_rows
-
-   !> Write a whole chunk of reals, neither shuffled nor compressed, so that its address does not change when it is
-   !> written again. Readers see no difference.
-   subroutine write_plain_reals(self, name, skip, values, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(in) :: skip                     !! rows before the chunk
-      real(wp), intent(in), target :: values(:)           !! all entries of the chunk
-      type(error_type), allocatable, intent(out) :: error
-      call write_plain(self, name, skip, c_loc(values), 8_i8*size(values, kind=i8), error)
-   end subroutine write_plain_reals
-
-   !> Write a whole chunk of integers, as write_plain_reals does.
-   subroutine write_plain_integers(self, name, skip, values, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(in) :: skip
-      integer, intent(in), target :: values(:)
-      type(error_type), allocatable, intent(out) :: error
-      call write_plain(self, name, skip, c_loc(values), 4_i8*size(values, kind=i8), error)
-   end subroutine write_plain_integers
-
-   !> Write the bytes of a chunk.
-   subroutine write_plain(self, name, skip, values, n_bytes, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(in) :: skip, n_bytes
-      type(c_ptr), intent(in) :: values
-      type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: dataset, space
-      integer(hsize_t), allocatable :: dims(:)
-      integer :: status, ignored
-      call self%open_rows(name, dataset, space, dims, error)
-      if (allocated(error)) return
-      status = write_chunk(int(dataset, i8), skip, size(dims), n_bytes, values)
-      if (status /= 0) call self%fail('cannot write '//name, error)
-      call h5sclose_f(space, ignored)
-      call h5dclose_f(dataset, ignored)
-   end subroutine write_plain
 
    !> Read a dataset of reals, or `count` rows of its last dimension after the first `skip`.
    subroutine read_reals(self, name, values, error, skip, count)
@@ -432,7 +337,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(i8), intent(in), optional :: skip, count
       integer(hsize_t), allocatable :: dims(:), start(:)
-      integer :: status, rank
+      integer :: status, rank, found
       call self%open_rows(name, rows%dataset, rows%space, dims, error)
       if (allocated(error)) return
       rank = size(dims)
@@ -443,33 +348,16 @@ contains
       if (status == 0) call h5sselect_hyperslab_f(rows%space, H5S_SELECT_SET_F, start, dims, status)
       if (status == 0) call h5screate_simple_f(rank, dims, rows%memory, status)
       rows%n = int(product(dims), i8)
+      found = kind_of_values(int(rows%dataset, i8))
+      if (found == value_kind%singles) found = value_kind%reals   ! converted
       if (status /= 0) then
          call self%fail('cannot select rows of '//name, error)
-      else if (kind_of_values(int(rows%dataset, i8)) /= kind) then
+      else if (found /= kind) then
          call self%fail('cannot read '//name//': it holds no '// &
                         trim(merge('integers', 'reals   ', kind == value_kind%integers)), error)
       end if
       if (allocated(error)) call close_rows(rows)
    end subroutine select_in_table
-
-   !> Open a dataset and its space and get its shape.
-   subroutine open_rows(self, name, dataset, space, dims, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: name
-      integer(hid_t), intent(out) :: dataset, space
-      integer(hsize_t), allocatable, intent(out) :: dims(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer(hsize_t), allocatable :: largest(:)
-      integer :: status, rank
-      space = -1
-      rank = 0
-      call h5dopen_f(self%id, name, dataset, status)
-      if (status == 0) call h5dget_space_f(dataset, space, status)
-      if (status == 0) call h5sget_simple_extent_ndims_f(space, rank, status)
-      allocate (dims(max(rank, 0)), largest(max(rank, 0)))
-      if (status == 0 .and. rank > 0) call h5sget_simple_extent_dims_f(space, dims, largest, status)
-      if (status < 0) call self%fail('cannot open '//name, error)
-   end subroutine open_rows
 
    !> Close what `select_in_table` opened.
    subroutine close_rows(rows)

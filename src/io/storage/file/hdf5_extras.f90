@@ -65,16 +65,20 @@ contains
    end subroutine disable_file_locking
 
    !> Write the bytes of a chunk with all filters left out; the file's byte order is that of this machine.
-   integer function write_chunk(dataset, skip, rank, n_bytes, values)
+   integer function write_chunk(dataset, skip, rank, n_bytes, values, first)
       integer(i8), intent(in) :: dataset
       integer(i8), intent(in) :: skip        !! rows (of the slowest dimension) before the chunk
       integer, intent(in) :: rank
       integer(i8), intent(in) :: n_bytes
       type(c_ptr), intent(in) :: values
+      integer(i8), intent(in) :: first       !! bytes of `values` before the chunk
       integer(c_int64_t) :: offset(rank)
+      character(kind=c_char, len=1), pointer :: bytes(:)
       offset = 0
       offset(1) = skip
-      write_chunk = int(c_write_chunk(dataset, 0_c_int64_t, all_filters, offset, int(n_bytes, c_size_t), values))
+      call c_f_pointer(values, bytes, [first + n_bytes])
+      write_chunk = int(c_write_chunk(dataset, 0_c_int64_t, all_filters, offset, int(n_bytes, c_size_t), &
+                                      c_loc(bytes(first + 1))))
    end function write_chunk
 
    !> The deepest message on HDF5's error stack: that of the system if present, otherwise that of the library.

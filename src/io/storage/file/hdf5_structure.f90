@@ -16,6 +16,7 @@ module rockdda_io_hdf5_structure
       integer :: reals = 2        !! of 64 bits
       integer :: text = 3         !! one text of variable length
       integer :: texts = 4        !! of one length
+      integer :: singles = 5      !! reals of 32 bits
    end type value_kind_enum
    !> What `kind_of_values` returns.
    type(value_kind_enum), parameter :: value_kind = value_kind_enum()

@@ -248,7 +248,7 @@ int rockdda_structure_check(int64_t file, char *message, int room)
 }
 
 /* Kind of the values of a dataset: 1 integers of 32 bits, 2 reals of 64 bits, 3 one text, 4 texts of one
- * length, 0 anything else. */
+ * length, 5 reals of 32 bits, 0 anything else. */
 int rockdda_structure_kind(int64_t dataset)
 {
    hid_t type = H5Dget_type((hid_t)dataset), space = H5Dget_space((hid_t)dataset);
@@ -258,6 +258,7 @@ int rockdda_structure_kind(int64_t dataset)
       size_t size = H5Tget_size(type);
       if (class == H5T_INTEGER && size == 4 && H5Tget_sign(type) == H5T_SGN_2) kind = 1;
       if (class == H5T_FLOAT && size == 8) kind = 2;
+      if (class == H5T_FLOAT && size == 4) kind = 5;
       if (class == H5T_STRING && H5Tis_variable_str(type) > 0 && H5Sget_simple_extent_npoints(space) == 1) kind = 3;
       if (class == H5T_STRING && H5Tis_variable_str(type) == 0) kind = 4;
    }

@@ -28,6 +28,9 @@ module rockdda_io_results
    !> Rows in memory beyond this many bytes are written at once.
    integer(i8), parameter :: largest_buffer = 33554432_i8
 
+   !> Contacts of a block that are expected.
+   integer, parameter :: usual_contacts = 6
+
    !> Places in the list of tables.
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
@@ -83,7 +86,7 @@ contains
       self%failed = .false.
       call self%lock%create(path, force, error)
       if (allocated(error)) return
-      call self%add_tables(blocks, header%n_boundaries)
+      call self%add_tables(blocks, header)
       call self%file%create(part_path(path), error, in_commits=.true., name=path)
       if (.not. allocated(error)) call write_run(self%file, header, blocks, state, error)
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
@@ -104,12 +107,15 @@ contains
       call self%lock%discard()
    end subroutine create
 
-   !> Add names and row shapes of all growing tables.
-   subroutine add_tables(self, blocks, n_boundaries)
+   !> Add names and row shapes of all growing tables. Places and times have 64 bits with any precision: far from the
+   !> origin of coordinates 32 bits would round displacements away.
+   subroutine add_tables(self, blocks, header)
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
-      integer, intent(in) :: n_boundaries
+      type(results_header_type), intent(in) :: header
       integer :: nb, nv, nm, nf, n_bolts
+      integer(i8) :: n, nc
+      logical :: small
       integer, parameter :: single(0) = [integer ::]
       logical, parameter :: reals = .true., integers = .false.
       nb = blocks%n_blocks
@@ -117,6 +123,9 @@ contains
       nm = blocks%measured%n
       nf = blocks%fixed%n
       n_bolts = blocks%bolts%n
+      small = header%single
+      n = header%n_frames_expected
+      nc = usual_contacts*nb*n
       call self%series(s_step)%init('history/step', integers, single)
       call self%series(s_time)%init('history/time', reals, single)
       call self%series(s_dt)%init('history/dt', reals, single)
@@ -130,30 +139,30 @@ contains
       call self%series(s_measured_stress)%init('history/measured_stress', reals, [3, nm])
       call self%series(s_measured_rotation)%init('history/measured_rotation', reals, [nm])
       call self%series(s_fixed_force)%init('history/fixed_force', reals, [2, nf])
-      call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, n_boundaries])
+      call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, header%n_boundaries])
       call self%series(s_unbalanced)%init('history/unbalanced', reals, single)
       call self%series(s_stage)%init('history/stage', integers, single)
       call self%series(s_relaxation)%init('history/relaxation', reals, single)
-      call self%series(s_frame_step)%init('frames/step', integers, single)
-      call self%series(s_frame_time)%init('frames/time', reals, single)
-      call self%series(s_vertices)%init('frames/vertices', reals, [2, nv])
-      call self%series(s_centroid)%init('frames/centroid', reals, [2, nb])
-      call self%series(s_rotation)%init('frames/rotation', reals, [nb])
-      call self%series(s_stress)%init('frames/stress', reals, [3, nb])
-      call self%series(s_velocity)%init('frames/velocity', reals, [6, nb])
-      call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts])
-      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [n_bolts])
-      call self%series(s_active)%init('frames/active', integers, [nb])
-      call self%series(s_offset)%init('frames/contact_offset', integers, single)
-      call self%series(s_point)%init('frames/contact_point', reals, [2])
-      call self%series(s_force)%init('frames/contact_force', reals, [2])
-      call self%series(s_state)%init('frames/contact_state', integers, single)
-      call self%series(s_blocks)%init('frames/contact_blocks', integers, [2])
-      call self%series(s_opening)%init('frames/contact_opening', reals, single)
-      call self%series(s_slip)%init('frames/contact_slip', reals, single)
-      call self%series(s_length)%init('frames/contact_length', reals, single)
-      call self%series(s_normal_stress)%init('frames/contact_normal_stress', reals, single)
-      call self%series(s_shear_stress)%init('frames/contact_shear_stress', reals, single)
+      call self%series(s_frame_step)%init('frames/step', integers, single, n_expected=n)
+      call self%series(s_frame_time)%init('frames/time', reals, single, n_expected=n)
+      call self%series(s_vertices)%init('frames/vertices', reals, [2, nv], n_expected=n)
+      call self%series(s_centroid)%init('frames/centroid', reals, [2, nb], n_expected=n)
+      call self%series(s_rotation)%init('frames/rotation', reals, [nb], small, n)
+      call self%series(s_stress)%init('frames/stress', reals, [3, nb], small, n)
+      call self%series(s_velocity)%init('frames/velocity', reals, [6, nb], small, n)
+      call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts], n_expected=n)
+      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [n_bolts], small, n)
+      call self%series(s_active)%init('frames/active', integers, [nb], n_expected=n)
+      call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
+      call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
+      call self%series(s_force)%init('frames/contact_force', reals, [2], small, nc)
+      call self%series(s_state)%init('frames/contact_state', integers, single, n_expected=nc)
+      call self%series(s_blocks)%init('frames/contact_blocks', integers, [2], n_expected=nc)
+      call self%series(s_opening)%init('frames/contact_opening', reals, single, small, nc)
+      call self%series(s_slip)%init('frames/contact_slip', reals, single, small, nc)
+      call self%series(s_length)%init('frames/contact_length', reals, single, small, nc)
+      call self%series(s_normal_stress)%init('frames/contact_normal_stress', reals, single, small, nc)
+      call self%series(s_shear_stress)%init('frames/contact_shear_stress', reals, single, small, nc)
    end subroutine add_tables
 
    !> Append the row of an accepted step to the history.
@@ -375,7 +384,7 @@ contains
       end if
       call self%lock%reopen(path, error)
       if (allocated(error)) return
-      call self%add_tables(blocks, header%n_boundaries)
+      call self%add_tables(blocks, header)
       call check_undo(path, digest, error)
       if (.not. allocated(error)) call check_results(path, self%lock, digest, header, rows, lengths(rows), record, &
                                                      self%series, error)

@@ -21,6 +21,8 @@ module rockdda_io_results_header
       character(len=:), allocatable :: stage_names(:)    !! for a new file; not kept in checkpoints
       logical :: frames = .true.                         !! keep frames
       logical :: contacts = .true.                       !! keep the contacts of each frame
+      logical :: single = .false.                        !! reals of frames, but places, have 32 bits
+      integer :: n_frames_expected = 0                   !! of a new run; 0: not known
       real(wp) :: flush_interval = 2                     !! seconds between flushes
       integer :: n_boundaries = 0
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
