@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .namelist import parse_groups
 
-__all__ = ["JointStrength", "densities_and_weights", "joint_strengths", "material_rows"]
+__all__ = ["JointStrength", "block_material_names", "densities_and_weights", "joint_strengths", "material_rows"]
 
 Rows = list[list[float]]
 FloatArray = npt.NDArray[np.float64]
@@ -38,6 +38,15 @@ def material_rows(text: str) -> tuple[Rows, Rows]:
     except (ValueError, IndexError, OverflowError):
         pass
     return [], []
+
+
+def block_material_names(config: str) -> dict[int, str]:
+    """Names of block materials by number, of those that the options name."""
+    try:
+        groups = _as_list(parse_groups(config).get("block_material", []))
+    except (KeyError, ValueError):  # no text that the program has accepted
+        return {}
+    return {int(group["number"]): str(group["name"]) for group in groups if "number" in group and "name" in group}
 
 
 def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float]]:

@@ -113,6 +113,16 @@ def test_materials_have_a_legend(wall):
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["block material 1", "block material 2"]
 
 
+def test_materials_have_their_names(wall, tmp_path):
+    path = tmp_path / "named.h5"
+    path.write_bytes(wall.path.read_bytes())
+    with h5py.File(path, "a") as file:
+        del file["input/config"]
+        file["input/config"] = "&block_material number = 2, name = 'marl' /"
+    axes = rockdda.open(path).plot("material")
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["block material 1", "marl"]
+
+
 def test_displacements_can_be_enlarged(wall):
     axes = wall.plot(scale=10)
     drawn = artists(axes, PolyCollection)[0].get_paths()[19].vertices[2]

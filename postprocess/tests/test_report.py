@@ -128,9 +128,57 @@ def test_half_the_step_is_computed_where_it_is_asked_for(native, tmp_path):
     coarse = facts.checks(results, HalfStep("", displacement=0.06))[-1]
     assert coarse[3] == "not kept"
     assert facts.checks(results, HalfStep("the run at half the step failed", failed=True))[-1][3] == "not kept"
+    assert text.count("<figure") == text.count("<figure>") + 1  # the motion of the ground
+    assert "Acceleration of the ground in x as computed with" in text
     (tmp_path / "record.csv").unlink()
+    assert facts.motions(results) == []
     with pytest.raises(rockdda.InputError, match=r"record.csv, which the input names, lies neither beside"):
         run_half_step(results)
+
+
+def test_the_motion_is_that_of_the_run(native, tmp_path):
+    """With the factor and the column of the options."""
+    model = sliding(tmp_path, dt_max=0.004, only_model=True)
+    (tmp_path / "two.csv").write_text("t,north,up\n0,0,0\n0.1,5,1\n0.2,0,0\n")
+    model.add_group("quake", record=str(tmp_path / "two.csv"), column="up", scale=-2.0, direction="y")
+    model.add_group("run", steps=2)
+    results = model.run(output=tmp_path / "two.h5")
+    (first, _), (direction, motion) = facts.motions(results)
+    assert (first, direction) == ("x", "y")
+    assert motion.acceleration.tolist() == [0.0, -2.0, 0.0]
+    (tmp_path / "two.csv").write_text("t,north\n0,0\n")  # another one now
+    assert len(facts.motions(results)) == 1
+
+
+def test_the_largest_displacement_may_lie_before_the_end(tmp_path):
+    path = write_wall(tmp_path / "back.h5", 3, 2, frames=4)
+    assert "largest displacement of all frames" not in dict(facts.in_short(rockdda.open(path), Units()))
+    with h5py.File(path, "a") as file:
+        file["frames/centroid"][2, 0, 0] += 300.0
+    shown = dict(facts.in_short(rockdda.open(path), Units()))
+    most = shown["largest displacement of all frames"]
+    assert float(most.split()[0]) == pytest.approx(300.0, rel=1e-3)
+    assert f"(frame at time {rockdda.open(path).frames[2].time:.4g})" in most
+
+
+def test_joints_that_carry_next_to_nothing_are_not_ranked(dug, tmp_path):  # noqa: F811
+    """A corner that touches may use all of its strength, with any stress; and joints name their units."""
+    columns, rows = facts.joint_table(dug, Units.parse("SI"))
+    assert {"normal stress [Pa]", "slip [m]", "opening [m]"} < set(columns)
+    names = [row[0] for row in rows]
+    path = tmp_path / "touch.h5"
+    path.write_bytes(dug.path.read_bytes())
+    name = names[0]
+    pair = {int(number) - 1 for number in name.split(", ")}
+    with h5py.File(path, "a") as file:
+        contacts = dug.frames[-1].contacts
+        blocks = file["frames/contact_blocks"]
+        mine = np.array([set(row) == pair for row in contacts.blocks.tolist()])
+        start = len(blocks) - len(mine)
+        for k in np.flatnonzero(mine) + start:
+            file["frames/contact_force"][k] *= 1e-6
+            file["frames/contact_length"][k] *= 1e-6
+    assert name not in [row[0] for row in facts.joint_table(rockdda.open(path), Units())[1]]
 
 
 def test_half_the_step_is_refused_in_words(dug, tmp_path):  # noqa: F811
@@ -263,4 +311,6 @@ def test_a_failing_trial_has_a_part_of_its_own(program, tmp_path):
     found = read_search(results)
     assert str(found) in part
     assert part.count("<img") == 2  # the mechanism and the search
+    assert "the factors</td>" in text  # half the step: search again
+    assert "<td>before</td>" in text or not facts.stages_before(results)
     assert part.count("<td>stable</td>") + part.count("<td>fails</td>") == len(found.trials)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..frames import field_name
+from ..materials import block_material_names
 from ..text import plain_text
 from ..units import Units
 from .boundary_marks import add_boundaries
@@ -257,7 +258,9 @@ def _material_blocks(axes: Axes, results: Results, shown: FloatArray, legend: bo
     if legend:
         found = [int(m) for m in np.unique(material)]
         handles = [Patch(facecolor=MATERIALS[(m - 1) % len(MATERIALS)], edgecolor="#333333", lw=0.5) for m in found]
-        axes.legend(handles, [f"block material {m}" for m in found], loc="upper left", bbox_to_anchor=(1.01, 1))
+        names = block_material_names(str(results["input/config"]))
+        labels = [plain_text(names.get(m, "")) or f"block material {m}" for m in found]
+        axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
 
 
 def add_plain_blocks(axes: Axes, results: Results, shown: FloatArray) -> None:

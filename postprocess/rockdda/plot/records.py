@@ -35,7 +35,7 @@ def record(
     spectrum = response_spectrum(motion, periods, damping)
     with style():
         figure, axes = plt.subplots(
-            5, 1, figsize=(PAPER_WIDTH, 7.4), layout="constrained", height_ratios=[3, 3, 3, 2, 4]
+            5, 1, figsize=(PAPER_WIDTH, 8.2), layout="constrained", height_ratios=[3, 3, 3, 3, 4]
         )
         curves = (
             ("acceleration", motion.acceleration, "acceleration"),

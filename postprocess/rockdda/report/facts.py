@@ -3,23 +3,29 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import records
+from ..errors import InputError
 from ..groups import as_list
+from ..joints import joint_summary
 from ..materials import material_rows
 from ..namelist import parse_groups
 from ..units import Units
 
 if TYPE_CHECKING:
-    from ..results import Results
+    from ..records import Record
+    from ..results import Results, Stage
 
 __all__ = [
-    "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "material_tables", "number",
-    "search_table", "stage_table",
+    "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "joint_table",
+    "material_tables", "motions", "number", "path_of", "search_table", "stage_table", "stages_before",
 ]  # fmt: skip
 
 SEARCHES = {
@@ -36,6 +42,8 @@ JOINT_COLUMNS = {
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
 #: Options that name files beside the input.
 FILES = ("record", "pressure_file", "base_acceleration")
+LEAST_FORCE = 0.01  #: of the largest force of a joint: joints with less are not ranked
+RANKED = 10  # joints
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,25 @@ def files_of(groups: Mapping[str, list[dict[str, Any]]]) -> list[str]:
     return [str(name) for name in found]
 
 
+def path_of(named: str, beside: Path) -> Path | None:
+    """A file that the options name, beside the results or in the current folder; None where it is in neither."""
+    places = (folder / named for folder in (beside, Path.cwd()))
+    return next((place.resolve() for place in places if place.is_file()), None)
+
+
+def motions(results: Results) -> list[tuple[str, Record]]:
+    """Records of &quake as their files are now, with their directions; without those that cannot be read."""
+    found = []
+    for group in groups_of(results).get("quake", []):
+        path = path_of(str(group.get("record", "")), results.path.parent)
+        if path is None:
+            continue
+        options = {name: group[name] for name in ("format", "column", "scale") if name in group}
+        with contextlib.suppress(InputError):
+            found.append((str(group.get("direction", "x")), records.read(path, **options)))
+    return found
+
+
 def in_words(results: Results, units: Units) -> str:
     """The model in a few sentences."""
     groups = groups_of(results)
@@ -100,7 +127,7 @@ def in_words(results: Results, units: Units) -> str:
     if len(results.bolt_ends):
         acting.append(f"{len(results.bolt_ends)} bolt{'s' if len(results.bolt_ends) > 1 else ''}")
     if acting:
-        words.append(f"Besides the weight there are: {', '.join(acting)}.")
+        words.append(f"Besides the weight there act: {', '.join(acting)}.")
     if results.has_stages and len(results.stages) > 1:
         words.append(f"It is computed in {len(results.stages)} stages.")
     return " ".join(words)
@@ -177,11 +204,13 @@ def boundary_table(results: Results, units: Units) -> Table:
 def stage_table(results: Results, units: Units) -> Table:
     """Stages: what they do, their steps, and the state at their ends."""
     groups = groups_of(results).get("stage", [])
+    trial = bool(stages_before(results))
     rows = []
     for stage in results.stages:
         group = groups[stage.index] if stage.index < len(groups) else {}
         does = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name != "name")
-        row = [str(stage.index + 1), stage.name, does, str(stage.n_steps)]
+        steps = str(stage.n_steps) if stage.n_steps or not trial else "before"
+        row = [str(stage.index + 1), stage.name, does, steps]
         if stage.frames:
             now = results.at_stage(stage.index)
             moved = np.hypot(*now.displacement[now.active].T)
@@ -191,6 +220,32 @@ def stage_table(results: Results, units: Units) -> Table:
         rows.append([*row, "–" if np.isnan(stage.unbalanced) else f"{stage.unbalanced:.1e}"])
     moved_label = f"largest displacement [{units.of('length')}]"
     return ["", "stage", "what it does", "steps", "blocks there", moved_label, "unbalanced force"], rows
+
+
+def stages_before(results: Results) -> list[Stage]:
+    """Stages that a trial of a search follows, and whose steps are not in its results."""
+    return [stage for stage in results.stages if not stage.n_steps] if "search/factor" in results else []
+
+
+def joint_table(results: Results, units: Units) -> Table:
+    """The joints that use most of their strength at the end of the run, of those that carry more than next to nothing:
+    a corner that touches may use all of it."""
+    table = joint_summary(results.joints(-1))
+    force = np.hypot(table["force_x"], table["force_y"])
+    loaded = table[table["largest_mobilised"].notna() & (force >= LEAST_FORCE * force.max())]
+    ranked = loaded.sort_values("largest_mobilised", ascending=False).head(RANKED)
+    length, stress = units.of("length"), units.of("stress")
+    columns = [
+        "blocks", f"length [{length}]", f"normal stress [{stress}]", f"shear stress [{stress}]", f"slip [{length}]",
+        f"opening [{length}]", "mobilised",
+    ]  # fmt: skip
+    rows = []
+    for row in ranked.to_dict("records"):
+        values = [number(row[name]) for name in ("length", "normal_stress", "shear_stress", "slip")]
+        opening = number(row["largest_opening"]) if row["largest_opening"] > 0 else "closed"
+        blocks = f"{row['first'] + 1}, {row['second'] + 1}"
+        rows.append([blocks, *values, opening, f"{row['largest_mobilised']:.3f}"])
+    return columns, rows
 
 
 def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
@@ -208,8 +263,12 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
         unit = units.of("stress")
         facts.append(("largest compression in a block", f"{max(-principal[:, 1].min(), 0.0):.4g} {unit}"))
         facts.append(("largest tension in a block", f"{max(principal[:, 0].max(), 0.0):.4g} {unit}"))
-        speed = np.hypot(*now.velocity[there, :2].T).max()
-        facts.append(("largest speed", f"{speed:.4g} {units.of('speed')}"))
+        most, when = _largest_of_frames(results)
+        if most > 1.01 * moved[i]:
+            words = f"{most:.4g} {units.of('length')} (frame at time {when:.4g})"
+            facts.insert(1, ("largest displacement of all frames", words))
+        if speed := np.hypot(*now.velocity[there, :2].T).max():  # steps of statics begin at rest
+            facts.append(("largest speed", f"{speed:.4g} {units.of('speed')}"))
     gone = results.n_blocks - len(there)
     facts.append(("blocks", f"{len(there)} of {results.n_blocks} are there" if gone else f"{results.n_blocks}"))
     if results.has_joints:
@@ -226,6 +285,16 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
     for name, value in search_table(results):
         facts.append((name, value))
     return facts
+
+
+def _largest_of_frames(results: Results) -> tuple[float, float]:
+    """The largest displacement of a block in the frames of the last stage, and the time of that frame."""
+    frames = results.stages[-1].frames if results.has_stages else range(results.n_frames)
+    found = (0.0, 0.0)
+    for k in frames:
+        now = results.frames[k]
+        found = max(found, (float(np.hypot(*now.displacement[now.active].T).max(initial=0.0)), float(now.time)))
+    return found
 
 
 def search_table(results: Results) -> list[tuple[str, str]]:
@@ -277,6 +346,8 @@ def checks(results: Results, half: HalfStep | None = None) -> list[tuple[str, st
                 float(group.get("tolerance", UNBALANCED)), "of the mean force")  # fmt: skip
     repeated = int((np.asarray(results["history/attempts"]) > 1).sum())
     rows.append(("steps that had to be shortened", f"{repeated} of {results.n_steps}", "–", "–"))
+    if half is None and "search/factor" in results:
+        half = HalfStep("not checked: search again with half of dt_max, and compare the factors")
     rows += step_rows(half)
     return rows
 
@@ -285,7 +356,7 @@ def step_rows(half: HalfStep | None) -> list[tuple[str, str, str, str]]:
     """How far the ends of the runs at the step and at half the step differ."""
     what = "half the time step"
     if half is None:
-        return [(what, "not checked: the results may depend on it", "--check-step runs the model again", "–")]
+        return [(what, "was not checked: the results may depend on the step", "–", "–")]
     if half.displacement is None:
         return [(what, half.words, "–", "not kept" if half.failed else "–")]
     kept = "kept" if half.displacement <= STEP else "not kept"

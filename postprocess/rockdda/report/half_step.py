@@ -96,8 +96,7 @@ def _find_files(groups: dict[str, list[dict[str, Any]]], beside: Path) -> None:
             for name in facts.FILES:
                 if name in group:
                     named = str(group[name])
-                    places = [folder / named for folder in (beside, Path.cwd())]
-                    found = next((place.resolve() for place in places if place.is_file()), None)
+                    found = facts.path_of(named, beside)
                     if found is None:
                         raise InputError(f"{named}, which the input names, lies neither beside the results nor here")
                     group[name] = str(found)

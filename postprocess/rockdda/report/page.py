@@ -9,6 +9,7 @@ import html
 import io
 import os
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ from .. import plot
 from ..critical import read_search
 from ..errors import InputError
 from ..export.common import write_file
-from ..joints import joint_summary
 from ..text import readable
 from ..units import Units
 from . import facts
@@ -34,7 +34,7 @@ __all__ = ["report"]
 Progress = Callable[[int, int], None]
 MOST_STAGES = 6  # with a picture of their own
 MOST_ROWS = 20  # of a table
-LEAST_STRESS = 0.01  # of the largest mean stress of a joint: joints with less are not ranked
+SHEET_LINES = 45  # of an input text that is kept on one sheet
 MOST_LINES = 400  # of an input text that is printed
 STYLE = """
 :root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
@@ -50,11 +50,13 @@ td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-
 td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
 figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: #5a646e; font-size: .86rem; margin-top: .3rem; }
-pre { background: #f4f6f8; padding: .6rem .8rem; font: .76rem/1.35 ui-monospace, Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
+pre { background: #f4f6f8; padding: .6rem .8rem; font: .76rem/1.35 ui-monospace, Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; orphans: 6; widows: 6; }
+pre.short { break-inside: avoid; }
 @page { size: A4; margin: 16mm 16mm 18mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt sans-serif; color: #5a646e; } }
 @media print {
   :root { font-size: 10.5px; } body { max-width: none; margin: 0; padding: 0; }
   h2, h3, .lead, thead, thead tr { break-after: avoid; } figure, table, tr { break-inside: avoid; } figure img { max-height: 105mm; max-width: 165mm; }
+  figure.tall img { max-height: 165mm; }
   table.long { break-inside: auto; } table.long tr:first-child { break-after: avoid; }
   a { color: inherit; }
 }
@@ -108,7 +110,7 @@ def report(
 def _page(results: Results, units: Units, title: str, half: HalfStep | None, progress: Progress | None) -> str:
     ended = "complete" if results.complete else f"ended early: {results.exit_reason}"
     program = f"RockDDA {results.program_version}"
-    sub = f"Discontinuous deformation analysis with {program}, run of {results.created} (UTC), {ended}"
+    sub = f"Discontinuous deformation analysis with {program}, run of {_moment(results)}, {ended}"
     pictures = _pictures(results, units)
     drawn = {}
     for done, (name, (draw, caption)) in enumerate(pictures.items(), start=1):
@@ -125,7 +127,7 @@ def _page(results: Results, units: Units, title: str, half: HalfStep | None, pro
         *_model_part(results, units, drawn),
         *_stages_part(results, units, drawn),
         *_end_part(results, units, drawn),
-        *_search_part(results, drawn),
+        *_search_part(results, units, drawn),
         *_checks_part(checked, half, drawn),
         *_input_part(results),
     ]
@@ -157,7 +159,7 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
         return lambda: plot.plot(results, kind=kind, frame=frame, units=units, **options)
 
     found = {
-        "end": (of("blocks", field="displacement"), "Displacement at the end of the run; dashes: the start."),
+        "end": (of("blocks", field="displacement"), "Displacement at the end of the run; dashed: where blocks were."),
         "materials": (of("blocks", 0, field="material"), "The model at the start: block materials and supports."),
         "stress": (of("stress"), "Principal stresses at the end of the run."),
     }  # fmt: skip
@@ -179,6 +181,12 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
             if "search/factor" in results and (search := read_search(results)).search == "strength":
                 caption = f"{caption[:-1]} as given, which the trial divides by {search.high:.4g}."
             found["mobilised"] = (of("joints", field="mobilised"), caption)
+    for i, (direction, motion) in enumerate(facts.motions(results)):
+        caption = (
+            f"Acceleration of the ground in {direction} as computed with; from it the other curves. Time from the "
+        )
+        caption += "begin of the motion."
+        found[f"motion {i}"] = (partial(plot.record, motion, units=units), caption)
     if "model/water_edges" in results and len(results["model/water_edges"]):
         found["water"] = (of("water"), "Water tables, and the pressure on wetted edges.")
     if results["history/measured_displacement"].shape[1] and results.n_steps > 1:
@@ -229,13 +237,18 @@ def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[s
             _lead("Forces are those on the blocks at the end of the run."),
             _table(*facts.boundary_table(results, units)),
         ]
-    return parts  # fmt: skip
+    motion = [figure.replace("<figure>", '<figure class="tall">') for name, figure in drawn.items() if "motion" in name]
+    if motion:
+        parts += ["<h3>Motion of the ground</h3>", *motion]
+    return parts
 
 
 def _stages_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
     if not results.has_stages:
         return []
     parts = ["<h2>Stages</h2>", _table(*facts.stage_table(results, units))]
+    if facts.stages_before(results):
+        parts.append("<p>The trial begins where the stages before it have ended; the results hold its steps alone.</p>")
     parts += [figure for name, figure in drawn.items() if name.startswith("stage ")]
     return [*parts, drawn.get("reaction", "")]
 
@@ -243,23 +256,12 @@ def _stages_part(results: Results, units: Units, drawn: dict[str, str]) -> list[
 def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
     parts = ["<h2>State at the end</h2>", drawn.get("history", ""), drawn["stress"]]
     if "joints" in drawn:
-        table = joint_summary(results.joints(-1))
         parts += ["<h3>Joints</h3>", drawn["joints"], drawn["shear"], drawn.get("mobilised", "")]
-        stress = np.hypot(table["normal_stress"], table["shear_stress"])
-        # a joint that carries next to nothing may use all of its strength
-        loaded = table[table["largest_mobilised"].notna() & (stress >= LEAST_STRESS * stress.max())]
-        ranked = loaded.sort_values("largest_mobilised", ascending=False).head(10)
-        shown = ("length", "normal_stress", "shear_stress", "slip", "largest_opening", "largest_mobilised")
-        columns = ["blocks", "length", "normal stress", "shear stress", "slip", "opening", "mobilised"]
-        rows = [
-            [f"{row['first'] + 1}, {row['second'] + 1}",
-             *(facts.number(row[name]) if np.isfinite(row[name]) else "open" for name in shown)]
-            for row in ranked.to_dict("records")
-        ]  # fmt: skip
+        columns, rows = facts.joint_table(results, units)
         if rows:
             words = (
-                "The ten joints that use most of their strength (means over the length, largest opening; joints "
-                f"with at least {100 * LEAST_STRESS:g} % of the largest stress):"
+                "The joints that use most of their strength as given (means over the length, largest opening and "
+                f"largest use; joints with at least {100 * facts.LEAST_FORCE:g} % of the largest force):"
             )
             parts += [_lead(words), _table(columns, rows)]
     parts += [drawn.get("water", "")]
@@ -281,7 +283,7 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
     return parts
 
 
-def _search_part(results: Results, drawn: dict[str, str]) -> list[str]:
+def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
     """The search of a critical factor: how the model fails, and the trials."""
     if "mechanism" not in drawn:
         return []
@@ -291,7 +293,7 @@ def _search_part(results: Results, drawn: dict[str, str]) -> list[str]:
          facts.number(t.displacement)]
         for t in sorted(found.trials, key=lambda trial: trial.value)
     ]  # fmt: skip
-    columns = ["value", "", "steps", "unbalanced force", "displacement"]
+    columns = ["value", "verdict", "steps", "unbalanced force", f"displacement [{units.of('length')}]"]
     return ["<h2>Critical factor</h2>", _lead(str(found)), drawn["mechanism"], drawn["factor"],
             _table(columns, rows)]  # fmt: skip
 
@@ -301,12 +303,8 @@ def _checks_part(rows: list[tuple[str, str, str, str]], half: HalfStep | None, d
     body = body.replace("<td>not kept</td>", '<td class="bad">not kept</td>').replace(
         "<td>kept</td>", '<td class="good">kept</td>'
     )
-    words = (
-        "The model was not run again at another time step: whether the results depend on it was not checked."
-        if half is None
-        else f"Half the time step: {half.words}."
-    )
-    return ["<h2>Checks</h2>", body, f"<p>{_text(words)}</p>", drawn.get("energy", "")]
+    words = "" if half is None or half.displacement is None else f"<p>{_text(f'Half the time step: {half.words}.')}</p>"
+    return ["<h2>Checks</h2>", body, words, drawn.get("energy", "")]
 
 
 def _input_part(results: Results) -> list[str]:
@@ -321,23 +319,30 @@ def _input_part(results: Results) -> list[str]:
     rows = [
         ("program", f"RockDDA {results.program_version}"),
         ("results", results.path.name),
-        ("run", f"{results.created} (UTC)"),
+        ("run", _moment(results)),
     ]
     for name, text in texts.items():
         if text:
             digest = hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
             rows.append((names[name], f"{len(text.splitlines())} lines, SHA-256 {digest}"))
     parts.append(_table(["", ""], rows, "facts"))
+    code = f"rockdda.open({results.path.name!r})['input/geometry']"
+    parts.append(f"<p>The geometry is not printed; <code>{_text(code)}</code> in Python gives it.</p>")
     for name in ("config", "analysis"):
         lines = texts[name].splitlines()
         if lines:
             more = [f"… {len(lines) - MOST_LINES} more lines"] if len(lines) > MOST_LINES else []
+            kind = ' class="short"' if len(lines) <= SHEET_LINES else ""
             parts += [
                 f"<h3>{names[name].capitalize()}</h3>",
-                f"<pre>{_text(chr(10).join([*lines[:MOST_LINES], *more]))}</pre>",
+                f"<pre{kind}>{_text(chr(10).join([*lines[:MOST_LINES], *more]))}</pre>",
             ]
-    code = f"rockdda.open({results.path.name!r})['input/geometry']"
-    return [*parts, f"<p>The lines of the geometry: <code>{_text(code)}</code> in Python.</p>"]
+    return parts
+
+
+def _moment(results: Results) -> str:
+    """When the run began, to the minute."""
+    return f"{str(results.created)[:16].replace('T', ' ')} UTC"
 
 
 def _text(text: str) -> str:
