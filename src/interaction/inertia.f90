@@ -8,6 +8,12 @@
 !>
 !> and the inertia force is M a = 2/dt**2 M d - 2/dt M v0. Its work in a step is the change of the kinetic
 !> energy: d.M(v1 - v0)/dt = 1/2 v1.M v1 - 1/2 v0.M v0.
+!>
+!> A static step has no v0, and its inertia, a damper, may take the acceleration a0 of the last step into account
+!> (rockdda_stepping_control, carry):
+!>
+!>     M (a + c (a - a0)),   a = 2/dt**2 d.
+!>
 !> Not here: M itself (rockdda_interaction_kinematics), the share k01 of v1 that the next step starts with.
 module rockdda_interaction_inertia
    use rockdda_base_kinds, only : wp
@@ -42,7 +48,20 @@ contains
       f = f + (2/dt)*matmul(m, velocity)
    end subroutine add_inertia
 
-   !> The same in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load; and the
+   !> What a static step carries on: c 2/dt**2 M to the stiffness, c M a0 to the load.
+   pure subroutine add_carried_damping(m, context, i, k, f)
+      real(wp), intent(in) :: m(6, 6)        !! mass matrix
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: i               !! block
+      real(wp), intent(inout) :: k(6, 6)     !! diagonal block
+      real(wp), intent(inout) :: f(6)        !! load
+      associate (c => context%scheme%carried)
+         k = k + (c*(2/context%dt**2))*m
+         f = f + c*matmul(m, context%state%acceleration(:, i))
+      end associate
+   end subroutine add_carried_damping
+
+   !> Inertia in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load; and the
    !> loads that turn forces to where in the step they act.
    pure subroutine add_carried_inertia(m, context, i, k, f)
       real(wp), intent(in) :: m(6, 6)        !! mass matrix
@@ -104,6 +123,8 @@ contains
             call add_carried_inertia(m, context, i, equations%block_matrix(:, :, i), f)
          else
             call add_inertia(m, context%state%velocity(:, i), context%dt, equations%block_matrix(:, :, i), f)
+            if (context%scheme%carried > 0) call add_carried_damping(m, context, i, &
+                                                                     equations%block_matrix(:, :, i), f)
          end if
          equations%block_load(:, i) = equations%block_load(:, i) + f
          equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
@@ -111,8 +132,8 @@ contains
       !$omp end parallel do
    end subroutine add_to_blocks
 
-   !> Kinetic energy at the end of the step with the masses of its start; in a scheme of second order what the work of
-   !> all forces exceeds its change by is numerical dissipation.
+   !> Kinetic energy at the end of the step with the masses of its start; in a scheme of second order, and in a static
+   !> step that carries accelerations on, what the work of all forces exceeds its change by is numerical dissipation.
    subroutine add_energies(self, context, d, balance)
       class(inertia_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -132,13 +153,15 @@ contains
             else
                call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), context%dt), &
                                 balance%sums(1, p))
+               if (context%scheme%carried > 0) balance%sums(2, p) = balance%sums(2, p) + &
+                  work_of_carried(i, context, d(:, i))
             end if
          end do
       end do
       !$omp end parallel do
       balance%predicted(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
-      if (context%scheme%second_order) call balance%add(energy%dissipated, &
-                                                        sum(balance%sums(2, 1:n_pieces(context%blocks%n_blocks))))
+      if (context%scheme%second_order .or. context%scheme%carried > 0) call balance%add( &
+         energy%dissipated, sum(balance%sums(2, 1:n_pieces(context%blocks%n_blocks))))
    end subroutine add_energies
 
    !> Kinetic energy of the state.
@@ -182,6 +205,17 @@ contains
                 - (after - before) - dot_product(d, context%turning(:, i))
       end associate
    end subroutine add_carried
+
+   !> Work against what a static step carries on, c d.M (a - a0), for block i.
+   pure real(wp) function work_of_carried(i, context, d) result(work)
+      integer, intent(in) :: i
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: d(6)           !! motion of the step
+      associate (state => context%state)
+         work = context%scheme%carried*dot_product(mass_times(state%mass(i), state%area(i), state%moments(:, i), d), &
+                                                   (2/context%dt**2)*d - state%acceleration(:, i))
+      end associate
+   end function work_of_carried
 
    !> Kinetic energy of block i with a given velocity.
    pure subroutine add_kinetic(i, context, velocity, total)

@@ -94,13 +94,16 @@ contains
       end if
    end subroutine let_sleep
 
-   !> Move the blocks. Accelerations are known afterwards when the scheme carries them.
+   !> Move the blocks. Accelerations are known afterwards when the scheme carries them, and in static steps that search
+   !> equilibrium, of which the next one may carry them on.
    subroutine move(step)
       type(trial_step_type), intent(inout) :: step
       associate (elasticity => step%families%elasticity, d => step%equations%x)
          if (step%scheme%second_order) then
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state, step%scheme, step%jump)
          else
+            if (step%control%is_static_search(step%parameters)) step%state%acceleration = &
+               (2/step%dt**2)*(d - step%dt*step%state%velocity)
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state)
          end if
       end associate

@@ -43,15 +43,17 @@ module rockdda_stepping_control
    !> Where it took more than this share of the rounds allowed the next step is shorter by `slow_down`.
    real(wp), parameter :: many_rounds = 0.5_wp, slow_down = 0.5_wp
    !> Where blocks come to rest after slip depends on the way there. While friction has a share in the work of the
-   !> contacts, steps keep the length dt_max until the unbalanced force is below `nearly`, for at most `most_held`
-   !> steps; where the share is large they then grow slowly.
+   !> contacts, steps grow slowly to `held_length` times dt_max and keep this length until the unbalanced force is below
+   !> `nearly`, for at most `most_held` steps; where the share is large they then grow slowly.
    real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.009_wp, very_nearly = 0.001_wp, &
-                          slow_growth = 1.1_wp
+                          slow_growth = 1.1_wp, held_length = 1.5_wp
    integer, parameter :: most_held = 100
+   !> A static step longer than the last one by no more than this factor goes on like it.
+   real(wp), parameter :: much_longer = 1.14_wp
    !> In a static stage that searches equilibrium the forces of contacts may miss their laws by this share of the
    !> unbalanced force, between both limits. What they miss is made good in the next step; a miss of the size of the
    !> stage's tolerance would stay as it is in steps that move nothing any more.
-   real(wp), parameter :: small_miss = 0.1_wp, least_miss = 1.0e-6_wp, largest_miss = 1.0e-3_wp
+   real(wp), parameter :: small_miss = 0.1_wp, least_miss = 1.0e-6_wp, largest_miss = 3.0e-3_wp
    !> A stage that releases forces begins with a step this many times as long as dt_max, so that inertia does not delay
    !> its first shares.
    real(wp), parameter :: first_release = 30.0_wp
@@ -92,6 +94,8 @@ module rockdda_stepping_control
       procedure :: seeks_rest
       procedure :: residual_enough
       procedure :: force_slack
+      procedure :: is_like_last
+      procedure :: carry
       procedure :: begin_release
       procedure :: has_failed
       procedure :: judge_balance
@@ -170,6 +174,32 @@ contains
       if (self%is_static_search(parameters) .and. self%steps > 0) &
          force_slack = max(least_miss, min(small_miss*self%unbalanced, largest_miss))
    end function force_slack
+
+   !> Is a static step that searches equilibrium much like the last one, and no shorter?
+   pure logical function is_like_last(self, parameters, dt)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt             !! step [time]
+      is_like_last = self%is_static_search(parameters) .and. self%steps > 0 .and. .not. dt < self%last_dt .and. &
+                dt < much_longer*self%last_dt
+   end function is_like_last
+
+   !> Weight with which a static step takes the change of acceleration since the last step into account, so that blocks
+   !> that slip go the way of steps of dt_max in longer ones.
+   !>
+   !> With k01 = 0 the inertia of a step is a damper: M y' = F, of which a step is Euler's implicit one of length
+   !> s = dt**2/2. Its leading error, s/2 y'', vanishes with the difference of second order (weight w = s/(s + s0), s0
+   !> that of the last step). Of this weight the share 1 - dt_max**2/dt**2 is taken, which leaves the error of a step of
+   !> dt_max.
+   pure real(wp) function carry(self, parameters, dt) result(weight)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: dt             !! step [time]
+      weight = 0
+      if (.not. self%is_like_last(parameters, dt) .or. self%releases) return
+      if (self%slip_share > no_slip .and. dt > parameters%dt_max) &
+         weight = (1 - (parameters%dt_max/dt)**2)*dt**2/(dt**2 + self%last_dt**2)
+   end function carry
 
    !> Let a stage that releases forces begin with a long step.
    pure subroutine begin_release(self, parameters)
@@ -276,7 +306,9 @@ contains
       if (.not. self%releases) then
          if (self%slip_share > much_slip) wanted = dt*merge(slow_growth, growth, self%unbalanced > very_nearly)
          if (self%slip_share > no_slip .and. self%unbalanced > nearly .and. self%steps < most_held) &
-            wanted = min(max(parameters%dt_max, dt), growth*dt)
+            wanted = min(max(held_length*parameters%dt_max, dt), slow_growth*dt)
+         ! a step that was cut grows back as everywhere
+         wanted = max(wanted, min(parameters%dt_max, growth*dt))
       end if
       if (rounds > many_rounds*parameters%max_open_close) wanted = slow_down*dt
       wanted = max(parameters%dt_min, min(wanted, parameters%dt_max*parameters%max_growth))

@@ -66,6 +66,7 @@ module rockdda_stepping_newton
    type :: newton_type
       real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
       logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
+      logical :: is_like_last = .false.  !! a static step that goes on like the last one, of which x is the motion
       logical :: at_floor = .false.      !! there is no smaller step to fall back to
       type(line_search_type), private :: line
       real(wp), allocatable, private :: largest(:)   !! (nb) work
@@ -94,6 +95,11 @@ contains
       peer = families%contacts%settings%peer
       report%detail = ''
       if (self%may_predict .and. .not. peer) call self%predict_motion(context, families, equations, times)
+      if (self%is_like_last .and. .not. peer) then
+         call families%predict(equations)
+         call families%contacts%foresee()
+         call times%lap(phase%judge)
+      end if
       call families%contacts%friction%forget()
       n_changes = 1
       n_shortened = 0

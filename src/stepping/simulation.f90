@@ -115,6 +115,7 @@ contains
       ! after a resume too
       self%control%unbalanced = self%record%unbalanced
       self%control%idle = self%record%solver_iterations == 0
+      self%control%releases = self%families%held%is_releasing()
       call self%find_motion(report, error)
       self%interrupted = report%interrupted
       if (allocated(error) .or. report%interrupted) return

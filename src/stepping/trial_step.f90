@@ -189,6 +189,7 @@ contains
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
       self%scheme = self%control%scheme(self%parameters)
+      self%scheme%carried = self%control%carry(self%parameters, self%dt)
       if (self%scheme%second_order .and. .not. self%state%accelerates) then
          call self%find_acceleration(report, error)
          if (allocated(error) .or. report%outcome /= attempt%converged) return
@@ -201,6 +202,7 @@ contains
       self%newton%at_floor = at_floor
       self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
                                 abs(self%control%k01(self%parameters) - 1) <= 0
+      self%newton%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
       call self%newton%find_equilibrium(self%step_context_type, self%families, self%equations, self%solver, &
                                         self%times, report, error)
       if (allocated(error)) return

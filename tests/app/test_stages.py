@@ -109,6 +109,29 @@ class Equilibrium(StageTest):
         outcome = self.run_program("run", "pit.nml", "-o", "out.h5", "--force", "--quiet")
         self.assertEqual(outcome.code, 0, outcome.err)
 
+    def test_slip_ends_where_short_steps_bring_it(self):
+        # where blocks come to rest after slip depends on the way, which longer steps follow by carrying on
+        joints = "".join(f"&joint_material number = {n}, friction = {{0}} /\n" for n in (1, 2))
+        for friction in (33, 40):
+            moved = []
+            for growth in (1, 1000):
+                self.compute(
+                    joints.format(friction)
+                    + f"&contact formulation = 'length' /\n&time max_open_close = 40, max_growth = {growth} /\n"
+                    "&stage until = 'equilibrium' /\n&run save_every = 100000 /\n&output contacts = .false. /\n",
+                    model=SLOPE,
+                )
+                data = self.read()
+                moved.append(data["frames/vertices"][-1] - data["model/vertices"])
+                steps = len(data["history/step"])
+                if growth == 1:
+                    most = steps
+            self.assertLess(np.abs(moved[1] - moved[0]).max(), 1e-3 * np.abs(moved[0]).max(), friction)
+            self.assertLess(steps, most / 6)
+            # the work against what steps carry on is dissipated: the balance closes
+            energy = data["history/energy"][-1]
+            self.assertLess(abs(energy[-1]), 1e-7 * np.abs(energy).max())
+
     def test_joints_that_the_stress_in_the_ground_closes_by_much_stay(self):
         # at the base 5e5 Pa compress such joints by a quarter of a block: no overlap, they began with that stress
         lines = [[0, 0, 20, 0], [20, 0, 20, 20], [20, 20, 0, 20], [0, 20, 0, 0]]

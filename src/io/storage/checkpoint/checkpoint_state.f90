@@ -111,6 +111,7 @@ contains
       call archive%item('released', control%released)
       call archive%fixed('cuts', control%cuts)
       call archive%item('short_steps', control%short_steps)
+      call archive%item('slip_share', control%slip_share)
    end subroutine exchange_control
 
    !> Save or load what stages build: blocks of their regions.

@@ -100,6 +100,7 @@ contains
       call check%in_range([control%first_step], 0, state%step, 'first_step')
       call check%holds(control%first_time >= 0 .and. control%first_time <= huge(1.0_wp), 'first_time')
       call check%holds(control%balanced >= 0, 'balanced')
+      call check%holds(control%slip_share >= 0 .and. control%slip_share <= 1, 'slip_share')
       call check%in_range([control%steps], 0, state%step, 'steps')
       call check%is_there(allocated(control%released), 'released')
       if (check%passed()) call check%has_shape(size(control%released) == blocks%fixed%n, 'released')
