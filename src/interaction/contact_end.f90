@@ -116,7 +116,7 @@ contains
                if (level < 1) where_acts = x0 + level*(x1 - x0)
                dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
-            dissipated = dissipated + level*joint%normal_drag*(x1 - x0)*(x1 - x0)
+            dissipated = dissipated + level*joint%normal_drag*(x1 - joint%drag_gap)*(x1 - x0)
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + half*ks*(s1 - s0)**2
                dissipated = dissipated + level*joint%drag*(s1 - s0)*(s1 - s0)

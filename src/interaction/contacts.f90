@@ -253,7 +253,7 @@ contains
          call self%trial%find_ends(c, c, last)
          p = dt*[last(1)%normal_force, last(1)%shear_force]
          associate (joint => self%trial%joint(c))
-            p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%gap)
+            p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
             if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
          end associate
          l = self%first_link + c

@@ -87,6 +87,9 @@ contains
             end do
             joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(level(c)*context%dt)
             joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(level(c)*context%dt)
+            ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
+            joint(c)%drag_gap = table%gap(c)
+            if (table%state(c) == contact_state%open) joint(c)%drag_gap = min(table%gap(c), 0.0_wp)
          end associate
       end do
    end subroutine share_damping

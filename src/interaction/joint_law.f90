@@ -69,6 +69,7 @@ module rockdda_interaction_joint_law
       real(wp) :: k_n, k_s             !! stiffness of its springs, normal and shear [force/length]
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
+      real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
       real(wp) :: friction             !! friction force of the solve while sliding, >= 0
       integer :: state                 !! contact_state%...
       integer :: slip_sign             !! direction of the slip while sliding, +1/-1
@@ -130,7 +131,7 @@ contains
       end if
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
-      response%normal = response%spring - joint%normal_drag*(gap - joint%gap)
+      response%normal = response%spring - joint%normal_drag*(gap - joint%drag_gap)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -195,7 +196,7 @@ contains
       force = 0
       if (joint%state == contact_state%open) return
       stiffness(1) = joint%k_n + joint%normal_drag
-      force(1) = -joint%k_n*joint%gap
+      force(1) = -joint%k_n*joint%gap - joint%normal_drag*(joint%gap - joint%drag_gap)
       if (joint%state == contact_state%locked) then
          stiffness(2) = joint%k_s + joint%drag
          force(2) = -joint%k_s*joint%shear

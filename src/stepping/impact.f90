@@ -153,7 +153,7 @@ contains
       real(wp) :: impulse(2)
       type(joint_end_type) :: last(1)
       call trial%find_ends(c, c, last)
-      impulse(1) = last(1)%normal_force - trial%joint(c)%normal_drag*(trial%gap(c) - trial%joint(c)%gap)
+      impulse(1) = last(1)%normal_force - trial%joint(c)%normal_drag*(trial%gap(c) - trial%joint(c)%drag_gap)
       impulse(2) = last(1)%shear_force
       impulse = context%dt*impulse
    end function spring_impulse
