@@ -65,7 +65,7 @@ module rockdda_interaction_joint_law
       real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
       real(wp) :: length               !! contact length for cohesion and tension
       real(wp) :: more_length = 0      !! to add to it for cohesion, see rockdda_interaction_closed_part
-      real(wp) :: tension_share = 1    !! of the tensile strength at the tip of a crack, see rockdda_interaction_ligament
+      real(wp) :: tension_share = 1    !! of the tensile strength at a crack tip, see rockdda_interaction_ligament
       real(wp) :: k_n, k_s             !! stiffness of its springs, normal and shear [force/length]
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
