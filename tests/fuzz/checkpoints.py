@@ -66,12 +66,61 @@ def replace(file: h5py.File, name: str, values) -> None:
     file[name] = values
 
 
+def index_lines(file: h5py.File) -> list[str]:
+    """The small values: name, kind and shape of each."""
+    text = file["small/index"][()]
+    return text.decode().splitlines() if isinstance(text, bytes) else []
+
+
+def place(file: h5py.File, name: str) -> tuple[str, int, tuple[int, ...]]:
+    """Where a small value is: the dataset, the numbers or letters before it, and its shape; KeyError for another."""
+    before = {"real": 0, "integer": 0, "text": 0}
+    for line in index_lines(file):
+        found, kind, *numbers = line.split()
+        shape = tuple(int(n) for n in reversed(numbers))
+        if found == name:
+            return "small/" + {"real": "reals", "integer": "integers", "text": "texts"}[kind], before[kind], shape
+        before[kind] += int(np.prod(shape))
+    raise KeyError(name)
+
+
+def value(file: h5py.File, name: str):
+    """A value of a checkpoint, small or not."""
+    if name in file:
+        return file[name][()]
+    path, start, shape = place(file, name)
+    found = file[path][()][start : start + int(np.prod(shape))]
+    return found if isinstance(found, bytes) else found.reshape(shape)
+
+
+def remove_small(file: h5py.File, name: str) -> None:
+    """Take a value out of the small ones: its line, and its numbers or letters."""
+    path, start, shape = place(file, name)
+    kept = file[path][()]
+    head, tail = kept[:start], kept[start + int(np.prod(shape)) :]
+    replace(file, path, head + tail if isinstance(kept, bytes) else np.concatenate([head, tail]))
+    lines = [line for line in index_lines(file) if line.split()[0] != name]
+    replace(file, "small/index", "".join(line + "\n" for line in lines))
+
+
+def put(file: h5py.File, name: str, values) -> None:
+    """Give a value, small or not, as a dataset."""
+    if name in file:
+        del file[name]
+    else:
+        remove_small(file, name)
+    file[name] = values
+
+
 def extreme(random_: random.Random, dtype: np.dtype):
     return random_.choice(INTEGERS) if dtype.kind == "i" else random_.choice(REALS)
 
 
 def change_values(file: h5py.File, random_: random.Random, whole: bool) -> str:
     names = [name for name in datasets(file) if not is_text(file[name]) and file[name].size > 0]
+    if not whole:
+        # most values are among the small ones
+        names += ["small/reals", "small/integers"] * len(names)
     name = random_.choice(names)
     values = file[name][()]
     value = extreme(random_, values.dtype)
@@ -86,6 +135,44 @@ def change_text(file: h5py.File, random_: random.Random) -> str:
     text = random_.choice(TEXTS)
     replace(file, name, text)
     return f"{name} = {text[:20]!r}"
+
+
+def change_small(file: h5py.File, random_: random.Random) -> str:
+    """A small value that is missing, or one with another shape and values, as a dataset."""
+    name = random_.choice(index_lines(file)).split()[0]
+    if random_.random() < 0.3:
+        remove_small(file, name)
+        return f"without {name}"
+    values = random_.choice(
+        (3, 2.5, np.zeros(2), np.arange(3), np.ones((2, 2)), np.zeros(0), "x", np.zeros((1, 2, 3)), -1, np.nan)
+    )
+    put(file, name, values)
+    return f"{name} = {values!r}"
+
+
+def change_index(file: h5py.File, random_: random.Random) -> str:
+    """Names of small values exchanged, a line that is missing, twice there, or says something else."""
+    lines = index_lines(file)
+    k, other = random_.randrange(len(lines)), random_.randrange(len(lines))
+    name, kind, *shape = lines[k].split()
+    kind_of_change = random_.choice(("names", "missing", "twice", "kind", "shape", "junk", "order"))
+    if kind_of_change == "names":
+        found, *rest = lines[other].split()
+        lines[k], lines[other] = " ".join([found, kind, *shape]), " ".join([name, *rest])
+    elif kind_of_change == "missing":
+        del lines[k]
+    elif kind_of_change == "twice":
+        lines.insert(other, lines[k])
+    elif kind_of_change == "kind":
+        lines[k] = " ".join([name, random_.choice(("real", "integer", "text", "none")), *shape])
+    elif kind_of_change == "shape":
+        lines[k] = " ".join([name, kind, *map(str, random_.choices(INTEGERS, k=random_.randrange(4)))])
+    elif kind_of_change == "junk":
+        lines[k] = random_.choice(TEXTS)
+    else:
+        lines[k], lines[other] = lines[other], lines[k]
+    replace(file, "small/index", "".join(line + "\n" for line in lines))
+    return f"index: {kind_of_change} {k}"
 
 
 def drop(file: h5py.File, random_: random.Random) -> str:
@@ -176,6 +263,8 @@ CHANGES = (
     *[reshape] * 3,
     *[retype] * 2,
     *[drop] * 2,
+    *[change_small] * 3,
+    *[change_index] * 2,
     change_text,
     change_attribute,
     exchange,
@@ -206,7 +295,7 @@ class Fuzzer:
             for _ in range(random_.choice((1, 1, 1, 2, 3))):
                 try:
                     done.append(random_.choice(CHANGES)(file, random_))
-                except (KeyError, ValueError, TypeError, OSError, RuntimeError, IndexError):
+                except (KeyError, ValueError, TypeError, OSError, OverflowError, RuntimeError, IndexError):
                     continue  # nothing to change in what an earlier change has left
         sign(path)
         return f"{model}: {'; '.join(done)}"

@@ -6,21 +6,32 @@
 !>     call archive%item('vertices', state%vertices)   ! allocated when read; missing: not allocated
 !>
 !> so that writer and reader cannot differ. Reals are restored bit by bit. After the first failure, kept in `error`, all
-!> calls return at once.
+!> calls return at once. Small values are kept together (rockdda_io_small_values), larger ones are a dataset each.
 module rockdda_io_archive
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_state_archive, only : state_archive_type
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_small_values, only : small_values_type, small_entry_type, small_kind
    implicit none
    private
    public :: archive_type
+
+   !> Values, or letters, beyond which a value is a dataset of its own.
+   integer, parameter :: most_values = 128, most_letters = 200
+   !> Group of the small values.
+   character(len=*), parameter :: small_group = 'small'
 
    type, extends(state_archive_type) :: archive_type
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: error           !! the first failure
       character(len=:), allocatable, private :: prefix !! 'state/'
+      logical, private :: has_group = .false.          !! the present section is a group of the file
+      type(small_values_type), private :: small
    contains
+      procedure :: start
+      procedure :: put_small_values
+      procedure :: get_small_values
       procedure :: section
       procedure :: has_item
       procedure :: length
@@ -31,18 +42,135 @@ module rockdda_io_archive
       procedure :: integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
       procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
       procedure, private :: integer_part, real_part, logical_part
-      procedure, private :: is_there, has_rows, wrong_size
+      procedure, private :: put_reals, put_integers, get_reals, get_integers, need_group
+      procedure, private :: is_there, get_shape, has_rows, wrong_size
    end type archive_type
 
 contains
+
+   !> Begin without values and without a failure.
+   subroutine start(self, saving)
+      class(archive_type), intent(inout) :: self
+      logical, intent(in) :: saving
+      self%saving = saving
+      if (allocated(self%error)) deallocate (self%error)
+      call self%small%start()
+   end subroutine start
+
+   !> Write the small values, after all others.
+   subroutine put_small_values(self)
+      class(archive_type), intent(inout) :: self
+      if (.not. allocated(self%error)) call self%file%create_group(small_group, self%error)
+      associate (small => self%small)
+         if (.not. allocated(self%error)) &
+            call self%file%write(small_group//'/index', small%index(:small%n_index), self%error)
+         if (.not. allocated(self%error)) call self%file%write(small_group//'/reals', [small%n_reals], &
+                                                               small%reals(:small%n_reals), self%error)
+         if (.not. allocated(self%error)) call self%file%write(small_group//'/integers', [small%n_integers], &
+                                                               small%integers(:small%n_integers), self%error)
+         if (.not. allocated(self%error)) &
+            call self%file%write(small_group//'/texts', small%texts(:small%n_letters), self%error)
+      end associate
+   end subroutine put_small_values
+
+   !> Read the small values, before all others.
+   subroutine get_small_values(self)
+      class(archive_type), intent(inout) :: self
+      if (allocated(self%error)) return
+      associate (small => self%small)
+         call self%file%read(small_group//'/index', small%index, self%error)
+         if (.not. allocated(self%error)) call self%file%read(small_group//'/reals', small%reals, self%error)
+         if (.not. allocated(self%error)) call self%file%read(small_group//'/integers', small%integers, self%error)
+         if (.not. allocated(self%error)) call self%file%read(small_group//'/texts', small%texts, self%error)
+         if (allocated(self%error)) return
+         small%n_index = len(small%index)
+         small%n_reals = size(small%reals)
+         small%n_integers = size(small%integers)
+         small%n_letters = len(small%texts)
+      end associate
+      self%prefix = small_group//'/'
+      if (.not. self%small%take_index()) call self%refuse('index', 'does not describe the small values')
+   end subroutine get_small_values
 
    !> Begin a section: the group of the items that follow.
    subroutine section(self, name)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       self%prefix = name//'/'
-      if (self%saving .and. .not. allocated(self%error)) call self%file%create_group(name, self%error)
+      self%has_group = .false.
    end subroutine section
+
+   !> Make the group of the present section, before its first dataset is written.
+   subroutine need_group(self)
+      class(archive_type), intent(inout) :: self
+      if (self%has_group .or. allocated(self%error)) return
+      call self%file%create_group(self%prefix(:len(self%prefix) - 1), self%error)
+      self%has_group = .true.
+   end subroutine need_group
+
+   !> Write reals.
+   subroutine put_reals(self, name, shape, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: shape(:)
+      real(wp), intent(in) :: values(:)      !! (product(shape))
+      if (allocated(self%error)) return
+      if (size(values) <= most_values) then
+         call self%small%add_reals(self%prefix//name, shape, values)
+         return
+      end if
+      call self%need_group()
+      if (.not. allocated(self%error)) call self%file%write(self%prefix//name, shape, values, self%error)
+   end subroutine put_reals
+
+   !> Write integers.
+   subroutine put_integers(self, name, shape, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: shape(:)
+      integer, intent(in) :: values(:)       !! (product(shape))
+      if (allocated(self%error)) return
+      if (size(values) <= most_values) then
+         call self%small%add_integers(self%prefix//name, shape, values)
+         return
+      end if
+      call self%need_group()
+      if (.not. allocated(self%error)) call self%file%write(self%prefix//name, shape, values, self%error)
+   end subroutine put_integers
+
+   !> Read reals.
+   subroutine get_reals(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(out) :: values(:)
+      type(small_entry_type) :: entry
+      if (allocated(self%error)) return
+      call self%small%find(self%prefix//name, entry)
+      if (entry%kind == small_kind%none) then
+         call self%file%read(self%prefix//name, values, self%error)
+      else if (entry%kind == small_kind%reals) then
+         values = self%small%reals(entry%before + 1:entry%before + entry%size)
+      else
+         call self%refuse(name, 'holds no reals')
+      end if
+   end subroutine get_reals
+
+   !> Read integers.
+   subroutine get_integers(self, name, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(out) :: values(:)
+      type(small_entry_type) :: entry
+      if (allocated(self%error)) return
+      call self%small%find(self%prefix//name, entry)
+      if (entry%kind == small_kind%none) then
+         call self%file%read(self%prefix//name, values, self%error)
+      else if (entry%kind == small_kind%integers) then
+         values = self%small%integers(entry%before + 1:entry%before + entry%size)
+      else
+         call self%refuse(name, 'holds no integers')
+      end if
+   end subroutine get_integers
 
    !> Save or load a whole number.
    subroutine integer_item(self, name, value)
@@ -82,15 +210,35 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(inout) :: text
+      type(small_entry_type) :: entry
       if (allocated(self%error)) return
       if (self%saving) then
-         if (allocated(text)) call self%file%write(self%prefix//name, text, self%error)
-      else if (self%is_there(name)) then
+         if (allocated(text)) call put_text(self, name, text)
+         return
+      end if
+      if (allocated(text)) deallocate (text)
+      call self%small%find(self%prefix//name, entry)
+      if (entry%kind == small_kind%text) then
+         text = self%small%texts(entry%before + 1:entry%before + entry%size)
+      else if (entry%kind /= small_kind%none) then
+         call self%refuse(name, 'holds no text')
+      else if (self%file%exists(self%prefix//name)) then
          call self%file%read(self%prefix//name, text, self%error)
-      else if (allocated(text)) then
-         deallocate (text)
       end if
    end subroutine text_item
+
+   !> Write a text. Those of the input files are datasets always, because their digests are attributes of them; a text
+   !> in HDF5 ends with a null.
+   subroutine put_text(self, name, text)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, text
+      if (len(text) <= most_letters .and. self%prefix /= 'input/' .and. index(text, achar(0)) == 0) then
+         call self%small%add_text(self%prefix//name, text)
+         return
+      end if
+      call self%need_group()
+      if (.not. allocated(self%error)) call self%file%write(self%prefix//name, text, self%error)
+   end subroutine put_text
 
    !> Save or load a list of integers whose size in the file must be that of `values`.
    subroutine fixed_integers(self, name, values)
@@ -100,10 +248,10 @@ contains
       integer, allocatable :: found(:)
       if (allocated(self%error)) return
       if (self%saving) then
-         call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         call self%put_integers(name, [size(values)], values)
          return
       end if
-      call self%file%read(self%prefix//name, found, self%error)
+      call self%get_integers(name, found)
       if (allocated(self%error)) return
       if (size(found) == size(values)) then
          values = found
@@ -120,10 +268,10 @@ contains
       real(wp), allocatable :: found(:)
       if (allocated(self%error)) return
       if (self%saving) then
-         call self%file%write(self%prefix//name, [size(values)], values, self%error)
+         call self%put_reals(name, [size(values)], values)
          return
       end if
-      call self%file%read(self%prefix//name, found, self%error)
+      call self%get_reals(name, found)
       if (allocated(self%error)) return
       if (size(found) == size(values)) then
          values = found
@@ -141,7 +289,7 @@ contains
          if (allocated(values)) call self%fixed(name, values)
       else if (.not. allocated(self%error)) then
          if (allocated(values)) deallocate (values)
-         if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
+         if (self%is_there(name)) call self%get_integers(name, values)
       end if
    end subroutine integers_item
 
@@ -154,7 +302,7 @@ contains
          if (allocated(values)) call self%fixed(name, values)
       else if (.not. allocated(self%error)) then
          if (allocated(values)) deallocate (values)
-         if (self%is_there(name)) call self%file%read(self%prefix//name, values, self%error)
+         if (self%is_there(name)) call self%get_reals(name, values)
       end if
    end subroutine reals_item
 
@@ -167,13 +315,12 @@ contains
       integer :: n(2)
       if (allocated(self%error)) return
       if (self%saving) then
-         if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
-                                                     reshape(values, [size(values)]), self%error)
+         if (allocated(values)) call self%put_integers(name, shape(values), reshape(values, [size(values)]))
          return
       end if
       if (allocated(values)) deallocate (values)
       if (.not. self%has_rows(name, n)) return
-      call self%file%read(self%prefix//name, list, self%error)
+      call self%get_integers(name, list)
       if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine integer_rows_item
 
@@ -186,13 +333,12 @@ contains
       integer :: n(2)
       if (allocated(self%error)) return
       if (self%saving) then
-         if (allocated(values)) call self%file%write(self%prefix//name, shape(values), &
-                                                     reshape(values, [size(values)]), self%error)
+         if (allocated(values)) call self%put_reals(name, shape(values), reshape(values, [size(values)]))
          return
       end if
       if (allocated(values)) deallocate (values)
       if (.not. self%has_rows(name, n)) return
-      call self%file%read(self%prefix//name, list, self%error)
+      call self%get_reals(name, list)
       if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine real_rows_item
 
@@ -245,10 +391,27 @@ contains
 
    !> Does the file contain this item?
    logical function is_there(self, name)
-      class(archive_type), intent(in) :: self
+      class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
-      is_there = self%file%exists(self%prefix//name)
+      type(small_entry_type) :: entry
+      call self%small%find(self%prefix//name, entry)
+      is_there = entry%kind /= small_kind%none
+      if (.not. is_there) is_there = self%file%exists(self%prefix//name)
    end function is_there
+
+   !> Shape of an item that is there, in Fortran order.
+   subroutine get_shape(self, name, shape)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), allocatable, intent(out) :: shape(:)
+      type(small_entry_type) :: entry
+      call self%small%find(self%prefix//name, entry)
+      if (entry%kind == small_kind%none) then
+         call self%file%get_shape(self%prefix//name, shape, self%error)
+      else
+         shape = int(entry%shape(:entry%rank), i8)
+      end if
+   end subroutine get_shape
 
    !> Does the file contain this table? Its shape; an error for what is no table.
    logical function has_rows(self, name, n)
@@ -259,7 +422,7 @@ contains
       n = 0
       has_rows = .false.
       if (.not. self%is_there(name)) return
-      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      call self%get_shape(name, shape_there)
       if (allocated(self%error)) return
       has_rows = size(shape_there) == 2
       if (has_rows) then
@@ -271,7 +434,7 @@ contains
 
    !> Does the present section contain this item? For loading.
    logical function has_item(self, name)
-      class(archive_type), intent(in) :: self
+      class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       has_item = .false.
       if (.not. allocated(self%error)) has_item = self%is_there(name)
@@ -284,7 +447,7 @@ contains
       integer(i8), allocatable :: shape_there(:)
       length = -1
       if (.not. self%has_item(name)) return
-      call self%file%get_shape(self%prefix//name, shape_there, self%error)
+      call self%get_shape(name, shape_there)
       if (allocated(self%error)) return
       if (size(shape_there) > 0) length = shape_there(size(shape_there))
    end function length

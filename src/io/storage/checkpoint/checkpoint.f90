@@ -23,7 +23,7 @@ module rockdda_io_checkpoint
    private
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
 
-   integer, parameter :: checkpoint_format_version = 11
+   integer, parameter :: checkpoint_format_version = 12
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '
@@ -120,8 +120,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: status
       self%path = checkpoint_path(results)
-      self%archive%saving = .true.
-      if (allocated(self%archive%error)) deallocate (self%archive%error)
+      call self%archive%start(saving=.true.)
       facts%results_ending = ending_of(results)
       status = c_begin(part_path(self%path)//c_null_char)
       if (status /= 0) then
@@ -147,6 +146,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: part, line
       part = part_path(self%path)
+      call self%archive%put_small_values()
       if (allocated(self%archive%error)) call move_alloc(self%archive%error, error)
       if (.not. allocated(error)) call self%archive%file%close(error)
       if (.not. allocated(error)) call digest_of_file(part, -1_i8, self%digest, error)
@@ -184,8 +184,7 @@ contains
       character(len=:), allocatable :: text
       integer :: number
       self%path = path
-      self%archive%saving = .false.
-      if (allocated(self%archive%error)) deallocate (self%archive%error)
+      call self%archive%start(saving=.false.)
       call check_seal(path, self%digest, error)
       if (allocated(error)) return
       associate (file => self%archive%file)
@@ -204,6 +203,7 @@ contains
                                                              error)
          if (.not. allocated(error)) call file%get_attribute('/', 'build', facts%build, error)
       end associate
+      if (.not. allocated(error)) call self%archive%get_small_values()
       if (.not. allocated(error)) call exchange_facts(self%archive, facts)
       if (.not. allocated(error) .and. allocated(self%archive%error)) call move_alloc(self%archive%error, error)
       if (allocated(error)) call self%archive%file%abandon()
