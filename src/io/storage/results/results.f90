@@ -30,6 +30,9 @@ module rockdda_io_results
 
    !> Contacts of a block that are expected.
    integer, parameter :: usual_contacts = 6
+   !> Frames beyond which chunks do not grow: a run of few blocks and many steps that ends early, for instance because
+   !> the disk is full, shall not have reserved much.
+   integer, parameter :: most_expected = 256
 
    !> Places in the list of tables.
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
@@ -124,7 +127,7 @@ contains
       nf = blocks%fixed%n
       n_bolts = blocks%bolts%n
       small = header%single
-      n = header%n_frames_expected
+      n = min(header%n_frames_expected, most_expected)
       nc = usual_contacts*nb*n
       call self%series(s_step)%init('history/step', integers, single)
       call self%series(s_time)%init('history/time', reals, single)
