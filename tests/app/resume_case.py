@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Tests that stop a run and go on with it."""
 
+import os
+import sys
 import unittest
+from pathlib import Path
 
 from support import ProgramTest, h5py
 
 if h5py is not None:
     from faults import MEMORY, differences
+
+    sys.path.insert(0, os.fspath(Path(__file__).parents[1] / "fuzz"))
+    import checkpoints
 
 BLOCK = ("run", "block.dc", "block.df")
 
@@ -22,6 +28,10 @@ class ResumeTest(ProgramTest):
 
     def assertSame(self, one, other):
         self.assertEqual(differences(self.path(one), self.path(other)), [])
+
+    def in_checkpoint(self, name, item):
+        with h5py.File(self.path(name)) as file:
+            return checkpoints.value(file, item)
 
     def refused(self, message, *arguments):
         before = {name: self.path(name).read_bytes() for name in self.files()}

@@ -49,8 +49,7 @@ class Sleep(ResumeTest):
                 options = ("--save-every", "50", "--quiet", "--force")
                 self.good("run", *model, "-o", "whole.h5", "--steps", "590", "--threads", "1", *options)
                 self.good("run", *model, "-o", "out.h5", "--steps", "550", "--threads", "4", *options)
-                with h5py.File(self.path("out.ckpt.h5")) as file:
-                    asleep = file["state/asleep"][()].astype(bool)
+                asleep = self.in_checkpoint("out.ckpt.h5", "state/asleep").astype(bool)
                 self.assertGreater(asleep.sum(), 5)
                 self.assertFalse(asleep[[SLIDER, 2 * COLUMNS, 4 * COLUMNS]].any())
                 self.good("resume", "out.ckpt.h5", "--steps", "10", "--threads", "2", "--quiet")
