@@ -42,7 +42,7 @@ ELSEWHERE = {
     "scripts/setup": "changes the machine; the pipeline begins with it",
     "scripts/build": "the pipeline runs it",
     "scripts/bench": "test_bench.py runs --quick and --compare; options are checked below",
-    "scripts/wheels": "long: test_install.py",
+    "scripts/wheels": "long: test_install.py, by .ci/long",
     "pip install": "long: test_install.py",
     "python3 -m venv": "long: test_install.py and, as docs/installation.md has it, scripts/try_wheel",
     "env/bin/": "long: scripts/try_wheel reads them from docs/installation.md",

@@ -2,6 +2,9 @@
 """The local viewer: its answers, and the page in a browser during a run."""
 
 import json
+import os
+import subprocess
+import sys
 import threading
 import time
 import urllib.error
@@ -14,6 +17,7 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
+from places import ROOT
 from rockdda.film.page import colour_range, usual_range
 from rockdda.film.server import serve, view
 from rockdda.film.viewer import Viewer, block_history
@@ -229,6 +233,15 @@ def test_a_picked_block_does_not_slow_the_film(tmp_path, browser):
         assert browser.errors == []
     finally:
         served.close()
+
+
+@pytest.mark.skipif("ROCKDDA_TEST_VIEWER" not in os.environ, reason="set ROCKDDA_TEST_VIEWER=1: a minute or two")
+def test_many_blocks_are_shown_quickly(browser):
+    """20,000 blocks, 200 frames: neither page nor server takes more processor time than 30 frames a second leave."""
+    done = subprocess.run(
+        [sys.executable, ROOT / "benchmarks/viewer.py", "--least", "30"], capture_output=True, text=True
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_limits_can_be_typed_and_labels_are_whole(tmp_path, browser):

@@ -2,11 +2,13 @@
 """`pip install .` in a fresh environment. It compiles everything once more: only on demand, as the pipeline does."""
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
 import venv
 import zipfile
+from pathlib import Path
 
 import pytest
 from places import INPUTS, ROOT
@@ -53,21 +55,42 @@ def test_pip_installs_package_and_program(tmp_path):
     assert sys.version_info[:2] == tuple(int(n) for n in packages.parent.name.removeprefix("python").split("."))
 
 
+def pythons_here() -> list[str]:
+    """That of the tests, and others from 3.11 on that are on the path and have headers; one for each version."""
+    found = {}
+    places = "import sys, sysconfig; print(sys.executable, sysconfig.get_path('include'), *sys.version_info[:2])"
+    for name in (sys.executable, *(f"python3.{minor}" for minor in range(11, 20))):
+        if (path := shutil.which(name)) is None:
+            continue
+        told = subprocess.run([path, "-c", places], capture_output=True, text=True)
+        if told.returncode == 0:  # pyenv has commands of versions that are not chosen
+            real, include, *version = told.stdout.split()
+            if Path(include, "Python.h").exists():
+                found.setdefault(tuple(version), real)
+    return list(found.values())
+
+
 @pytest.mark.skipif(
     "ROCKDDA_TEST_WHEELS" not in os.environ, reason="set ROCKDDA_TEST_WHEELS=1: it compiles and downloads"
 )
-def test_a_wheel_works_in_an_empty_environment(tmp_path):
+def test_wheels_work_in_empty_environments(tmp_path):
+    """One for each Python that is here, installed and tried by the commands of docs/installation.md."""
+    pythons = pythons_here()
+    options = [word for python in pythons for word in ("--python", python)]
     done = subprocess.run(
-        [ROOT / "scripts/wheels", "--python", sys.executable, "-o", tmp_path, "--test"], capture_output=True, text=True
-    )
+        [ROOT / "scripts/wheels", *options, "-o", tmp_path, "--test"], capture_output=True, text=True
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    (wheel,) = tmp_path.glob("*.whl")
-    assert "manylinux" in wheel.name
-    with zipfile.ZipFile(wheel) as packed:
-        names = packed.namelist()
-    libraries = [name for name in names if name.startswith("rockdda.libs/")]
-    assert any("libhdf5" in name for name in libraries)
-    listed = next(name for name in names if name.endswith("licenses/bundled/README.txt"))
-    with zipfile.ZipFile(wheel) as packed:
-        text = packed.read(listed).decode()
-    assert all(name.removeprefix("rockdda.libs/") in text for name in libraries)
+    assert done.stdout.count("first picture") == len(pythons), done.stdout
+    print(done.stdout)
+    wheels = sorted(tmp_path.glob("*.whl"))
+    assert len(wheels) == len(pythons)
+    for wheel in wheels:
+        assert "manylinux" in wheel.name
+        with zipfile.ZipFile(wheel) as packed:
+            names = packed.namelist()
+            listed = next(name for name in names if name.endswith("licenses/bundled/README.txt"))
+            text = packed.read(listed).decode()
+        libraries = [name for name in names if name.startswith("rockdda.libs/")]
+        assert any("libhdf5" in name for name in libraries)
+        assert all(name.removeprefix("rockdda.libs/") in text for name in libraries)
