@@ -49,37 +49,75 @@ module rockdda_contact_table
       real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
       real(wp), allocatable :: point(:, :)           !! (2, n) the vertex, or a point between the edges
       real(wp), allocatable :: share(:)              !! (n) of the gap between the point and block a, 0 to 1
+      integer, private :: n_begun = 0                !! rows that have been in use; those behind take no memory yet
    contains
       procedure :: resize
       procedure :: exchange
       procedure :: open_row
       procedure :: take_row
+      procedure, private :: clear_rows
    end type contact_table_type
 
 contains
 
-   !> Make room for n rows; contents are undefined when the arrays had to grow.
+   !> Make room for n rows; contents are undefined when the arrays had to grow. Room that is not used is not touched, so
+   !> that it takes no memory.
    pure subroutine resize(self, n)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: n
       integer :: m
       self%n = n
       if (allocated(self%vertex)) then
-         if (size(self%vertex) >= n) return
-         deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
+         if (size(self%vertex) < n) &
+            deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
                      self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
                      self%length, self%normal, self%point, self%total_slip, self%energy, &
                      self%k_n, self%k_s, self%offset, self%station, self%share, self%tied, self%distance)
       end if
-      m = n + n/4 + 16
-      allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
-                self%state(m), self%slip_sign(m), self%station(m), source=0)
-      allocate (self%bonded(m), self%tied(m), source=.false.)
-      allocate (self%shear(m), self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), source=0.0_wp)
-      allocate (self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), &
-                self%distance(m), source=0.0_wp)
-      allocate (self%normal(2, m), self%point(2, m), source=0.0_wp)
+      if (.not. allocated(self%vertex)) then
+         m = n + n/4 + 16
+         allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
+                   self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), self%tied(m), self%shear(m), &
+                   self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), self%total_slip(m), &
+                   self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), self%distance(m), &
+                   self%normal(2, m), self%point(2, m))
+         self%n_begun = 0
+      end if
+      if (n <= self%n_begun) return
+      call self%clear_rows(self%n_begun + 1, n)
+      self%n_begun = n
    end subroutine resize
+
+   !> Set rows to zero before their first use.
+   pure subroutine clear_rows(self, first, last)
+      class(contact_table_type), intent(inout) :: self
+      integer, intent(in) :: first, last
+      self%block_a(first:last) = 0
+      self%vertex(first:last) = 0
+      self%block_b(first:last) = 0
+      self%edge(first:last) = 0
+      self%station(first:last) = 0
+      self%partner(first:last) = 0
+      self%joint(first:last) = 0
+      self%state(first:last) = 0
+      self%slip_sign(first:last) = 0
+      self%bonded(first:last) = .false.
+      self%tied(first:last) = .false.
+      self%shear(first:last) = 0
+      self%normal_force(first:last) = 0
+      self%shear_force(first:last) = 0
+      self%total_slip(first:last) = 0
+      self%energy(first:last) = 0
+      self%offset(first:last) = 0
+      self%k_n(first:last) = 0
+      self%k_s(first:last) = 0
+      self%distance(first:last) = 0
+      self%gap(first:last) = 0
+      self%length(first:last) = 0
+      self%share(first:last) = 0
+      self%normal(:, first:last) = 0
+      self%point(:, first:last) = 0
+   end subroutine clear_rows
 
    !> A contact that carries nothing and remembers nothing; its bond stays as it is.
    pure subroutine open_row(self, c)
@@ -134,6 +172,9 @@ contains
       n = self%n
       self%n = other%n
       other%n = n
+      n = self%n_begun
+      self%n_begun = other%n_begun
+      other%n_begun = n
       call exchange_integers(self%block_a, other%block_a)
       call exchange_integers(self%vertex, other%vertex)
       call exchange_integers(self%block_b, other%block_b)

@@ -12,8 +12,7 @@
 !> threads, and no two threads write one number.
 !>
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
-!> their links in the same order: the numbers are those of a full assembly. So it is when the vectors of some blocks
-!> are new.
+!> their links in the same order: the numbers are those of a full assembly. So it is where vectors are new.
 module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
@@ -59,7 +58,7 @@ module rockdda_interaction_equations
       integer, allocatable :: block_of(:)            !! (rows) block of each row, ascending
       integer, allocatable :: row_of(:)              !! (nb) row of each block, 0: none
       ! the graph that slot, start and incident belong to, and the work of making them
-      integer, private :: n_pairs = -1
+      integer, private :: n_pairs = -1, n_begun = 0  !! n_begun: links in use so far; room behind takes no memory
       integer, allocatable, private :: graph(:, :), inner(:, :), inner_slot(:)
       type(pattern_work_type), private :: work
    contains
@@ -78,7 +77,7 @@ module rockdda_interaction_equations
 
 contains
 
-   !> Room for nb blocks and n links.
+   !> Room for nb blocks and n links. Room that is not used is not touched, so that it takes no memory.
    pure subroutine set_size(self, n_blocks, n_links)
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: n_blocks, n_links
@@ -88,22 +87,32 @@ contains
       if (.not. allocated(self%f)) then
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), &
-                   self%block_matrix(6, 6, n_blocks), source=0.0_wp)
+                   self%block_matrix(6, 6, n_blocks), self%block_off(n_blocks), self%block_force(n_blocks), source=0.0_wp)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
-         allocate (self%block_off(n_blocks), self%block_force(n_blocks), source=0.0_wp)
       end if
       if (allocated(self%slot)) then
-         if (size(self%slot) >= n_links) return
-         deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%stiffness, self%force, self%incident, &
-                     self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
+         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vector_a, self%vector_b, &
+            self%stiffness, self%force, self%incident, self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
       end if
-      m = n_links + n_links/4 + 16
-      allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
-                self%inner(2, m), self%inner_slot(m), source=0)
-      self%n_pairs = -1
-      allocate (self%vector_a(6, 2, m), self%vector_b(6, 2, m), self%stiffness(2, m), self%force(2, m), &
-                self%link_off(m), source=0.0_wp)
+      if (.not. allocated(self%slot)) then
+         m = n_links + n_links/4 + 16
+         allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
+                   self%inner(2, m), self%inner_slot(m), self%vector_a(6, 2, m), self%vector_b(6, 2, m), &
+                   self%stiffness(2, m), self%force(2, m), self%link_off(m))
+         self%n_pairs = -1
+         self%n_begun = 0
+      end if
+      if (n_links <= self%n_begun) return
+      m = self%n_begun + 1
+      self%pair(:, m:n_links) = 0
+      self%graph(:, m:n_links) = 0
+      self%changed(m:n_links) = 0
+      self%vector_a(:, :, m:n_links) = 0
+      self%vector_b(:, :, m:n_links) = 0
+      self%stiffness(:, m:n_links) = 0
+      self%force(:, m:n_links) = 0
+      self%n_begun = n_links
    end subroutine set_size
 
    !> Give rows of the matrix to all blocks but those asleep, which keep their places.

@@ -488,7 +488,7 @@ contains
          deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, self%changes, self%state_used, &
                      self%sign_used, self%friction_used, self%opened, self%level, self%factor)
       end if
-      m = n + n/4 + 16
+      m = n + n/16 + 16
       allocate (self%joint(m))
       allocate (self%changes(m), self%state_used(m), self%sign_used(m), source=0)
       allocate (self%opened(m), source=.false.)
