@@ -20,7 +20,8 @@ MODEL = """&model geometry = 'dig.dc' /
 &boundary along = 0, 0, 0, 4, kind = 'roller' /
 &water name = 'spring', table = 0, 3, unit_weight = 9810 /
 &stage name = 'rest', kind = 'static', until = 'equilibrium', water = 'none' /
-&stage name = 'dig', kind = 'static', until = 'equilibrium', excavate = 'bench', water = 'spring' /
+&stage name = 'dig', kind = 'static', until = 'equilibrium', excavate = 'bench', water = 'spring',
+   reset_displacement = .true. /
 """
 
 
@@ -55,6 +56,7 @@ def test_the_data_hold_all_parts_of_the_model(model):
         ("dig", ["bench"], "spring"),
     ]
     assert [stage["line"] for stage in page["stages"]] == [9, 10]
+    assert page["stages"][1]["words"].endswith("water = spring, reset_displacement = .true.")
     assert (len(page["lines"]), len(page["bolts"]), page["measured"]) == (6, 1, [[1, 3]])
 
 

@@ -243,6 +243,12 @@ def test_old_files_and_bolts(tmp_path, capsys):
     assert Tags(text).open == []
 
 
+def test_numbers_in_words():
+    assert [facts.number(value) for value in (-0.0, np.float64(-0.0), 1.23456, 3, float("nan"), True, [1, 2.5])] == [
+        "0", "0", "1.235", "3", "–", "yes", "1, 2.5",
+    ]  # fmt: skip
+
+
 def test_endings(tmp_path):
     results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
     with pytest.raises(rockdda.InputError, match=r"a report ends in .html or .pdf, not in '.docx'"):

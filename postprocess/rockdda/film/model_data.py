@@ -246,6 +246,9 @@ def _stages(found: ModelData) -> list[dict[str, Any]]:
 
 
 def _word(value: Any) -> str:
+    """A value as the file has it."""
+    if isinstance(value, bool):
+        return f".{str(value).lower()}."
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 

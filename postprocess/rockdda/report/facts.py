@@ -61,7 +61,7 @@ def number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float | np.number):
-        return f"{value:.4g}" if np.isfinite(value) else "–"
+        return f"{value + 0:.4g}" if np.isfinite(value) else "–"  # no minus before 0
     return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)
 
 
