@@ -40,6 +40,25 @@ class Plausibility(ProgramTest):
         self.assertEqual(self.warnings(PEER_ANALYSIS.replace("30 0 0", "0 0 0")), [])
         self.assertEqual(self.warnings(PEER_ANALYSIS.replace("30 0 0", "2 0 0")), [])
 
+    def test_joints_that_the_stress_closes_by_much(self):
+        options = (
+            "&contact stiffness = 1e9 /\n&in_situ stress = -1e4, -3e4, 0 /\n&run steps = 1 /\n"
+            "&joint_material number = 1, normal_stiffness = {}{} /\n"
+        )
+        # the blocks are 1 thick
+        self.check(
+            "joints of material 1 close by 0.3 under the initial stress of block 1 at (2, 0.5), 30 % of its thickness "
+            "(2 blocks by more than 20 %)",
+            options=options.format("1e5", ""),
+            file="x.nml:4:1",
+        )
+        self.assertEqual(self.warnings(options=options.format("2e5", "")), [])
+        # without a stiffness of its own, with contacts at vertices, and as intact rock there is no closure
+        self.assertEqual(self.warnings(options=options.replace(", normal_stiffness = {}{}", "")), [])
+        at_vertices = options.format("1e5", "").replace("stiffness", "formulation = 'vertex', stiffness", 1)
+        self.check("normal_stiffness has no effect", options=at_vertices, file="x.nml:4:1")
+        self.assertEqual(self.warnings(options=options.format("1e5", ", tie = .true., brittle = .false.")), [])
+
     def test_material_that_no_edge_has(self):
         text = PEER_ANALYSIS.replace("1 20 1 1", "1 20 1 2") + "0.52 0 0\n"
         self.assertEqual(self.warnings(text), [])

@@ -6,10 +6,12 @@
 !> in docs/file-formats.md.
 module rockdda_io_plausibility
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_analysis_input, only : time_table_type
+   use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
    implicit none
@@ -26,6 +28,8 @@ module rockdda_io_plausibility
    real(wp), parameter :: largest_strain = 0.01_wp
    !> Largest plausible penetration at the bottom under the weight of the whole height, over the block size.
    real(wp), parameter :: largest_penetration = 0.01_wp
+   !> Joints may close under the initial stress by this share of the thickness of a block beside them.
+   real(wp), parameter :: largest_closure = 0.2_wp
    !> Contact springs may be softer than the rock by this factor without a warning.
    real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
 
@@ -43,6 +47,7 @@ module rockdda_io_plausibility
       procedure :: check_gravity
       procedure :: check_modulus
       procedure :: check_stiffness
+      procedure :: check_closure
       procedure :: check_loads
       procedure :: check_supports
    end type inspection_type
@@ -76,6 +81,7 @@ contains
       if (is_set(options%gravity)) call inspection%check_gravity(parameters, options%gravity)
       call inspection%check_modulus(parameters)
       call inspection%check_stiffness(parameters, is_set(options%stiffness))
+      call inspection%check_closure(blocks, parameters)
       call inspection%check_loads(blocks, parameters)
       call inspection%check_supports(blocks, parameters)
       call messages%append(inspection%warnings)
@@ -202,6 +208,75 @@ contains
                    ': contacts are far softer than the blocks', from_options)
       end if
    end subroutine check_stiffness
+
+   !> Check that joints are stiff enough for the initial stress: splinters that are no thicker than what their joints
+   !> close by are pressed through their neighbours when the stress changes.
+   subroutine check_closure(self, blocks, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(initial_stress_type) :: initial
+      integer, allocatable :: material(:)                 !! joint that closes most, of each block
+      real(wp), allocatable :: closure(:), share(:)       !! of it [length], over the thickness of the block
+      integer :: i
+      if (.not. parameters%by_length) return
+      call find_initial_stress(blocks, parameters, initial)
+      allocate (material(blocks%n_blocks), source=0)
+      allocate (closure(blocks%n_blocks), share(blocks%n_blocks), source=0.0_wp)
+      do i = 1, blocks%n_blocks
+         associate (first => blocks%vertex_offset(i) + 1, last => blocks%vertex_offset(i + 1))
+            call find_softest(blocks%edge_joint(first:last), parameters, material(i))
+            if (material(i) == 0) cycle
+            closure(i) = -minval(initial%stress(1:2, i))/parameters%joint_materials(material(i))%normal_stiffness
+            share(i) = closure(i)/thickness(blocks%vertices(:, first:last))
+         end associate
+      end do
+      if (.not. any(share > largest_closure)) return
+      i = maxloc(share, dim=1)
+      call self%warn('joints of material '//to_string(material(i))//' close by '//to_string(closure(i), 3)// &
+                     ' under the initial stress of block '//to_string(i)//' at ('// &
+                     to_string(initial%centroid(1, i), 5)//', '//to_string(initial%centroid(2, i), 5)//'), '// &
+                     to_string(100*share(i), 2)//' % of its thickness ('// &
+                     counted(count(share > largest_closure), 'block')//' by more than '// &
+                     to_string(nint(100*largest_closure))//' %): such blocks may be pressed through their '// &
+                     'neighbours. Is normal_stiffness in the unit of stress over length? Else cut splinters away', &
+                     .false., parameters%joint_materials(material(i))%origin)
+   end subroutine check_closure
+
+   !> The joint material with the least stiffness of its own on the edges of a block, 0: none has one. Ties close by
+   !> nothing.
+   pure subroutine find_softest(joints, parameters, material)
+      integer, intent(in) :: joints(:)                    !! joint material of each edge
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(out) :: material
+      real(wp) :: least
+      integer :: e
+      material = 0
+      least = huge(least)
+      do e = 1, size(joints)
+         if (joints(e) < 1 .or. joints(e) > size(parameters%joint_materials)) cycle
+         associate (stiffness => parameters%joint_materials(joints(e))%normal_stiffness)
+            if (.not. stiffness > 0 .or. .not. stiffness < least) cycle
+            if (parameters%joint_materials(joints(e))%tie) cycle
+            least = stiffness
+            material = joints(e)
+         end associate
+      end do
+   end subroutine find_softest
+
+   !> Area over the longest edge.
+   pure real(wp) function thickness(vertices)
+      real(wp), intent(in) :: vertices(:, :)              !! (2, n)
+      real(wp) :: area, centroid(2), moments(3), longest
+      integer :: k, n
+      n = size(vertices, 2)
+      call polygon_properties(vertices, area, centroid, moments)
+      longest = norm2(vertices(:, 1) - vertices(:, n))
+      do k = 2, n
+         longest = max(longest, norm2(vertices(:, k) - vertices(:, k - 1)))
+      end do
+      thickness = area/longest
+   end function thickness
 
    !> Check that there is a load or a motion.
    subroutine check_loads(self, blocks, parameters)
