@@ -94,12 +94,8 @@ contains
       logical :: peer, solved, turned, agree
       peer = families%contacts%settings%peer
       report%detail = ''
-      if (self%may_predict .and. .not. peer) call self%predict_motion(context, families, equations, times)
-      if (self%is_like_last .and. .not. peer) then
-         call families%predict(equations)
-         call families%contacts%foresee()
-         call times%lap(phase%judge)
-      end if
+      if ((self%may_predict .or. self%is_like_last) .and. .not. peer) &
+         call self%predict_motion(context, families, equations, times)
       call families%contacts%friction%forget()
       n_changes = 1
       n_shortened = 0
@@ -220,7 +216,7 @@ contains
    !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
    !> with a dt^2/2 = v dt - (last motion). If it comes much closer to equilibrium than the last motion, it
    !> is where the first solve starts, and the first states are judged by it. Where contacts vibrate from step to step
-   !> (stiff springs, long steps) it does not.
+   !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
    subroutine predict_motion(self, context, families, equations, times)
       class(newton_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
@@ -228,14 +224,17 @@ contains
       type(equations_type), intent(inout) :: equations
       type(phase_times_type), intent(inout) :: times
       real(wp) :: ratio
+      ratio = 0
       call families%predict(equations)
-      call self%line%keep(families, equations)
-      equations%x = 2*context%dt*context%state%velocity - equations%x
-      call families%predict(equations)
-      call self%line%compare(families, equations, ratio)
+      if (self%may_predict) then
+         call self%line%keep(families, equations)
+         equations%x = 2*context%dt*context%state%velocity - equations%x
+         call families%predict(equations)
+         call self%line%compare(families, equations, ratio)
+      end if
       if (ratio < good_prediction) then
          call families%contacts%foresee()
-         if (context%follows_rotation()) call turn_arms(context, families, equations)
+         if (self%may_predict .and. context%follows_rotation()) call turn_arms(context, families, equations)
       else
          call self%line%go_back(equations)
       end if
