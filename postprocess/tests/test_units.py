@@ -118,6 +118,7 @@ def test_every_dataset_has_a_unit_or_none(flat_arch):
         "stage",
         "stage_names",
         "relaxation",
+        "time_error",
         "active",
     )
     for path in sorted(rockdda.open(flat_arch).keys()):

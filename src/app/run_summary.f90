@@ -58,6 +58,7 @@ contains
       call json%put('planned_time', run%sim%planned_time())
       call json%put('done_share', done_share(run%sim))
       call json%put('unbalanced', run%sim%record%unbalanced)
+      call json%put('time_error', run%sim%record%time_error)
       call json%put('stage', stage_name(run%sim%parameters%stages, run%sim%record%stage + 1))
       call json%open('{', 'cuts')
       do i = 1, n_cut_reasons

@@ -66,6 +66,7 @@ module rockdda_model_state
       real(wp) :: max_displacement = 0         !! largest vertex displacement of the step
       real(wp) :: unbalanced = 0               !! largest resultant force on a block over the mean force
       integer :: stage = 0                     !! from 0
+      real(wp) :: time_error = 0               !! estimated error in time over the largest displacement
       real(wp) :: relaxation = 0               !! released share of the forces of the last excavation
       real(wp) :: energy(n_energies) = 0
       real(wp), allocatable :: measured_displacement(:, :) !! (2, nm) since the start

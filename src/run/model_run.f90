@@ -24,7 +24,8 @@ module rockdda_run_model_run
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning
+   use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
+      time_error_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -264,6 +265,10 @@ contains
       call keep_first(output_error)
       short = ''
       if (self%reason == 'finished' .and. .not. allocated(error)) short = skipped_stages_warning(self%sim, .true.)
+      if (len(short) > 0) call self%warn(short, output_error)
+      call keep_first(output_error)
+      short = ''
+      if (self%reason == 'finished' .and. .not. allocated(error)) short = time_error_warning(self%sim)
       if (len(short) > 0) call self%warn(short, output_error)
       call keep_first(output_error)
       call self%log%write_outcome(self%sim, output_error)

@@ -10,9 +10,12 @@ module rockdda_run_outcome
    implicit none
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
+   public :: time_error_text, time_error_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
+   !> Warn of an estimated error in time above this share of the largest displacement.
+   real(wp), parameter :: much_error = 0.05_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
                                                               'contacts did not settle', &
@@ -91,6 +94,24 @@ contains
       end do
       if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
    end function skipped_stages_warning
+
+   !> The estimated error in time at the end of a run with dynamic steps; '' without.
+   pure function time_error_text(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (sim%record%time_error > 0) text = 'estimated time error '//to_string(sim%record%time_error, 2)// &
+                                            ' of the largest displacement'
+   end function time_error_text
+
+   !> Warning about an answer that depends on the time step; '' otherwise.
+   pure function time_error_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (sim%record%time_error > much_error) text = 'the answer may depend on the time step: '// &
+                                                     time_error_text(sim)//'; compare with half of dt_max'
+   end function time_error_warning
 
    !> Forces of the boundaries on the blocks, a line for each.
    function reactions_text(sim) result(text)

@@ -39,6 +39,8 @@ contains
       if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
       call step%families%commit(step%step_context_type, step%equations%x)
+      call step%control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, &
+                                       .not. k01 < 1)
       call move(step)
       if (impact%happened) then
          call impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
@@ -163,6 +165,7 @@ contains
       record%solver_iterations = report%iterations
       record%max_displacement = report%displacement
       record%stage = step%control%stage_index()
+      record%time_error = step%control%time_error%relative
       record%relaxation = step%families%held%relaxation()
       if (step%parameters%energy) record%energy = ledger%total
       associate (states => step%contacts%state(1:step%contacts%n))

@@ -72,6 +72,7 @@ class Layout(ResultsTest):
             "history/unbalanced": ((ns,), REAL),
             "history/stage": ((ns,), INTEGER),
             "history/relaxation": ((ns,), REAL),
+            "history/time_error": ((ns,), REAL),
             "frames/step": ((nk,), INTEGER),
             "frames/time": ((nk,), REAL),
             "frames/vertices": ((nk, nv, 2), REAL),

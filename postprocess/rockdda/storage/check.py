@@ -98,6 +98,8 @@ def _check(file: h5py.File) -> None:
         _table(file, "history/stage", "i4")
         _table(file, "history/relaxation", "f8")
         _table(file, "frames/active", "i4", nb)
+    if "history/time_error" in file:  # not in older files
+        _table(file, "history/time_error", "f8")
     _check_boundaries(file, nv)
     _table(file, "frames/step", "i4")
     _table(file, "frames/time", "f8")

@@ -112,6 +112,13 @@ contains
       call archive%fixed('cuts', control%cuts)
       call archive%item('short_steps', control%short_steps)
       call archive%item('slip_share', control%slip_share)
+      associate (time_error => control%time_error)
+         call archive%item('error_counts', time_error%counts)
+         call archive%item('error_largest', time_error%largest)
+         call archive%item('error', time_error%error)
+         call archive%item('error_relative', time_error%relative)
+         call archive%item('error_of_blocks', time_error%of_blocks)
+      end associate
    end subroutine exchange_control
 
    !> Save or load what stages build: blocks of their regions.
@@ -163,6 +170,7 @@ contains
       call archive%item('unbalanced', record%unbalanced)
       call archive%item('stage', record%stage)
       call archive%item('relaxation', record%relaxation)
+      call archive%item('time_error', record%time_error)
       call archive%fixed('energy', record%energy)
       call archive%item('measured_displacement', record%measured_displacement)
       call archive%item('measured_stress', record%measured_stress)

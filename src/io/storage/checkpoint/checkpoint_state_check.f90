@@ -104,6 +104,12 @@ contains
       call check%in_range([control%steps], 0, state%step, 'steps')
       call check%is_there(allocated(control%released), 'released')
       if (check%passed()) call check%has_shape(size(control%released) == blocks%fixed%n, 'released')
+      associate (time_error => control%time_error)
+         call check%is_finite([time_error%largest, time_error%error, time_error%relative], 'error')
+         call check%has_shape(time_error%has_shape(blocks%n_blocks), 'error_of_blocks')
+         if (check%passed()) call check%is_finite(reshape(time_error%of_blocks, [size(time_error%of_blocks)]), &
+                                                  'error_of_blocks')
+      end associate
    end subroutine check_control
 
    !> Check energies.
@@ -136,7 +142,8 @@ contains
       call check%in_range([record%attempts], 0, huge(1), 'attempts')
       call check%in_range([record%solver_iterations], 0, huge(1), 'solver_iterations')
       call check%in_range(record%contacts, 0, huge(1), 'contacts')
-      call check%is_finite([record%max_displacement, record%unbalanced, record%relaxation], 'max_displacement')
+      call check%is_finite([record%max_displacement, record%unbalanced, record%relaxation, record%time_error], &
+                           'max_displacement')
       call check%in_range([record%stage], 0, size(p%stages), 'stage')
       call check%is_finite(record%energy, 'energy')
       call check%table(record%measured_displacement, 2, blocks%measured%n, 'measured_displacement')

@@ -38,11 +38,11 @@ module rockdda_io_results
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, s_boundary_force = 14, &
-                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, &
-                         s_frame_step = 18, s_frame_time = 19, s_vertices = 20, s_centroid = 21, s_rotation = 22, &
-                         s_stress = 23, s_velocity = 24, s_bolt_ends = 25, s_bolt_force = 26, s_active = 27, &
-                         s_offset = 28, s_point = 29, s_force = 30, s_state = 31, s_blocks = 32, s_opening = 33, &
-                         s_slip = 34, s_length = 35, s_normal_stress = 36, s_shear_stress = 37, &
+                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, s_time_error = 18, &
+                         s_frame_step = 19, s_frame_time = 20, s_vertices = 21, s_centroid = 22, s_rotation = 23, &
+                         s_stress = 24, s_velocity = 25, s_bolt_ends = 26, s_bolt_force = 27, s_active = 28, &
+                         s_offset = 29, s_point = 30, s_force = 31, s_state = 32, s_blocks = 33, s_opening = 34, &
+                         s_slip = 35, s_length = 36, s_normal_stress = 37, s_shear_stress = 38, &
                          n_series = n_tables
 
    type :: results_type
@@ -146,6 +146,7 @@ contains
       call self%series(s_unbalanced)%init('history/unbalanced', reals, single)
       call self%series(s_stage)%init('history/stage', integers, single)
       call self%series(s_relaxation)%init('history/relaxation', reals, single)
+      call self%series(s_time_error)%init('history/time_error', reals, single)
       call self%series(s_frame_step)%init('frames/step', integers, single, n_expected=n)
       call self%series(s_frame_time)%init('frames/time', reals, single, n_expected=n)
       call self%series(s_vertices)%init('frames/vertices', reals, [2, nv], n_expected=n)
@@ -196,6 +197,7 @@ contains
          call s(s_unbalanced)%add([record%unbalanced], 1)
          call s(s_stage)%add([record%stage], 1)
          call s(s_relaxation)%add([record%relaxation], 1)
+         call s(s_time_error)%add([record%time_error], 1)
       end associate
       call self%write_if_large(error)
    end subroutine append_history
@@ -406,8 +408,8 @@ contains
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
       integer(i8) :: lengths(n_series)
-      lengths(:s_relaxation) = rows%steps
-      lengths(s_relaxation + 1:) = rows%frames
+      lengths(:s_time_error) = rows%steps
+      lengths(s_time_error + 1:) = rows%frames
       lengths(s_offset) = rows%frames + 1
       lengths(s_point:) = rows%contacts
    end function lengths

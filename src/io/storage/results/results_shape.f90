@@ -183,6 +183,7 @@ contains
       ! older files do not have them
       if (file%exists('history/unbalanced')) n = rows_of(file, check, 'unbalanced', reals, [integer ::])
       if (file%exists('history/relaxation')) n = rows_of(file, check, 'relaxation', reals, [integer ::])
+      if (file%exists('history/time_error')) n = rows_of(file, check, 'time_error', reals, [integer ::])
       if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
    end subroutine check_history
 
