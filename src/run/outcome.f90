@@ -10,7 +10,7 @@ module rockdda_run_outcome
    implicit none
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
-   public :: time_error_text, time_error_warning
+   public :: time_error_text, time_error_warning, overlaps_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -94,6 +94,22 @@ contains
       end do
       if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
    end function skipped_stages_warning
+
+   !> Warning about blocks that were placed where others lay, after the first step with them; '' otherwise.
+   function overlaps_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (.not. allocated(sim%construction%overlaps)) return
+      associate (pairs => sim%construction%overlaps)
+         if (size(pairs, 2) == 0) return
+         text = "stage '"//stage_name(sim%parameters%stages, sim%control%begun)// &
+                "' places blocks where others have moved to: block "//to_string(pairs(1, 1))//' on block '// &
+                to_string(pairs(2, 1))
+         if (size(pairs, 2) > 1) text = text//', and '//counted(size(pairs, 2) - 1, 'more pair')
+         text = text//'. They will be pressed apart; excavate what lies there before'
+      end associate
+   end function overlaps_warning
 
    !> The estimated error in time at the end of a run with dynamic steps; '' without.
    pure function time_error_text(sim) result(text)

@@ -4,7 +4,7 @@
 !> Which blocks belong to the regions of stages is found at the start of the run, and kept.
 module rockdda_stepping_construction
    use rockdda_base_kinds, only : wp
-   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_geometry_polygons, only : polygon_properties, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : blocks_of_region
@@ -25,6 +25,7 @@ module rockdda_stepping_construction
       integer, allocatable :: placed(:, :)      !! (nb, stages) 1: it is absent until then
       integer, allocatable :: changed(:, :)     !! (nb, changes) 1: it belongs to the regions of the change
       logical, allocatable :: newborn(:)        !! (nb) placed, and without a step since
+      integer, allocatable :: overlaps(:, :)    !! (2, n) blocks placed for the last step, and those they lie on
    contains
       procedure :: init
       procedure :: absent_at_start
@@ -133,6 +134,33 @@ contains
          balance%bolt_energy = balance%bolt_energy + stored
          call balance%add(energy%external, stored)
       end do
+      call find_overlaps()
+
+   contains
+
+      !> Blocks that have moved to where others are placed: pairs of which one has its centroid in the other.
+      subroutine find_overlaps()
+         integer :: k, m
+         if (.not. any(self%placed(:, stage) > 0)) return
+         if (allocated(self%overlaps)) deallocate (self%overlaps)
+         allocate (self%overlaps(2, 0))
+         do k = 1, blocks%n_blocks
+            if (.not. self%newborn(k)) cycle
+            do m = 1, blocks%n_blocks
+               if (self%newborn(m) .or. .not. state%active(m)) cycle
+               if (.not. (is_in(k, m) .or. is_in(m, k))) cycle
+               self%overlaps = reshape([self%overlaps, k, m], [2, size(self%overlaps, 2) + 1])
+            end do
+         end do
+      end subroutine find_overlaps
+
+      !> Is the centroid of block k in block m?
+      pure logical function is_in(k, m)
+         integer, intent(in) :: k, m
+         is_in = point_in_polygon(state%centroid(:, k), state%vertices(:, blocks%vertex_offset(m) + 1: &
+                                                                       blocks%vertex_offset(m + 1)))
+      end function is_in
+
    end subroutine place
 
    !> A block that had been taken out as it was drawn, with its points and ends of bolts.

@@ -54,6 +54,7 @@ contains
       logical :: places
       integer :: s
       places = any(construction%placed > 0)
+      if (allocated(construction%overlaps)) deallocate (construction%overlaps)
       if (step%state%step == 0 .and. step%control%begun == 0) call find_first_forces(step, construction, places)
       do s = step%control%begun + 1, min(step%control%stage, size(step%parameters%stages))
          call construction%place(s, step%blocks, step%parameters, step%state, balance)

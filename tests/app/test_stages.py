@@ -308,6 +308,24 @@ class Building(StageTest):
                 moved = (data["frames/centroid"][-1] - data["model/block_centroid"])[top, 1]
                 self.assertLess(abs(moved), 5.5e-5)
 
+    def test_blocks_placed_where_others_have_fallen_are_told(self):
+        # the lowest block goes, the four above fall, in 0.45 s by 1 m
+        drawn = self.low_block()
+        region = f"&region name = 'low', box = {drawn} /\n"
+        for duration, told in ((0.4, True), (0.02, False)):
+            stages = (
+                f"&stage name = 'dig', kind = 'dynamic', excavate = 'low', duration = {duration} /\n"
+                "&stage name = 'fill', kind = 'dynamic', place = 'low', duration = 0.001 /\n"
+            )
+            self.compute("&contact formulation = 'length' /\n" + region + stages)
+            words = "warning: stage 'fill' places blocks where others have moved to: block 2 on block 3"
+            self.assertEqual(words in self.path("out.log").read_text(), told)
+
+    def low_block(self):
+        self.compute(REST)
+        corners = self.read()["model/vertices"][4:8]
+        return ", ".join(str(v) for v in (*corners.min(axis=0), *corners.max(axis=0)))
+
     def test_new_values_hold_from_their_stage_on(self):
         change = "&change stage = 'stage 2', region = 'TOP', density = 5000, unit_weight = 49050 /\n"
         self.compute(column("gravity = 1") + change, more=("--quiet",))
