@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The fifty tunnels of chapter 7 with joints as stiff as corners are, and at half of their time step."""
+"""The fifty tunnels of chapter 7 with joints as stiff as corners are, at half and a quarter of their time step."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ SOFTER = 6
 SIXTHS, FALLING = 6, 0.1
 BED = 1.0  # m, thickness of the beds
 COUNT = {"vertex": 4, "length": 50}
-HALVED = 8  # of these, drawn first, are run with half of the step as well
+FRACTIONS = {2: 50, 4: 23}  # parts of a step, and how many of these tunnels, drawn first, are run with them as well
 VERDICTS = ("stable", "arches", "falls")
 
 
@@ -44,27 +45,28 @@ def slips(span: float, friction: float) -> bool:
 
 
 def joint_stiffness(record: Record) -> None:
-    """Verdicts of the tunnels with the g0 of the thesis, six times it, and that at half of the step."""
+    """Verdicts of the tunnels with the g0 of the thesis, six times it, and that at fractions of the step."""
     chosen = subset(COUNT.get(record.formulation or "length", 50))
     stiff = SOFTER * STIFFNESS
-    sets: dict[str, dict[str, Any]] = {
-        f"{STIFFNESS:.0e}": {},
-        f"{stiff:.0e}": {"stiffness": stiff},
-        f"{stiff:.0e}, Δt/2": {"stiffness": stiff, "dt": TIME_STEP / 2, "steps": 2 * STEPS},
-    }
-    labels = ("", f"g0-{stiff:.0e}".replace("+", ""), f"g0-{stiff:.0e}-step-2".replace("+", ""))
+    label = f"g0-{stiff:.0e}".replace("+", "")
+    sets: list[tuple[str, Sequence[Key], dict[str, Any], str]] = [
+        (f"{STIFFNESS:.0e}", chosen, {}, ""),
+        (f"{stiff:.0e}", chosen, {"stiffness": stiff}, label),
+    ]
+    for n, count in FRACTIONS.items():
+        changes = {"stiffness": stiff, "dt": TIME_STEP / n, "steps": n * STEPS}
+        sets.append((f"{stiff:.0e}, Δt/{n}", chosen[:count], changes, f"{label}-step-{n}"))
     found: dict[str, dict[Key, Cell]] = {}
-    for (name, changes), label in zip(sets.items(), labels, strict=True):
-        wanted = chosen[:HALVED] if "steps" in changes else chosen
-        group = cells(record, "fifty_tunnels/fifty.toml", _is_one_of(wanted), changes, label)
+    for name, wanted, changes, folder in sets:
+        group = cells(record, "fifty_tunnels/fifty.toml", _is_one_of(wanted), changes, folder)
         found[name] = {key_of(cell.values): cell for cell in group}
     verdicts = {name: {key: verdict(cell) for key, cell in group.items()} for name, group in found.items()}
     sides = [math.degrees(math.atan(4 * BED / span)) for span in (10, 15)]
     record.text(
         f"{len(chosen)} of the fifty tunnels with g0 = {STIFFNESS:.0e} N/m, that of the thesis, and with {SOFTER} "
         "times it, by which joints by length are about as stiff as with springs of g0 at their corners; "
-        f"{min(HALVED, len(chosen))} of these at half of the step as well ({STEPS * 2} steps of "
-        f"{5e2 * TIME_STEP:g} ms). All else is that of 7.2-fifty-tunnels.\n\n"
+        + ", ".join(f"{min(count, len(chosen))} of these with Δt/{n}" for n, count in FRACTIONS.items())
+        + f" (Δt = {1e3 * TIME_STEP:g} ms) as well. All else is that of 7.2-fifty-tunnels.\n\n"
         "*Stable*: by both criteria. *Falls*: the crown goes down by more than a tenth of its way in each of the last "
         "three sixths of the second. *Arches*: neither; the crown has come down and holds, or still oscillates. "
         f"Statics of a bed of 1 m as an arch of rigid blocks: it slips at its sides below {sides[0]:.1f}° (span 10 m) "
@@ -79,15 +81,17 @@ def _is_one_of(keys: Sequence[Key]) -> Callable[[dict[str, Any]], bool]:
 
 
 def _table(record: Record, chosen: Sequence[Key], verdicts: Mapping[str, Mapping[Key, str]]) -> None:
-    rows = []
     for span in (10, 15):
+        rows = []
         for spacing in SPACING[span]:
             for name, group in verdicts.items():
                 keys = {phi: (span, float(spacing), phi) for phi in FRICTION}
                 if any(key in chosen for key in keys.values()):
-                    row: dict[str, object] = {"B [m]": span, "S_j [m]": f"{spacing:g}", "g0 [N/m]": name}
+                    row: dict[str, object] = {"S_j [m]": f"{spacing:g}", "g0 [N/m]": name}
                     rows.append(row | {f"{phi}°": group.get(key, "–") for phi, key in keys.items()})
-    record.table(pd.DataFrame(rows), "verdicts", "Verdicts by joint stiffness and step.")
+        if rows:
+            caption = f"Verdicts by joint stiffness and step, span {span} m."
+            record.table(pd.DataFrame(rows), f"verdicts-{span}", caption)
 
 
 def _compare(
@@ -96,8 +100,6 @@ def _compare(
     found: Mapping[str, Mapping[Key, Cell]],
     verdicts: Mapping[str, Mapping[Key, str]],
 ) -> None:
-    _, stiff, half = verdicts.values()
-    unit = f"of {len(chosen)}"
     for name, group in verdicts.items():
         for word in VERDICTS:
             count = sum(v == word for v in group.values())
@@ -116,28 +118,43 @@ def _compare(
             published_source="Tables 7.4, 7.5",
             explanation="not explained: the thesis's depend on the spacing, these on stiffness and friction",
         )  # fmt: skip
+    for name, group in list(verdicts.items())[1:]:
+        record.compare(
+            f"tunnels that fall as statics of rigid beds says, g0 = {name}",
+            sum((word == "falls") == slips(key[0], key[2]) for key, word in group.items()), f"of {len(group)}",
+            truth=float(len(group)), truth_source="4 t/B > tan φ",
+            explanation="beds of elastic blocks with soft joints; single blocks fall as well",
+        )  # fmt: skip
+    names = list(found)
+    for coarse, fine in pairwise(names[1:]):
+        _compare_steps(record, (coarse, fine), found, verdicts)
+
+
+def _compare_steps(
+    record: Record,
+    names: tuple[str, str],
+    found: Mapping[str, Mapping[Key, Cell]],
+    verdicts: Mapping[str, Mapping[Key, str]],
+) -> None:
+    """What changes from the longer to the shorter step."""
+    long, short = (verdicts[name] for name in names)
+    both = [key for key in short if key in long]
+    step = "Δt over Δt/2" if "," not in names[0] else "Δt/2 over Δt/4"
     record.compare(
-        f"tunnels that fall as statics of rigid beds says, g0 = {list(verdicts)[1]}",
-        sum((stiff[key] == "falls") == slips(key[0], key[2]) for key in chosen), unit, truth=float(len(chosen)),
-        truth_source="4 t/B > tan φ", explanation="beds of elastic blocks with soft joints; single blocks fall as well",
-    )  # fmt: skip
-    both = list(half)
-    record.compare(
-        "tunnels whose verdict is another one at half of the step",
-        sum(half[key] != stiff[key] for key in both), f"of {len(both)}", truth=0.0,
+        f"tunnels whose verdict is another one, {step}",
+        sum(short[key] != long[key] for key in both), f"of {len(both)}", truth=0.0,
         truth_source="no dependence on the step", scale=1, explanation="stable, arches or falls",
     )  # fmt: skip
     record.compare(
-        "tunnels that fall at one step and not at the other",
-        sum((half[key] == "falls") != (stiff[key] == "falls") for key in both), f"of {len(both)}",
+        f"tunnels that fall at one step and not at the other, {step}",
+        sum((short[key] == "falls") != (long[key] == "falls") for key in both), f"of {len(both)}",
         truth=0.0, truth_source="no dependence on the step", scale=1, explanation="falls, or holds",
     )  # fmt: skip
-    names = list(found)
-    held = [key for key in both if "falls" not in (stiff[key], half[key])]
-    ratios = [float(found[names[1]][key].mean[0] / found[names[2]][key].mean[0]) for key in held]
+    held = [key for key in both if "falls" not in (long[key], short[key])]
+    ratios = [float(found[names[0]][key].mean[0] / found[names[1]][key].mean[0]) for key in held]
     if ratios:
         record.compare(
-            "mean displacement of crowns that hold, Δt over Δt/2, median", float(np.median(ratios)), truth=1.0,
+            f"mean displacement of crowns that hold, {step}, median", float(np.median(ratios)), truth=1.0,
             truth_source="no dependence on the step",
             explanation=f"{len(ratios)} tunnels, {min(ratios):.2f} to {max(ratios):.2f}",
         )  # fmt: skip
