@@ -12,6 +12,7 @@ import subprocess
 import sys
 import urllib.request
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 
 import matplotlib as mpl
@@ -123,6 +124,8 @@ def as_run(command: str) -> str:
         command = re.sub(r"\[([^\]]*)\]", r"\1", command)
     for pattern, form in QUICK:
         command = re.sub(pattern, form, command)
+    if find_spec("weasyprint") is None:  # without it reports are pages
+        command = re.sub(r"^(rockdda-post report .*\.)pdf\b", r"\1html", command)
     return command
 
 
