@@ -4,6 +4,7 @@
 !> Which blocks belong to the regions of stages is found at the start of the run, and kept.
 module rockdda_stepping_construction
    use rockdda_base_kinds, only : wp
+   use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
    use rockdda_geometry_polygons, only : polygon_properties, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -140,18 +141,28 @@ contains
 
       !> Blocks that have moved to where others are placed: pairs of which one has its centroid in the other.
       subroutine find_overlaps()
-         integer :: k, m
+         type(box_pairs_work_type) :: work
+         real(wp) :: boxes(4, blocks%n_blocks)
+         integer, allocatable :: pairs(:, :)
+         integer :: n, n_found, p, k, m
          if (.not. any(self%placed(:, stage) > 0)) return
-         if (allocated(self%overlaps)) deallocate (self%overlaps)
-         allocate (self%overlaps(2, 0))
          do k = 1, blocks%n_blocks
-            if (.not. self%newborn(k)) cycle
-            do m = 1, blocks%n_blocks
-               if (self%newborn(m) .or. .not. state%active(m)) cycle
-               if (.not. (is_in(k, m) .or. is_in(m, k))) cycle
-               self%overlaps = reshape([self%overlaps, k, m], [2, size(self%overlaps, 2) + 1])
-            end do
+            associate (v => state%vertices(:, blocks%vertex_offset(k) + 1:blocks%vertex_offset(k + 1)))
+               boxes(:, k) = [minval(v, dim=2), maxval(v, dim=2)]
+            end associate
          end do
+         call find_box_pairs(boxes, 0.0_wp, pairs, n, work)
+         n_found = 0
+         do p = 1, n
+            k = pairs(1, p)
+            m = pairs(2, p)
+            if (.not. (state%active(k) .and. state%active(m)) .or. (self%newborn(k) .eqv. self%newborn(m))) cycle
+            if (.not. (is_in(k, m) .or. is_in(m, k))) cycle
+            n_found = n_found + 1
+            ! the placed block first
+            pairs(:, n_found) = merge([k, m], [m, k], self%newborn(k))
+         end do
+         self%overlaps = pairs(:, :n_found)
       end subroutine find_overlaps
 
       !> Is the centroid of block k in block m?
