@@ -85,15 +85,15 @@ contains
       self%n_blocks = n_blocks
       self%n_links = n_links
       if (.not. allocated(self%f)) then
-         allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), &
-                   self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), &
-                   self%block_matrix(6, 6, n_blocks), self%block_off(n_blocks), self%block_force(n_blocks), source=0.0_wp)
+         allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), self%block_off(n_blocks), &
+                   self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
+                   self%block_matrix(6, 6, n_blocks), source=0.0_wp)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
       end if
       if (allocated(self%slot)) then
-         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vector_a, self%vector_b, &
-            self%stiffness, self%force, self%incident, self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
+         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%force, &
+            self%stiffness, self%incident, self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
