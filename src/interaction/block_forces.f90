@@ -8,7 +8,7 @@
 !> left out of both.
 module rockdda_interaction_block_forces
    use rockdda_base_kinds, only : wp
-   use rockdda_model_state, only : block_state_type
+   use rockdda_model_state, only : block_state_type, radius_of_inertia
    implicit none
    private
    public :: block_forces_type
@@ -113,10 +113,8 @@ contains
       class(block_forces_type), intent(in) :: self
       integer, intent(in) :: block
       type(block_state_type), intent(in) :: state
-      real(wp) :: radius
-      radius = sqrt((state%moments(1, block) + state%moments(2, block))/state%area(block))
       associate (r => self%resultant(:, block))
-         force = sqrt(r(1)**2 + r(2)**2 + (r(3)/radius)**2)
+         force = sqrt(r(1)**2 + r(2)**2 + (r(3)/radius_of_inertia(state, block))**2)
       end associate
    end function force_of
 

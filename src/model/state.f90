@@ -4,7 +4,7 @@ module rockdda_model_state
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: block_state_type, step_record_type, n_energies, energy_names, energy
+   public :: block_state_type, step_record_type, n_energies, energy_names, energy, radius_of_inertia
 
    !> Places of the ledger in `step_record_type%energy` (theory manual, "energy ledger").
    type :: energy_enum
@@ -75,5 +75,14 @@ module rockdda_model_state
       real(wp), allocatable :: fixed_force(:, :)           !! (2, nf) of the support on the block
       real(wp), allocatable :: boundary_force(:, :)        !! (2, boundaries) on the blocks
    end type step_record_type
+
+contains
+
+   !> Radius of inertia of block i about its centroid [length].
+   pure real(wp) function radius_of_inertia(state, i)
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: i
+      radius_of_inertia = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
+   end function radius_of_inertia
 
 end module rockdda_model_state

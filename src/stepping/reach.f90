@@ -7,7 +7,7 @@ module rockdda_stepping_reach
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : block_state_type
+   use rockdda_model_state, only : block_state_type, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_stepping_control, only : step_control_type
@@ -38,7 +38,7 @@ contains
       !$omp parallel do default(none) shared(blocks, state) private(i, arm) reduction(max:fastest) schedule(static) &
       !$omp if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
-         arm = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
+         arm = radius_of_inertia(state, i)
          fastest = max(fastest, norm2(state%velocity(1:2, i)) + &
                        2*arm*(abs(state%velocity(3, i)) + norm2(state%velocity(4:6, i))))
       end do

@@ -10,7 +10,7 @@
 !> awake; each time a further ring of neighbours wakes with them, twice as wide as the last.
 module rockdda_stepping_sleep
    use rockdda_base_kinds, only : wp
-   use rockdda_model_state, only : energy
+   use rockdda_model_state, only : energy, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -93,20 +93,11 @@ contains
       real(wp) :: allowed, moved
       associate (state => context%state)
          allowed = context%parameters%sleep_tolerance*forces%magnitude(i)
-         moved = norm2(d(1:2)) + 2*arm_of(context, i)*(abs(d(3)) + norm2(d(4:6)))
+         moved = norm2(d(1:2)) + 2*radius_of_inertia(context%state, i)*(abs(d(3)) + norm2(d(4:6)))
          is_calm = allowed > 0 .and. state%mass(i)*moved <= allowed*context%dt**2
          if (is_calm .and. forces%held(i) < 2) is_calm = forces%force_of(i, state) <= allowed
       end associate
    end function is_calm
-
-   !> Radius of inertia of a block [length].
-   pure real(wp) function arm_of(context, i)
-      type(step_context_type), intent(in) :: context
-      integer, intent(in) :: i
-      associate (state => context%state)
-         arm_of = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
-      end associate
-   end function arm_of
 
    !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts.
    subroutine wake_disturbed(context, equations, contacts, round, n_woken)
@@ -124,7 +115,7 @@ contains
       worst = 0
       do i = 1, size(woken)
          if (.not. context%state%asleep(i) .or. context%is_left_out(i)) cycle
-         disturbance = equations%disturbance(i, arm_of(context, i))/context%parameters%sleep_tolerance
+         disturbance = equations%disturbance(i, radius_of_inertia(context%state, i))/context%parameters%sleep_tolerance
          woken(i) = disturbance > wakes
          worst = max(worst, disturbance)
       end do

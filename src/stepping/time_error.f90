@@ -24,7 +24,7 @@ module rockdda_stepping_time_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : block_state_type
+   use rockdda_model_state, only : block_state_type, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    implicit none
@@ -146,7 +146,7 @@ contains
       real(wp), intent(in) :: x(3)
       logical, intent(in) :: is_first                      !! nothing is known of the step before
       real(wp) :: a(3), change(3), drift(3), factors(3), speed
-      factors = [1.0_wp, 1.0_wp, radius(context%state, i)]
+      factors = [1.0_wp, 1.0_wp, radius_of_inertia(context%state, i)]
       call find_change(rows, context, i, x, is_first, factors, a, change)
       rows(at_displacement + 1:at_displacement + 3) = rows(at_displacement + 1:at_displacement + 3) + factors*x
       rows(at_acceleration + 1:at_acceleration + 3) = a
@@ -335,13 +335,6 @@ contains
          end if
       end associate
    end subroutine find_change
-
-   !> Radius of inertia of a block.
-   pure real(wp) function radius(state, i)
-      type(block_state_type), intent(in) :: state
-      integer, intent(in) :: i
-      radius = sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))
-   end function radius
 
    !> Magnitude of a motion at the corner, which in a rectangle is sqrt(3) radii of inertia from the centroid.
    pure real(wp) function size_of(motion)

@@ -11,6 +11,7 @@
 module rockdda_run_trial_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
+   use rockdda_model_state, only : radius_of_inertia
    use rockdda_contact_table, only : contact_state
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
@@ -79,8 +80,7 @@ contains
          do i = 1, size(self%moved)
             if (.not. sim%forces%counts(i, state)) cycle
             self%moved(i) = norm2(state%centroid(:, i) - self%centroid(:, i)) + &
-                            sqrt((state%moments(1, i) + state%moments(2, i))/state%area(i))* &
-                            abs(state%rotation(i) - self%rotation(i))
+                            radius_of_inertia(state, i)*abs(state%rotation(i) - self%rotation(i))
          end do
       end associate
    end subroutine measure
