@@ -49,7 +49,7 @@ module rockdda_stepping_control
    real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.009_wp, very_nearly = 0.001_wp, &
                           slow_growth = 1.1_wp, held_length = 1.5_wp
    integer, parameter :: most_held = 100
-   !> A static step longer than the last one by no more than this factor goes on like it.
+   !> A static step counts as like the last one when it is longer by less than this factor.
    real(wp), parameter :: much_longer = 1.14_wp
    !> In a static stage that searches equilibrium the forces of contacts may miss their laws by this share of the
    !> unbalanced force, between both limits. What they miss is made good in the next step; a miss of the size of the

@@ -66,7 +66,7 @@ module rockdda_stepping_newton
    type :: newton_type
       real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
       logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
-      logical :: is_like_last = .false.  !! a static step that goes on like the last one, of which x is the motion
+      logical :: is_like_last = .false.  !! a static step of about the length of the last one, whose motion is in x
       logical :: at_floor = .false.      !! there is no smaller step to fall back to
       type(line_search_type), private :: line
       real(wp), allocatable, private :: largest(:)   !! (nb) work
