@@ -186,7 +186,7 @@ contains
    subroutine save(with_frame)
       logical, intent(in) :: with_frame
       call writing%start()
-      call results%append_history(sim%record, error)
+      call results%append_history(sim%record)
       call stop_on(error)
       if (with_frame) then
          call sim%contact_forces(force)

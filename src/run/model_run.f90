@@ -15,7 +15,7 @@
 !>
 !> Several threads of one process may compute runs at the same time; a lock lets one of them at a time use HDF5.
 module rockdda_run_model_run
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : first_line, to_string
@@ -36,6 +36,8 @@ module rockdda_run_model_run
 
    !> Up to so many blocks the first checkpoint waits (rockdda_run_checkpoint_timer): it takes longer than a step.
    integer, parameter :: few_blocks = 200
+   !> Bytes that take longer to write than a thread takes to start.
+   integer(i8), parameter :: much = 1048576_i8
 
    type, extends(run_files_type) :: run_type
       type(simulation_type) :: sim
@@ -59,6 +61,7 @@ module rockdda_run_model_run
       procedure :: check_completion
       procedure :: has_results
       procedure :: write_step
+      procedure :: has_much_to_flush
       procedure :: close => close_run
       procedure :: fraction_done
       procedure, private :: warn, check_energy
@@ -94,7 +97,8 @@ contains
       self%is_open = .not. allocated(error)
    end subroutine open_run
 
-   !> Write what an accepted step adds: its row of the history and, when due, frame, log line, flush and checkpoint.
+   !> Write what an accepted step adds: its row of the history and, when due, frame, log line, flush and checkpoint. A
+   !> flush that `has_much_to_flush` announces is left to the caller.
    !> A run without results only checks its energy balance.
    subroutine write_step(self, error)
       class(run_type), intent(inout) :: self
@@ -172,14 +176,15 @@ contains
           abs(self%sim%parameters%t_end - self%planned_end) > 0) call self%run_files_type%save(self%sim, error)
    end subroutine continue_files
 
-   !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due.
+   !> Write history row, frame and log line of an accepted step, then flush or write a checkpoint when due. Where there
+   !> is much to flush, that is left to the caller.
    subroutine write_rows(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: problem
       if (allocated(self%warning)) deallocate (self%warning)
-      call self%results%append_history(self%sim%record, error)
-      if (.not. allocated(error)) call self%check_energy(error)
+      call self%results%append_history(self%sim%record)
+      call self%check_energy(error)
       if (.not. allocated(error) .and. self%sim%state%step == 1) then
          if (len(weak_start_warning(self%sim)) > 0) call self%warn(weak_start_warning(self%sim), error)
       end if
@@ -198,7 +203,8 @@ contains
          call self%log%write_step(self%sim, error)
       if (allocated(error)) return
       if (.not. self%run_files_type%is_checkpoint_due(self%sim)) then
-         call self%results%flush_if_due(error)
+         if (self%has_much_to_flush()) return
+         if (self%results%is_flush_due()) call self%results%flush(error)
          return
       end if
       ! a failed checkpoint ends the run only if the results failed too: otherwise warn, and try again at the next one
@@ -211,6 +217,14 @@ contains
       call self%warn('no checkpoint of step '//to_string(self%sim%state%step)//': '//first_line(problem%message)// &
                      '; the run continues, and the older checkpoint is unchanged', error)
    end subroutine write_rows
+
+   !> Are there so many rows to flush that a thread of its own is worth while?
+   logical function has_much_to_flush(self)
+      class(run_type), intent(in) :: self
+      has_much_to_flush = .false.
+      if (.not. self%is_open .or. self%results%has_failed()) return
+      has_much_to_flush = self%results%is_flush_due() .and. self%results%waiting_bytes() > much
+   end function has_much_to_flush
 
    !> Report a false energy balance: one warning; with `strict` an error.
    subroutine check_energy(self, error)

@@ -8,6 +8,7 @@ module rockdda_run_step_loop
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_strings, only : first_line
    use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_background_flush, only : background_flush_type
    use rockdda_run_model_run, only : run_type
    implicit none
    private
@@ -23,15 +24,17 @@ module rockdda_run_step_loop
 contains
 
    !> Compute steps until the run reaches its end, the observer has a reason to stop, `max_steps` are accepted, or
-   !> `seconds` have passed and at least one step is accepted. A reason to stop and a failure become `run%reason`; an
-   !> error is a failure of the computation or of the output.
+   !> `seconds` have passed and at least one step is accepted. Much output is written while the next step is computed. A
+   !> reason to stop and a failure become `run%reason`; an error is a failure of the computation or of the output.
    subroutine advance_run(run, observer, error, max_steps, seconds, n_done)
-      type(run_type), intent(inout) :: run
+      type(run_type), intent(inout), target :: run
       class(step_observer_type), intent(inout) :: observer
       type(error_type), allocatable, intent(out) :: error
       integer, intent(in), optional :: max_steps
       real(wp), intent(in), optional :: seconds         !! on the wall clock
       integer, intent(out), optional :: n_done          !! accepted steps
+      type(background_flush_type), target :: flush
+      type(error_type), allocatable :: late_error
       character(len=:), allocatable :: reason
       real(wp) :: deadline
       integer :: n, n_max
@@ -54,12 +57,15 @@ contains
          end if
          if (len(reason) == 0) then
             call observer%begin_writing()
-            call run%write_step(error)
-            if (allocated(error)) reason = trim(merge('failed', 'output', error%code == error_code%computation))// &
-                                           ': '//first_line(error%message)
+            call flush%finish(error)
+            if (.not. allocated(error)) call run%write_step(error)
+            if (allocated(error)) reason = reason_of(error)
             if (len(reason) == 0) n = n + 1
             call observer%end_step(run, len(reason) == 0)
             call run%threads%renew()
+            if (len(reason) == 0) then
+               if (run%has_much_to_flush()) call flush%begin(run%results)
+            end if
          end if
          if (len(reason) > 0) then
             run%reason = reason
@@ -67,8 +73,20 @@ contains
          end if
          if (wall_seconds() >= deadline) exit
       end do
+      call flush%finish(late_error)
+      if (allocated(late_error) .and. .not. allocated(error)) then
+         run%reason = reason_of(late_error)
+         call move_alloc(late_error, error)
+      end if
       if (present(n_done)) n_done = n
    end subroutine advance_run
+
+   !> The reason for the end of a run that an error is.
+   pure function reason_of(error) result(reason)
+      type(error_type), intent(in) :: error
+      character(len=:), allocatable :: reason
+      reason = trim(merge('failed', 'output', error%code == error_code%computation))//': '//first_line(error%message)
+   end function reason_of
 
    !> The reason to stop before the next step, for the attribute `exit_reason` of the results; '' to continue.
    function stop_reason(self) result(text)

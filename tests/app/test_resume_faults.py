@@ -385,6 +385,40 @@ class FaultsOfTheDisk(ResumeTest):
 
 
 @unittest.skipIf(h5py is None, "h5py is missing")
+class FaultsBesideTheComputation(ResumeTest):
+    """Frames of so many blocks that they are written while the next step is computed: the same results, and the same
+    ends when the disk fails."""
+
+    def setUp(self):
+        super().setUp()
+        # single blocks that fall, 30 x 500: a frame has 2.8 MB; three of them are flushed together
+        rows, columns = 30, 500
+        blocks = rows * columns
+        text = ["rockdda-blocks 1", "e0 0.001", f"blocks {blocks}", f"vertices {4 * blocks}"]
+        text += ["fixed 0", "loading 0", "measured 0", "bolts 0"]
+        for number in range(blocks):
+            x, y = 2 * (number % columns), 2 * (number // columns)
+            text += [f"block {number + 1} 1 4"]
+            text += [f"{a} {b} 1" for a, b in ((x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1))]
+        text += ["fixed_points", "loading_points", "measured_points", "bolt_list", "end"]
+        self.write("many.blk", "\n".join(text) + "\n")
+        self.write("many.df", "1 20 1 1 0.1 0.001 1e9\n2500 24525 1e10 0.25 0 0 0 0 0 0 0 0 0\n30 0 0\n1.4\n")
+        self.case = Case(PROGRAM, [os.fspath(self.path("many.blk")), os.fspath(self.path("many.df"))], 24)
+        self.addCleanup(self.case.remove)
+        self.faults = Faults(self.folder)
+
+    def test_kill_and_full_disk(self):
+        calls = self.faults.count(self.case, "run")
+        generator = random.Random(11)
+        for kind, code in (("kill", -signal.SIGKILL), ("full", 5)):
+            for at in sorted(generator.sample(range(calls // 4, calls), 2)):
+                with self.subTest(kind=kind, call=at):
+                    self.case.clear()
+                    outcome = self.case.run("run", env=self.faults.environment(at, kind))
+                    self.assertEqual(outcome.returncode, code, outcome.stderr)
+                    self.assertEqual(self.case.recover(), "")
+
+
 class KilledAtRandom(ResumeTest):
     def test_shipped_models(self):
         generator = random.Random(7)

@@ -25,8 +25,8 @@ module rockdda_io_results
    private
    public :: results_type, results_header_type, results_rows_type, results_format_version
 
-   !> Rows in memory beyond this many bytes are written at once.
-   integer(i8), parameter :: largest_buffer = 33554432_i8
+   !> Rows in memory beyond this many bytes are to be flushed.
+   integer(i8), parameter :: largest_buffer = 8388608_i8
 
    !> Contacts of a block that are expected.
    integer, parameter :: usual_contacts = 6
@@ -61,12 +61,13 @@ module rockdda_io_results
       procedure :: reopen
       procedure :: rows
       procedure :: flush
-      procedure :: flush_if_due
+      procedure :: is_flush_due
+      procedure :: waiting_bytes
       procedure :: sync
       procedure :: keep_undo
       procedure :: has_failed
       procedure :: close => close_results
-      procedure, private :: add_tables, write_if_large, waiting_bytes
+      procedure, private :: add_tables
    end type results_type
 
 contains
@@ -170,10 +171,9 @@ contains
    end subroutine add_tables
 
    !> Append the row of an accepted step to the history.
-   subroutine append_history(self, record, error)
+   subroutine append_history(self, record)
       class(results_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
-      type(error_type), allocatable, intent(out) :: error
       integer :: nm, nf, n_boundaries
       nm = self%series(s_measured_rotation)%row_size
       nf = self%series(s_fixed_force)%row_size/2
@@ -199,7 +199,6 @@ contains
          call s(s_relaxation)%add([record%relaxation], 1)
          call s(s_time_error)%add([record%time_error], 1)
       end associate
-      call self%write_if_large(error)
    end subroutine append_history
 
    !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
@@ -263,7 +262,6 @@ contains
             call s(s_shear_stress)%add(stress(2, 1:n), n)
          end if
       end associate
-      call self%write_if_large(error)
    end subroutine append_frame
 
    !> Numbers of rows of the file, including those in memory.
@@ -309,21 +307,14 @@ contains
       if (.not. self%failed) call self%file%keep_undo(undo_path(self%file%path), digest, error)
    end subroutine keep_undo
 
-   !> Flush when the interval has passed since the last time.
-   subroutine flush_if_due(self, error)
-      class(results_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
+   !> Is it time to flush: has the interval passed since the last time, or do the waiting rows take much memory?
+   logical function is_flush_due(self)
+      class(results_type), intent(in) :: self
       integer(int64) :: now, rate
       call system_clock(now, rate)
-      if (real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp)) call self%flush(error)
-   end subroutine flush_if_due
-
-   !> Write when the waiting rows exceed the memory limit.
-   subroutine write_if_large(self, error)
-      class(results_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-      if (self%waiting_bytes() > largest_buffer) call self%flush(error)
-   end subroutine write_if_large
+      is_flush_due = real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp) .or. &
+                     self%waiting_bytes() > largest_buffer
+   end function is_flush_due
 
    !> Bytes waiting in memory.
    pure integer(i8) function waiting_bytes(self)
