@@ -11,6 +11,7 @@
 module rockdda_contact_topology
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_bridges, only : match_bridges
+   use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
@@ -83,23 +84,5 @@ contains
          if (topology%active(k)) topology%owner(topology%edge_out(k)) = k
       end do
    end subroutine new_contact_topology
-
-   !> Twice the area over the perimeter of a polygon. No circle inside a convex polygon has a larger radius, since the
-   !> triangles from its centre to the edges fill the area and are at least as high as the radius.
-   pure real(wp) function inradius_bound(polygon)
-      real(wp), intent(in) :: polygon(:, :)   !! (2, n) vertices
-      real(wp) :: p(2), q(2), area, perimeter
-      integer :: k, n
-      n = size(polygon, 2)
-      area = 0
-      perimeter = 0
-      do k = 1, n
-         p = polygon(:, k) - polygon(:, 1)
-         q = polygon(:, merge(1, k + 1, k == n)) - polygon(:, 1)
-         area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
-         perimeter = perimeter + norm2(q - p)
-      end do
-      inradius_bound = 2*abs(area)/max(perimeter, tiny(1.0_wp))
-   end function inradius_bound
 
 end module rockdda_contact_topology

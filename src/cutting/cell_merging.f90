@@ -13,12 +13,12 @@
 !>     |___/
 module rockdda_cutting_cell_merging
    use rockdda_base_kinds, only : wp
-   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_geometry_segments, only : cross_product
    use rockdda_cutting_cell_map, only : cell_map_type
    implicit none
    private
-   public :: remove_bridges, merge_slivers, drop_straight_nodes, is_convex, cell_thickness
+   public :: remove_bridges, merge_slivers, drop_straight_nodes, is_convex
 
    !> Sines up to this count as 0.
    real(wp), parameter :: straight = 1.0e-9_wp
@@ -68,7 +68,7 @@ contains
             if (.not. map%alive(h)) cycle
             if (seen(cell(h))) cycle
             seen(cell(h)) = .true.
-            if (cell_thickness(map%position(:, map%loop_of(h))) < limit) &
+            if (inradius_bound(map%position(:, map%loop_of(h))) < limit) &
                call merge_cell(map, h, convex_only, cell, changed)
          end do
          if (.not. changed) return
@@ -259,11 +259,5 @@ contains
          if (cross_product(a, b) <= 0) is_convex = is_convex .and. dot_product(a, b) >= 0
       end do
    end function is_convex
-
-   !> Twice the area over the perimeter.
-   pure real(wp) function cell_thickness(outline)
-      real(wp), intent(in) :: outline(:, :)      !! (2, n)
-      cell_thickness = 2*polygon_area(outline)/sum(norm2(cshift(outline, 1, 2) - outline, 1))
-   end function cell_thickness
 
 end module rockdda_cutting_cell_merging

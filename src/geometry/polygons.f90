@@ -17,7 +17,7 @@ module rockdda_geometry_polygons
    use rockdda_geometry_segments, only : distance_to_segment
    implicit none
    private
-   public :: polygon_area, polygon_properties, point_in_polygon, distance_to_outline
+   public :: polygon_area, inradius_bound, polygon_properties, point_in_polygon, distance_to_outline
 
 contains
 
@@ -37,6 +37,24 @@ contains
       end do
       area = 0.5_wp*area
    end function polygon_area
+
+   !> Twice the area over the perimeter of a polygon. No circle inside a convex polygon has a larger radius, since the
+   !> triangles from its centre to the edges fill the area and are at least as high as the radius.
+   pure real(wp) function inradius_bound(polygon)
+      real(wp), intent(in) :: polygon(:, :)   !! (2, n) vertices
+      real(wp) :: p(2), q(2), area, perimeter
+      integer :: k, n
+      n = size(polygon, 2)
+      area = 0
+      perimeter = 0
+      do k = 1, n
+         p = polygon(:, k) - polygon(:, 1)
+         q = polygon(:, merge(1, k + 1, k == n)) - polygon(:, 1)
+         area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
+         perimeter = perimeter + norm2(q - p)
+      end do
+      inradius_bound = 2*abs(area)/max(perimeter, tiny(1.0_wp))
+   end function inradius_bound
 
    !> Area, centroid and second moments about the centroid.
    pure subroutine polygon_properties(vertices, area, centroid, moments)

@@ -9,6 +9,7 @@ module rockdda_stepping_failure
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
+   use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_contact_numbers, only : highest_over_e, mean_edge, advised_time_step, advised_ratio, &
       stiffness_advice, springs_of_joint
@@ -324,20 +325,12 @@ contains
       if (thickness(blocks, state, a) <= thickness(blocks, state, b)) thinner = a
    end function thinner
 
-   !> Twice the area over the perimeter: the width of a long block [length].
+   !> Width of a long block [length].
    pure real(wp) function thickness(blocks, state, block)
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: block
-      real(wp) :: circumference
-      integer :: v, first, last
-      first = blocks%vertex_offset(block) + 1
-      last = blocks%vertex_offset(block + 1)
-      circumference = norm2(state%vertices(:, first) - state%vertices(:, last))
-      do v = first, last - 1
-         circumference = circumference + norm2(state%vertices(:, v + 1) - state%vertices(:, v))
-      end do
-      thickness = 2*state%area(block)/circumference
+      thickness = inradius_bound(state%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)))
    end function thickness
 
    !> Append a line of advice.

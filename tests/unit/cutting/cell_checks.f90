@@ -3,10 +3,10 @@
 module cell_checks
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_geometry_polygons, only : polygon_area, inradius_bound
    use rockdda_geometry_simplicity, only : find_crossing
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_cutting_cell_merging, only : is_convex, cell_thickness
+   use rockdda_cutting_cell_merging, only : is_convex
    use rockdda_cutting_subdivision, only : cell_choice_type, subdivide_blocks
    implicit none
    private
@@ -168,7 +168,7 @@ contains
       integer :: i
       smallest_thickness = huge(1.0_wp)
       do i = 1, blocks%n_blocks
-         smallest_thickness = min(smallest_thickness, cell_thickness(outline_of(blocks, i)))
+         smallest_thickness = min(smallest_thickness, inradius_bound(outline_of(blocks, i)))
       end do
    end function smallest_thickness
 
