@@ -30,7 +30,6 @@ module rockdda_run_files
       type(run_log_type) :: log
       type(frame_plan_type) :: plan
       type(checkpoint_timer_type), private :: timer
-      real(wp), allocatable, private :: force(:, :), stress(:, :)   !! scratch: forces and stresses of contacts
    contains
       procedure :: create_files
       procedure :: take_names
@@ -103,11 +102,12 @@ contains
       class(run_files_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: force(:, :), stress(:, :)
       self%last_frame = sim%state%step
       if (.not. self%facts%header%frames) return
-      call sim%contact_forces(self%force)
-      call sim%contact_stresses(self%stress)
-      call self%results%append_frame(sim%state, sim%contacts, self%force, self%stress, sim%bolt_forces(), error)
+      call sim%contact_forces(force)
+      call sim%contact_stresses(stress)
+      call self%results%append_frame(sim%state, sim%contacts, force, stress, sim%bolt_forces(), error)
       self%n_frames = self%n_frames + 1
    end subroutine save_frame
 

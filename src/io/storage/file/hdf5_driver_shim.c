@@ -10,6 +10,9 @@
  * A reader that opens the file during a commit, or after a kill, finds every row of the commit before. When a write
  * fails, the old bytes are restored.
  *
+ * Rows of a large model are as large as the model in memory: when more than MOST_WAITING bytes wait, data behind the
+ * end of the last commit, to which nothing in the file refers yet, is written before the commit.
+ *
  * The undo file holds the pages of the results that have changed since the last checkpoint, as they were then. It
  * reaches the disk before the results are changed, so that they can be restored exactly, whatever ended the run:
  *
@@ -34,6 +37,9 @@
 #include <H5FDdevelop.h>
 #endif
 
+/* Bytes that wait in memory at most, as far as they can be written before their commit. */
+enum { MOST_WAITING = 16 << 20 };
+
 /* One write that waits. */
 typedef struct {
    haddr_t addr;
@@ -53,6 +59,10 @@ typedef struct {
    ino_t inode;
    piece_t *pieces; /* by address, without overlap */
    size_t n, room;
+   size_t waiting;   /* bytes of all pieces */
+   haddr_t early;    /* end of what was written before its commit, 0 nothing */
+   size_t most;      /* bytes beyond which data are written early, 0: MOST_WAITING */
+   int keeps_all;    /* writing early has failed: the commit reports why */
    rockdda_undo_t undo;
 } results_t;
 
@@ -104,6 +114,7 @@ static int insert_piece(results_t *file, size_t k, H5FD_mem_t type, haddr_t addr
    piece->type = type;
    piece->bytes = copy;
    file->n++;
+   file->waiting += size;
    return 0;
 }
 
@@ -112,6 +123,7 @@ static void drop_pieces(results_t *file)
    size_t i;
    for (i = 0; i < file->n; i++) free(file->pieces[i].bytes);
    file->n = 0;
+   file->waiting = file->most = 0;
 }
 
 static herr_t results_write(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr_t addr, size_t size,
@@ -156,6 +168,7 @@ static H5FD_t *results_open(const char *name, unsigned flags, hid_t fapl, haddr_
          file->pieces = last_trial.pieces;
          file->n = last_trial.n;
          file->room = last_trial.room;
+         file->waiting = last_trial.waiting;
          length = last_trial.eof;
          memset(&last_trial, 0, sizeof last_trial);
       } else {
@@ -204,6 +217,33 @@ static int take_room(int fd, haddr_t from, haddr_t to)
    if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINTR) return errno;
    if (fstatvfs(fd, &disk) == 0 && (haddr_t)disk.f_bavail * disk.f_frsize < to - from) return ENOSPC;
    return ftruncate(fd, (off_t)to) == 0 ? 0 : errno;
+}
+
+/* Write data behind the last commit and keep it no longer. What cannot be written waits for the commit. */
+static void write_early(results_t *file)
+{
+   size_t i, k, from = first_behind(file, file->committed);
+   haddr_t end = file->early;
+   for (i = from; i < file->n; i++)
+      if (file->pieces[i].type == H5FD_MEM_DRAW && file->pieces[i].addr + file->pieces[i].size > end)
+         end = file->pieces[i].addr + file->pieces[i].size;
+   if (end > file->early && end > file->committed) file->keeps_all = take_room(file->fd, file->committed, end) != 0;
+   if (end > file->early) file->early = end;
+   for (i = k = from; i < file->n; i++) {
+      piece_t *piece = file->pieces + i;
+      int is_early = !file->keeps_all && piece->type == H5FD_MEM_DRAW && piece->addr >= file->committed;
+      if (is_early && rockdda_write_at(file->fd, piece->bytes, piece->size, piece->addr) != 0) {
+         file->keeps_all = 1;
+         is_early = 0;
+      }
+      if (is_early) {
+         file->waiting -= piece->size;
+         free(piece->bytes);
+      } else
+         file->pieces[k++] = *piece;
+   }
+   file->n = k;
+   file->most = file->waiting + MOST_WAITING;
 }
 
 /* Write the pieces in place. When that fails restore the old bytes; where that fails too, `restore_failed` is set: what
@@ -280,8 +320,10 @@ static int commit(results_t *file)
       if (new > old && !restore_failed && ftruncate(file->fd, (off_t)old) != 0) errno = 0;
       return problem;
    }
-   if (new < old && ftruncate(file->fd, (off_t)new) != 0) return errno;
+   if ((new < old || new < file->early) && ftruncate(file->fd, (off_t)new) != 0) return errno;
    file->committed = new;
+   file->early = 0;
+   file->keeps_all = 0;
    drop_pieces(file);
    return 0;
 }
@@ -292,6 +334,7 @@ static herr_t results_close(H5FD_t *base)
    /* The library may have reduced the end of the file while it closes. The file is complete without this last commit,
     * and the library does not survive a failure here: ignore one. */
    if (commit(file) != 0) errno = 0;
+   if (file->early > file->committed && ftruncate(file->fd, (off_t)file->committed) != 0) errno = 0;
    if (file->trial) {
       drop_pieces(&last_trial);
       free(last_trial.pieces);
@@ -391,6 +434,7 @@ static herr_t results_write(H5FD_t *base, H5FD_mem_t type, hid_t transfer, haddr
       k++;
    }
    if (end > file->eof) file->eof = end;
+   if (file->waiting > (file->most ? file->most : MOST_WAITING) && !file->abandoned && !file->keeps_all) write_early(file);
    return 0;
 }
 

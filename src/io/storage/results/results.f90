@@ -46,6 +46,8 @@ module rockdda_io_results
                          n_series = n_tables
 
    type :: results_type
+      integer :: slab = 65536                    !! rows of contacts that a frame takes at a time
+      integer(i8) :: long_table = 16777216_i8    !! bytes of one table that wait for a flush at most
       type(hdf5_file_type), private :: file
       type(output_lock_type), private :: lock
       type(series_type), private :: series(n_series)
@@ -67,7 +69,7 @@ module rockdda_io_results
       procedure :: keep_undo
       procedure :: has_failed
       procedure :: close => close_results
-      procedure, private :: add_tables
+      procedure, private :: add_tables, append_contacts, write_long_tables
    end type results_type
 
 contains
@@ -212,8 +214,6 @@ contains
       real(wp), intent(in) :: bolt_force(:)             !! (bolts) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
       integer :: nb, nv, n_bolts, c, n
-      integer, allocatable :: pair(:, :)
-      real(wp), allocatable :: point(:, :)
       if (.not. self%frames) return
       n = merge(contacts%n, 0, self%contacts)
       if (n > huge(n) - self%so_far%contacts) then
@@ -243,26 +243,46 @@ contains
          self%so_far%frames = self%so_far%frames + 1
          self%so_far%contacts = self%so_far%contacts + n
          call s(s_offset)%add([self%so_far%contacts], 1)
-         if (n > 0) then
-            allocate (pair(2, n), point(2, n))
-            do c = 1, n
-               pair(:, c) = [contacts%block_a(c), contacts%block_b(c)] - 1
-               point(:, c) = state%vertices(:, contacts%vertex(c))
-               if (contacts%station(c) > 0) point(:, c) = contacts%point(:, c)
-               point(:, c) = point(:, c) + state%datum
-            end do
-            call s(s_point)%add(reshape(point, [2*n]), n)
-            call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
-            call s(s_state)%add(contacts%state(1:n), n)
-            call s(s_blocks)%add(reshape(pair, [2*n]), n)
-            call s(s_opening)%add(contacts%distance(1:n), n)
-            call s(s_slip)%add(contacts%total_slip(1:n), n)
-            call s(s_length)%add(contacts%length(1:n), n)
-            call s(s_normal_stress)%add(stress(1, 1:n), n)
-            call s(s_shear_stress)%add(stress(2, 1:n), n)
-         end if
       end associate
+      call self%write_long_tables(error)
+      do c = 1, n, self%slab
+         if (allocated(error)) return
+         call self%append_contacts(c, min(n, c + self%slab - 1), state, contacts, force, stress)
+         call self%write_long_tables(error)
+      end do
    end subroutine append_frame
+
+   !> Rows first to last of the contacts of a frame.
+   subroutine append_contacts(self, first, last, state, contacts, force, stress)
+      class(results_type), intent(inout) :: self
+      integer, intent(in) :: first, last
+      type(block_state_type), intent(in) :: state
+      type(contact_table_type), intent(in) :: contacts
+      real(wp), intent(in) :: force(:, :), stress(:, :)
+      integer, allocatable :: pair(:, :)
+      real(wp), allocatable :: point(:, :)
+      integer :: c, k, n
+      n = last - first + 1
+      allocate (pair(2, n), point(2, n))
+      do c = first, last
+         k = c - first + 1
+         pair(:, k) = [contacts%block_a(c), contacts%block_b(c)] - 1
+         point(:, k) = state%vertices(:, contacts%vertex(c))
+         if (contacts%station(c) > 0) point(:, k) = contacts%point(:, c)
+         point(:, k) = point(:, k) + state%datum
+      end do
+      associate (s => self%series)
+         call s(s_point)%add(reshape(point, [2*n]), n)
+         call s(s_force)%add(reshape(force(:, first:last), [2*n]), n)
+         call s(s_state)%add(contacts%state(first:last), n)
+         call s(s_blocks)%add(reshape(pair, [2*n]), n)
+         call s(s_opening)%add(contacts%distance(first:last), n)
+         call s(s_slip)%add(contacts%total_slip(first:last), n)
+         call s(s_length)%add(contacts%length(first:last), n)
+         call s(s_normal_stress)%add(stress(1, first:last), n)
+         call s(s_shear_stress)%add(stress(2, first:last), n)
+      end associate
+   end subroutine append_contacts
 
    !> Numbers of rows of the file, including those in memory.
    pure type(results_rows_type) function rows(self)
@@ -315,6 +335,18 @@ contains
       is_flush_due = real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp) .or. &
                      self%waiting_bytes() > largest_buffer
    end function is_flush_due
+
+   !> Hand the rows of tables of which many wait to the file, which commits them at the next flush.
+   subroutine write_long_tables(self, error)
+      class(results_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, n_series
+         if (self%failed) return
+         if (self%series(i)%waiting_bytes() > self%long_table) call self%series(i)%write(self%file, error)
+         self%failed = allocated(error)
+      end do
+   end subroutine write_long_tables
 
    !> Bytes waiting in memory.
    pure integer(i8) function waiting_bytes(self)

@@ -29,6 +29,8 @@ module rockdda_io_series
    integer, parameter :: least_chunks = 4
    !> Entries to read at a time.
    integer(i8), parameter :: most_read = 1048576
+   !> Room in memory beyond so many entries is taken as it is needed, and given back.
+   integer, parameter :: large_room = 131072
 
    type :: series_type
       character(len=:), allocatable :: name         !! dataset
@@ -201,7 +203,7 @@ contains
       integer :: n
       n = self%row_size*(self%n_begun + self%n_waiting)
       if (n + size(values) > size(self%values)) then
-         allocate (larger(2*(n + size(values))))
+         allocate (larger(merge(2, 1, n + size(values) <= large_room)*(n + size(values))))
          larger(1:n) = self%values(1:n)
          call move_alloc(larger, self%values)
       end if
@@ -334,11 +336,18 @@ contains
    subroutine keep_last(self, n_rows, done)
       class(series_type), intent(inout) :: self
       integer, intent(in) :: n_rows, done       !! in memory; of complete chunks
+      real(wp), allocatable :: smaller(:)
       integer :: a, b
       a = self%row_size*done
       b = self%row_size*(n_rows - done)
       self%n_begun = n_rows - done
-      if (done > 0) self%values(1:b) = self%values(a + 1:a + b)
+      if (size(self%values) > max(large_room, 2*b)) then
+         allocate (smaller(max(1, b)))
+         smaller(1:b) = self%values(a + 1:a + b)
+         call move_alloc(smaller, self%values)
+      else if (done > 0) then
+         self%values(1:b) = self%values(a + 1:a + b)
+      end if
    end subroutine keep_last
 
    !> Is a row divided into several chunks? Then each has one row, and is always complete.
