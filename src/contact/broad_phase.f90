@@ -12,7 +12,7 @@ module rockdda_contact_broad_phase
    use rockdda_model_blocks, only : block_system_type
    implicit none
    private
-   public :: close_pairs_type, many_parts
+   public :: close_pairs_type, many_parts, boxes_close
 
    !> Parts in which the pairs of a large model are searched.
    integer, parameter :: many_parts = 16
@@ -34,6 +34,7 @@ module rockdda_contact_broad_phase
    contains
       procedure :: update
       procedure :: is_close
+      procedure :: allowance
       procedure :: n_parts
       procedure :: first_of
    end type close_pairs_type
@@ -98,6 +99,12 @@ contains
       end if
       is_close = boxes_close(self%boxes(:, self%candidates(1, k)), self%boxes(:, self%candidates(2, k)), self%reach)
    end function is_close
+
+   !> How far vertices may move while lists of what is close in the pairs are kept: a part of what boxes may.
+   pure real(wp) function allowance(self)
+      class(close_pairs_type), intent(in) :: self
+      allowance = 0.025_wp*self%margin
+   end function allowance
 
    !> Number of parts into which the candidates are divided.
    pure integer function n_parts(self)

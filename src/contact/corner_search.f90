@@ -25,7 +25,7 @@ module rockdda_contact_corner_search
    use rockdda_contact_topology, only : contact_topology_type
    implicit none
    private
-   public :: search_corners
+   public :: search_corners, try_rounded_corner, corner_zone
 
    !> Of the four lines of two corners (edge that leaves b, reaches b, leaves a, reaches a), the one of the other block
    !> that runs the other way when they are face to face.
@@ -67,14 +67,6 @@ contains
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: x, y, far
       integer :: i, j
-      if (limits%by_length) then
-         do i = 1, n_near_a
-            do j = 1, n_near_b
-               call try_rounded_corner(near_a(i), near_b(j), vertices, topology, outlines, exposure, limits, list)
-            end do
-         end do
-         return
-      end if
       far = max(limits%reach, 2*limits%zone)**2
       do i = 1, n_near_a
          x = vertices(1, near_a(i))
@@ -286,12 +278,16 @@ contains
       r = vertices(:, a) - vertices(:, b)
       edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
       ! each vertex in the other's corner region, which holds the arc: it depends on the blocks alone
-      zone = corner_zone*minval(outlines%length(edge))
-      do k = 1, 4
-         if (into_edge(k) > zone) return
-      end do
+      associate (t => outlines%tangent, length => outlines%length)
+         zone = corner_zone*min(length(edge(1)), length(edge(2)), length(edge(3)), length(edge(4)))
+         if (r(1)*t(1, edge(1)) + r(2)*t(2, edge(1)) > zone) return
+         if (-(r(1)*t(1, edge(2)) + r(2)*t(2, edge(2))) > zone) return
+         if (-(r(1)*t(1, edge(3)) + r(2)*t(2, edge(3))) > zone) return
+         if (r(1)*t(1, edge(4)) + r(2)*t(2, edge(4)) > zone) return
+      end associate
       if (is_lateral(edge(2), edge(3)) .or. is_lateral(edge(4), edge(1))) return
-      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
+      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner, &
+                        is_weighed=.false.)
       if (.not. corner%exists) return
       if (corner%gap < -limits%penetration .or. corner%gap > limits%reach) return
       do k = 1, 2
@@ -305,13 +301,6 @@ contains
       call list%append(candidate_type(a, b, station=corner_station))
 
    contains
-
-      !> How far the foot of the other corner lies inside an edge.
-      pure real(wp) function into_edge(k)
-         integer, intent(in) :: k
-         into_edge = dot_product(r, outlines%tangent(:, edge(k)))
-         if (k == 2 .or. k == 3) into_edge = -into_edge
-      end function into_edge
 
       !> Do these edges at the two corners face each other on an interval, or lie in one plane?
       pure logical function is_lateral(e, f)

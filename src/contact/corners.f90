@@ -41,8 +41,9 @@ module rockdda_contact_corners
 
 contains
 
-   !> Corner a of one block and corner b of another.
-   pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, cosine, radius, corner)
+   !> Corner a of one block and corner b of another; weight, point and share on request: most corners that are
+   !> looked at have no row.
+   pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, cosine, radius, corner, is_weighed)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
@@ -50,6 +51,7 @@ contains
       real(wp), intent(in) :: sine, cosine                 !! of the angle tolerance
       real(wp), intent(in) :: radius                       !! share of the shortest edge
       type(corner_type), intent(out) :: corner
+      logical, intent(in), optional :: is_weighed          !! default: yes
       real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share, part
       integer :: edge(4), vertex(4), side(4), chosen(2), i, k, n_sides, v
       logical :: is_along(4)
@@ -87,10 +89,16 @@ contains
          sides(:, 2) = normal(:, chosen(2))
          call round_wedge(r, sides, shortest, radius, corner%gap, corner%normal, share)
       end if
+      if (present(is_weighed)) then
+         if (.not. is_weighed) return
+      end if
       do k = 1, 2
          if (corner%edge(k) == 0) cycle
          ! of edges of both blocks that lie along one side each takes its part, whichever block comes first
-         is_along(1:n_sides) = matmul(normal(:, chosen(k)), normal(:, side(1:n_sides))) >= 1 - same_side
+         do i = 1, n_sides
+            is_along(i) = normal(1, chosen(k))*normal(1, side(i)) + normal(2, chosen(k))*normal(2, side(i)) >= &
+                          1 - same_side
+         end do
          part = merge(1 - share, share, k == 1)/count(is_along(1:n_sides))
          do i = 1, n_sides
             if (.not. is_along(i)) cycle

@@ -10,9 +10,10 @@ module rockdda_contact_interval_search
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, most_points
+   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing, most_points
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_narrow_phase, only : collect_pair
+   use rockdda_contact_narrow_phase, only : collect_pair, is_beyond
    implicit none
    private
    public :: search_faces, joint_of
@@ -21,8 +22,10 @@ contains
 
    !> Intervals of all joints, and what they cover. Contacts of vertices on edges need but the latter.
    !> Many arguments: all that the search knows of the step.
-   subroutine search_faces(pairs, blocks, topology, outlines, vertices, limits, previous, history, exposure, found)
+   subroutine search_faces(pairs, lists, blocks, topology, outlines, vertices, limits, previous, history, exposure, &
+                           found)
       type(close_pairs_type), intent(in) :: pairs
+      type(near_lists_type), intent(in) :: lists             !! of the pairs, by length
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
@@ -32,23 +35,21 @@ contains
       type(contact_history_type), intent(in) :: history      !! its index
       type(exposure_type), intent(inout) :: exposure
       type(candidate_list_type), intent(inout) :: found(:)   !! (parts)
-      integer :: part, n_parts, k, a, b, before, n
+      integer :: part, n_parts, k, before, n
       logical :: is_tied
       n_parts = pairs%n_parts()
       found%n_intervals = 0
       found%n_kept = 0
-      !$omp parallel do default(none) shared(pairs, blocks, topology, outlines, vertices, limits, previous, history) &
-      !$omp shared(found, n_parts) private(part, k, a, b) schedule(dynamic) if (n_parts > 1)
+      !$omp parallel do default(none) shared(pairs, lists, blocks, topology, outlines, vertices, limits, previous) &
+      !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
-         do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
-            if (.not. pairs%is_close(k)) cycle
-            a = pairs%candidates(1, k)
-            b = pairs%candidates(2, k)
-            call search_intervals([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                                  [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
-                                  pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, &
-                                  blocks%edge_joint, limits, previous, history, found(part))
-         end do
+         if (limits%by_length) then
+            call search_listed(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, limits, &
+                               previous, history, found(part))
+         else
+            call search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
+                              found(part))
+         end if
       end do
       !$omp end parallel do
       if (allocated(limits%sunk)) then
@@ -116,40 +117,96 @@ contains
 
    end subroutine drop_hidden_intervals
 
-   !> Append the stations of all intervals of blocks a < b.
-   pure subroutine search_intervals(range_a, range_b, box_a, box_b, vertices, topology, outlines, joint, limits, &
-                                    previous, history, list)
-      integer, intent(in) :: range_a(2), range_b(2)      !! first and last vertex of each block
-      real(wp), intent(in) :: box_a(4), box_b(4)         !! xmin ymin xmax ymax
-      real(wp), intent(in), contiguous :: vertices(:, :) !! (2, nv) now
+   !> Intervals of one part of the pairs, with contacts of vertices on edges: of all edges that are close.
+   pure subroutine search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, list)
+      integer, intent(in) :: part
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines        !! of the vertices now
-      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
+      real(wp), intent(in), contiguous :: vertices(:, :) !! (2, nv) now
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous   !! last step's table
       type(contact_history_type), intent(in) :: history  !! its index
       type(candidate_list_type), intent(inout) :: list
-      type(interval_type) :: interval
       integer :: i, j, k, f, e
-      call collect_pair(range_a, range_b, box_a, box_b, vertices, topology, limits%reach, list)
-      call list%keep_near()
-      do i = 1, list%n_edges_a
-         f = list%edges_a(i)
-         do j = 1, list%n_edges_b
-            e = list%edges_b(j)
-            if (.not. may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) cycle
-            call measure_interval(f, e, vertices, topology, outlines, interval)
-            if (interval%is_deep) interval%exists = was_closed(f, e, previous, history)
-            if (.not. interval%exists) cycle
-            if (min(interval%gap_low, interval%gap_high) > limits%reach) cycle
-            if (max(interval%gap_low, interval%gap_high) < -limits%penetration) cycle
-            call list%append_interval(interval)
-            do k = 1, limits%points(joint_of(f, e, joint))
-               call list%append(candidate_type(f, e, station=k))
+      do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
+         if (.not. pairs%is_close(k)) cycle
+         associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k))
+            call collect_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                              [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
+                              pairs%boxes(:, b), vertices, topology, limits%reach, list)
+         end associate
+         call list%keep_near()
+         do i = 1, list%n_edges_a
+            f = list%edges_a(i)
+            do j = 1, list%n_edges_b
+               e = list%edges_b(j)
+               if (may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) &
+                  call try_interval(f, e, vertices, topology, outlines, blocks%edge_joint, limits, previous, history, &
+                                    list)
             end do
          end do
       end do
-   end subroutine search_intervals
+   end subroutine search_close
+
+   !> Intervals of one part of the pairs by length: of the edges listed, as far as they are close to the other block.
+   pure subroutine search_listed(items, pairs, vertices, topology, outlines, joint, limits, previous, history, list)
+      type(near_part_type), intent(in) :: items
+      type(close_pairs_type), intent(in) :: pairs
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(candidate_list_type), intent(inout) :: list
+      integer :: place, first, l
+      place = 0
+      do while (place < items%n)
+         associate (head => items%items(place + 1:place + n_heads))
+            first = place + n_heads
+            place = first + 2*sum(head(2:n_heads))
+            if (head(2) == 0) cycle
+            if (.not. pairs%is_close(head(1))) cycle
+            do l = first + 1, first + 2*head(2), 2
+               associate (f => items%items(l), e => items%items(l + 1), &
+                          box_a => pairs%boxes(:, pairs%candidates(1, head(1))), &
+                          box_b => pairs%boxes(:, pairs%candidates(2, head(1))))
+                  if (.not. is_facing(f, e, outlines, limits%cosine)) cycle
+                  if (is_beyond(vertices(:, f), vertices(:, topology%next(f)), box_b, limits%reach)) cycle
+                  if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), box_a, limits%reach)) cycle
+                  call try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine search_listed
+
+   !> Append the stations of the interval of two edges, if they face each other within reach.
+   pure subroutine try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
+      integer, intent(in) :: f, e
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(candidate_list_type), intent(inout) :: list
+      type(interval_type) :: interval
+      integer :: k
+      call measure_interval(f, e, vertices, topology, outlines, interval)
+      if (interval%is_deep) interval%exists = was_closed(f, e, previous, history)
+      if (.not. interval%exists) return
+      if (min(interval%gap_low, interval%gap_high) > limits%reach) return
+      if (max(interval%gap_low, interval%gap_high) < -limits%penetration) return
+      call list%append_interval(interval)
+      do k = 1, limits%points(joint_of(f, e, joint))
+         call list%append(candidate_type(f, e, station=k))
+      end do
+   end subroutine try_interval
 
    !> May two edges face each other on an interval within reach? Only then is it measured. Their directions differ from
    !> opposite ones by less than the angle tolerance, so that positions and gaps by e differ from those of the interval

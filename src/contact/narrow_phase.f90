@@ -24,7 +24,7 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_exposure, only : exposure_type
    implicit none
    private
-   public :: search_pair, search_near, collect_pair
+   public :: search_pair, search_near, collect_pair, try_vertex, is_beyond
 
 contains
 
@@ -168,12 +168,7 @@ contains
             if (gap > reach .or. gap < -penetration) cycle
             s = r(1)*t(1) + r(2)*t(2)
             if (s < -zone .or. s > length(e) + zone) cycle
-            if (limits%by_length) then
-               ! `is_facing` of the edges at v, in place
-               if (into(1)*t(1) + into(2)*t(2) <= -limits%cosine) cycle
-               if (outof(1)*t(1) + outof(2)*t(2) <= -limits%cosine) cycle
-               if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) cycle
-            else if (limits%corrected) then
+            if (limits%corrected) then
                if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
             end if
             call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, &
@@ -181,6 +176,52 @@ contains
          end do
       end do
    end subroutine search_edges
+
+   !> Contact by length of a vertex with an edge of the other block: within reach, not at the end of an edge that faces
+   !> it, nor where it is hidden.
+   pure subroutine try_vertex(v, e, side, own_box, other_box, nv, vertices, tangent, length, topology, outlines, &
+                              previous, history, exposure, limits, list)
+      integer, intent(in) :: v, e, nv
+      integer, intent(in) :: side                          !! 1: v is on the first block of the pair; 2: on the second
+      real(wp), intent(in) :: own_box(4), other_box(4)     !! of the blocks of v and e
+      real(wp), intent(in) :: vertices(2, nv)
+      real(wp), intent(in) :: tangent(2, nv), length(nv)   !! of `outlines`
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
+      type(search_limits_type), intent(in) :: limits
+      type(candidate_list_type), intent(inout) :: list
+      real(wp) :: r(2), t(2), gap, s, into(2), outof(2)
+      if (outlines%concave(v)) return
+      r(1) = vertices(1, v) - vertices(1, e)
+      r(2) = vertices(2, v) - vertices(2, e)
+      t(1) = tangent(1, e)
+      t(2) = tangent(2, e)
+      gap = r(1)*t(2) - r(2)*t(1)
+      if (gap > limits%reach .or. gap < -limits%penetration) return
+      s = r(1)*t(1) + r(2)*t(2)
+      if (s < -limits%zone .or. s > length(e) + limits%zone) return
+      into = tangent(:, topology%edge_in(v))
+      outof = tangent(:, topology%edge_out(v))
+      ! `is_facing` of the edges at v, in place
+      if (into(1)*t(1) + into(2)*t(2) <= -limits%cosine) return
+      if (outof(1)*t(1) + outof(2)*t(2) <= -limits%cosine) return
+      if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
+      if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
+      if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) return
+      call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
+                    history, limits, list)
+   end subroutine try_vertex
+
+   !> Do both ends of an edge, or a vertex, lie beyond one side of a box that is widened by the reach?
+   pure logical function is_beyond(p, q, box, reach)
+      real(wp), intent(in) :: p(2), q(2)
+      real(wp), intent(in) :: box(4), reach                !! xmin ymin xmax ymax [length]
+      is_beyond = max(p(1), q(1)) < box(1) - reach .or. max(p(2), q(2)) < box(2) - reach .or. &
+                  min(p(1), q(1)) > box(3) + reach .or. min(p(2), q(2)) > box(4) + reach
+   end function is_beyond
 
    !> Vertex-edge contact of a vertex with an edge of the other block within its reach, unless it was paired with an end
    !> of the edge as a corner.

@@ -11,12 +11,10 @@ module rockdda_contact_search
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type, new_contact_history
    use rockdda_contact_outlines, only : outlines_type
-   use rockdda_contact_broad_phase, only : close_pairs_type, many_parts
+   use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_narrow_phase, only : search_pair, search_near
-   use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_interval_search, only : search_faces
+   use rockdda_contact_narrow_search, only : narrow_search_type
    use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
    use rockdda_contact_newborn, only : touch_newborn
    use rockdda_contact_rows, only : fill_table
@@ -28,10 +26,9 @@ module rockdda_contact_search
    type :: contact_search_type
       type(close_pairs_type) :: pairs
       type(outlines_type) :: outlines
-      type(candidate_list_type) :: found(many_parts)  !! candidate rows of each part
-      type(candidate_list_type) :: list               !! of all parts
+      type(narrow_search_type) :: narrow
+      type(candidate_list_type) :: list               !! candidate rows
       type(contact_history_type) :: history
-      type(exposure_type) :: exposure
       type(inheritance_work_type) :: inheritance
       logical, allocatable :: newborn(:)              !! (nb) blocks that have just been placed; not allocated: none
       integer, allocatable :: order(:), start(:)
@@ -52,24 +49,11 @@ contains
       logical, intent(in) :: first_step                    !! touching contacts are born bonded
       real(wp), intent(in) :: touch                        !! gap below which two blocks touch at the start [length]
       type(contact_table_type), intent(inout) :: table
-      integer :: part, n_parts
-
       call self%pairs%update(blocks, vertices, limits%reach)
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
-      n_parts = self%pairs%n_parts()
-      self%found%n = 0
-      if (limits%by_length .or. limits%corrected) &
-         call search_faces(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history, &
-                           self%exposure, self%found(1:n_parts))
-      !$omp parallel do default(none) shared(self, blocks, topology, vertices, limits, previous, n_parts) &
-      !$omp private(part) schedule(dynamic) if (n_parts > 1)
-      do part = 1, n_parts
-         call search_part(part, self%pairs, blocks, topology, self%outlines, vertices, limits, previous, &
-                          self%history, self%exposure, self%found(part))
-      end do
-      !$omp end parallel do
-      call self%list%collect(self%found(1:n_parts))
+      call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history, &
+                           self%list)
       call self%list%sort(size(vertices, 2), self%start, self%order)
       call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
       call hand_on_history(previous, self%history, topology, self%outlines, self%list, self%order, limits, &
@@ -77,40 +61,5 @@ contains
       if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, limits%is_tied, touch, &
                                                       table)
    end subroutine search_contacts
-
-   !> Candidate rows of one part of the pairs.
-   pure subroutine search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
-                               exposure, list)
-      integer, intent(in) :: part
-      type(close_pairs_type), intent(in) :: pairs
-      type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(candidate_list_type), intent(inout) :: list
-      integer :: k, a, b, place
-      logical :: is_kept
-      ! the search for intervals has kept what is close
-      is_kept = limits%by_length .or. limits%corrected
-      place = 0
-      do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
-         if (.not. pairs%is_close(k)) cycle
-         if (is_kept) then
-            call list%recall_near(place)
-            call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
-         else
-            a = pairs%candidates(1, k)
-            b = pairs%candidates(2, k)
-            call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
-                             pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
-                             exposure, limits, list)
-         end if
-      end do
-   end subroutine search_part
 
 end module rockdda_contact_search

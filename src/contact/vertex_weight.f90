@@ -30,14 +30,17 @@ contains
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       real(wp), intent(in) :: cosine                       !! of the angle tolerance
-      real(wp) :: t(2), s, alpha, beta, length, l_in, l_out, tolerance
+      real(wp) :: t(2), into(2), outof(2), s, alpha, beta, length, l_in, l_out, tolerance
       tolerance = acos(min(1.0_wp, cosine))
       t = outlines%tangent(:, e)
       length = outlines%length(e)
       s = min(max(dot_product(point - vertices(:, e), t), 0.0_wp), length)
       ! seen from v the edge that reaches it runs along e, the one that leaves it against e
-      alpha = max(0.0_wp, angle(-outlines%tangent(:, topology%edge_in(v)), t) - tolerance)
-      beta = max(0.0_wp, angle(outlines%tangent(:, topology%edge_out(v)), -t) - tolerance)
+      ! (no expressions of sections as arguments: they are temporary arrays on the heap)
+      into = outlines%tangent(:, topology%edge_in(v))
+      outof = outlines%tangent(:, topology%edge_out(v))
+      alpha = max(0.0_wp, angle_from_opposite(into, t) - tolerance)
+      beta = max(0.0_wp, angle_from_opposite(outof, t) - tolerance)
       l_in = min(outlines%length(topology%edge_in(v)), length - s)
       l_out = min(outlines%length(topology%edge_out(v)), s)
       if (alpha + beta > 0) then
@@ -49,10 +52,10 @@ contains
                                                      outlines%length(topology%edge_out(v))))
    end function vertex_weight
 
-   !> Angle between two unit vectors, 0 to pi.
-   pure real(wp) function angle(a, b)
+   !> Angle between a unit vector and the opposite of another one, 0 to pi.
+   pure real(wp) function angle_from_opposite(a, b) result(angle)
       real(wp), intent(in) :: a(2), b(2)
-      angle = atan2(abs(a(1)*b(2) - a(2)*b(1)), dot_product(a, b))
-   end function angle
+      angle = atan2(abs(a(1)*b(2) - a(2)*b(1)), -(a(1)*b(1) + a(2)*b(2)))
+   end function angle_from_opposite
 
 end module rockdda_contact_vertex_weight

@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: MIT
+!> Candidate rows of all close pairs of blocks.
+!>
+!> The pairs are searched in a few parts, one after the other or side by side: intervals first, because what they cover
+!> hides corners and vertices. By length that is tested which is listed for each pair (rockdda_contact_near_lists), with
+!> contacts of vertices on edges all that is close.
+module rockdda_contact_narrow_search
+   use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_broad_phase, only : close_pairs_type, many_parts
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_corner_search, only : try_rounded_corner
+   use rockdda_contact_exposure, only : exposure_type
+   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_interval_search, only : search_faces
+   use rockdda_contact_narrow_phase, only : search_pair, search_near, try_vertex, is_beyond
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_topology, only : contact_topology_type
+   implicit none
+   private
+   public :: narrow_search_type
+
+   !> Scratch, kept from step to step; nothing in it is part of the state.
+   type :: narrow_search_type
+      type(near_lists_type) :: lists                  !! by length
+      type(exposure_type) :: exposure
+      type(candidate_list_type) :: found(many_parts)  !! candidate rows of each part
+   contains
+      procedure :: run
+   end type narrow_search_type
+
+contains
+
+   !> Candidate rows within the limits.
+   subroutine run(self, pairs, blocks, topology, outlines, vertices, limits, previous, history, list)
+      class(narrow_search_type), intent(inout) :: self
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous     !! last step's table
+      type(contact_history_type), intent(in) :: history    !! its index
+      type(candidate_list_type), intent(inout) :: list
+      integer :: part, n_parts
+      if (limits%by_length) call self%lists%update(pairs, blocks, topology, outlines, vertices, limits)
+      n_parts = pairs%n_parts()
+      self%found%n = 0
+      if (limits%by_length .or. limits%corrected) &
+         call search_faces(pairs, self%lists, blocks, topology, outlines, vertices, limits, previous, history, &
+                           self%exposure, self%found(1:n_parts))
+      !$omp parallel do default(none) private(part) schedule(dynamic) if (n_parts > 1) &
+      !$omp shared(self, pairs, blocks, topology, outlines, vertices, limits, previous, history, n_parts)
+      do part = 1, n_parts
+         if (limits%by_length) then
+            call search_listed(self%lists%parts(part), pairs, topology, outlines, vertices, limits, previous, history, &
+                               self%exposure, self%found(part))
+         else
+            call search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
+                             self%exposure, self%found(part))
+         end if
+      end do
+      !$omp end parallel do
+      call list%collect(self%found(1:n_parts))
+   end subroutine run
+
+   !> Candidate rows of one part of the pairs, with contacts of vertices on edges.
+   pure subroutine search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
+                               exposure, list)
+      integer, intent(in) :: part
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
+      type(candidate_list_type), intent(inout) :: list
+      integer :: k, a, b, place
+      logical :: is_kept
+      ! the search for intervals has kept what is close
+      is_kept = limits%corrected
+      place = 0
+      do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
+         if (.not. pairs%is_close(k)) cycle
+         if (is_kept) then
+            call list%recall_near(place)
+            call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
+         else
+            a = pairs%candidates(1, k)
+            b = pairs%candidates(2, k)
+            call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
+                             pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
+                             exposure, limits, list)
+         end if
+      end do
+   end subroutine search_part
+
+   !> Candidate rows of corners and of vertices on edges by length, of one part of the pairs.
+   pure subroutine search_listed(items, pairs, topology, outlines, vertices, limits, previous, history, exposure, &
+                                 list)
+      type(near_part_type), intent(in) :: items
+      type(close_pairs_type), intent(in) :: pairs
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      type(exposure_type), intent(in) :: exposure
+      type(candidate_list_type), intent(inout) :: list
+      integer :: place, first, l
+      place = 0
+      do while (place < items%n)
+         associate (head => items%items(place + 1:place + n_heads), now => items%items)
+            first = place + n_heads + 2*head(2)
+            place = first + 2*sum(head(3:n_heads))
+            if (place == first) cycle
+            if (.not. pairs%is_close(head(1))) cycle
+            list%n_corners = 0
+            associate (box_a => pairs%boxes(:, pairs%candidates(1, head(1))), &
+                       box_b => pairs%boxes(:, pairs%candidates(2, head(1))))
+               do l = first + 1, first + 2*head(3), 2
+                  if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
+                  if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
+                  call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, exposure, limits, list)
+               end do
+               first = first + 2*head(3)
+               do l = first + 1, first + 2*head(4), 2
+                  call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
+                                  outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
+                                  limits, list)
+               end do
+               first = first + 2*head(4)
+               do l = first + 1, first + 2*head(5), 2
+                  call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
+                                  outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
+                                  limits, list)
+               end do
+            end associate
+         end associate
+      end do
+   end subroutine search_listed
+
+end module rockdda_contact_narrow_search

@@ -1,0 +1,320 @@
+! SPDX-License-Identifier: MIT
+!> What of two close blocks may meet, with contact by length: edges that may face each other, corners that may meet
+!> corners, and vertices that may strike edges.
+!>
+!> The lists are made for blocks that move: they hold all that can be in contact while no vertex moves further than
+!> `allowance` from where it was, and are kept as long. The search then tests what is listed as it is now, so that what
+!> it finds, and in what order, does not depend on when the lists were made. A few entries of a close pair remain of
+!> some dozens of combinations.
+!>
+!> Bounds: with every vertex within a = `allowance` of its place the vector between two of them changes by 2 a at most,
+!> and an edge of length L turns by asin(2 a/L) <= 2.1 a/L as long as 2 a <= L/2.
+module rockdda_contact_near_lists
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_broad_phase, only : close_pairs_type, many_parts, boxes_close
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_corner_search, only : corner_zone
+   use rockdda_contact_intervals, only : interval_type, measure_interval
+   use rockdda_contact_narrow_phase, only : collect_pair
+   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_topology, only : contact_topology_type
+   implicit none
+   private
+   public :: near_lists_type, near_part_type, n_heads
+
+   !> Numbers before the entries of a pair: the pair, edges that may face each other, corners that may meet, vertices of
+   !> the first block that may strike edges of the second, and the other way round. Each entry has two numbers, of the
+   !> first block and of the second, or vertex and edge.
+   integer, parameter :: n_heads = 5
+
+   !> An edge that turns by more is taken to point anywhere [rad].
+   real(wp), parameter :: any_turn = 4.0_wp
+
+   !> Pairs of one part of the candidates, one after the other; pairs without entries are left out.
+   type :: near_part_type
+      integer :: n = 0
+      integer, allocatable :: items(:)
+      type(candidate_list_type), private :: near   !! scratch
+   end type near_part_type
+
+   !> A pure cache: nothing in it is part of the state.
+   type :: near_lists_type
+      logical :: was_kept = .false.              !! the last update did
+      type(near_part_type) :: parts(many_parts)
+      real(wp), private :: allowance = -1        !! how far vertices may move [length]; < 0: no lists
+      type(search_limits_type), private :: limits
+      real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices when the lists were made
+      real(wp), allocatable, private :: turn(:)        !! (nv) of each edge, at most [rad]
+   contains
+      procedure :: update
+   end type near_lists_type
+
+contains
+
+   !> Lists for the pairs as they are now.
+   subroutine update(self, pairs, blocks, topology, outlines, vertices, limits)
+      class(near_lists_type), intent(inout) :: self
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines          !! of the vertices now
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      type(search_limits_type), intent(in) :: limits
+      integer :: part, v
+      self%was_kept = pairs%was_kept .and. self%allowance >= 0
+      if (self%was_kept) self%was_kept = is_within(limits, self%limits)
+      if (self%was_kept) self%was_kept = largest_motion(vertices, self%places) <= self%allowance
+      if (self%was_kept) return
+      self%allowance = pairs%allowance()
+      ! limits change by factors of two
+      self%limits%reach = 2*limits%reach
+      self%limits%zone = 2*limits%zone
+      self%limits%penetration = 1.5_wp*limits%penetration
+      self%limits%sine = limits%sine
+      self%limits%cosine = limits%cosine
+      self%places = vertices
+      if (.not. allocated(self%turn)) allocate (self%turn(size(vertices, 2)))
+      do v = 1, size(vertices, 2)
+         self%turn(v) = any_turn
+         if (4*self%allowance < outlines%length(v)) self%turn(v) = 2.1_wp*self%allowance/outlines%length(v)
+      end do
+      !$omp parallel do default(none) shared(self, pairs, blocks, topology, outlines, vertices) private(part) &
+      !$omp schedule(dynamic) if (pairs%n_parts() > 1)
+      do part = 1, pairs%n_parts()
+         call list_part(part, pairs, blocks, topology, outlines, vertices, self%limits, self%allowance, self%turn, &
+                        self%parts(part))
+      end do
+      !$omp end parallel do
+   end subroutine update
+
+   !> Are these limits those for which lists were made, or closer ones?
+   pure logical function is_within(limits, of_lists)
+      type(search_limits_type), intent(in) :: limits, of_lists
+      is_within = limits%reach <= of_lists%reach .and. limits%zone <= of_lists%zone .and. &
+                  limits%penetration <= of_lists%penetration .and. abs(limits%sine - of_lists%sine) <= 0 .and. &
+                  abs(limits%cosine - of_lists%cosine) <= 0
+   end function is_within
+
+   !> How far any vertex has moved, with a bound for the rounding of coordinates.
+   real(wp) function largest_motion(vertices, places) result(largest)
+      real(wp), intent(in), contiguous :: vertices(:, :), places(:, :)   !! (2, nv)
+      real(wp) :: square, most
+      integer :: v
+      square = 0
+      most = 0
+      !$omp parallel do default(none) shared(vertices, places) private(v) reduction(max:square, most) schedule(static) &
+      !$omp if (size(vertices, 2) > 4*parallel_blocks)
+      do v = 1, size(vertices, 2)
+         square = max(square, (vertices(1, v) - places(1, v))**2 + (vertices(2, v) - places(2, v))**2)
+         most = max(most, abs(vertices(1, v)), abs(vertices(2, v)))
+      end do
+      !$omp end parallel do
+      largest = sqrt(square) + 16*epsilon(most)*most
+   end function largest_motion
+
+   !> Lists of one part of the pairs.
+   pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, limits, allowance, turn, list)
+      integer, intent(in) :: part
+      type(close_pairs_type), intent(in) :: pairs
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      real(wp), intent(in) :: allowance                    !! [length]
+      real(wp), intent(in), contiguous :: turn(:)          !! (nv) of each edge [rad]
+      type(near_part_type), intent(inout) :: list
+      integer :: k, head, n(4)
+      list%n = 0
+      do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
+         associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k), near => list%near)
+            if (.not. boxes_close(pairs%boxes(:, a), pairs%boxes(:, b), limits%reach + 2*allowance)) cycle
+            call collect_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
+                              [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
+                              pairs%boxes(:, b), vertices, topology, limits%reach + 2*allowance, near)
+            if (near%n_near_a == 0 .and. near%n_edges_a == 0) cycle
+            head = list%n
+            call append(list, [k, 0, 0, 0, 0])
+            call list_faces(near, vertices, outlines, limits, allowance, turn, list, n(1))
+            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n(2))
+            call list_vertices(near%near_a, near%n_near_a, near%edges_b, near%n_edges_b, vertices, topology, outlines, &
+                               limits, allowance, turn, list, n(3))
+            call list_vertices(near%near_b, near%n_near_b, near%edges_a, near%n_edges_a, vertices, topology, outlines, &
+                               limits, allowance, turn, list, n(4))
+         end associate
+         list%items(head + 2:head + n_heads) = n
+         if (all(n == 0)) list%n = head
+      end do
+   end subroutine list_part
+
+   !> Edges that may face each other: their directions, and where they lie, differ by less than the tolerance and what
+   !> both may change.
+   pure subroutine list_faces(near, vertices, outlines, limits, allowance, turn, list, n)
+      type(candidate_list_type), intent(in) :: near        !! what is close in the pair
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      real(wp), intent(in) :: allowance
+      real(wp), intent(in), contiguous :: turn(:)
+      type(near_part_type), intent(inout) :: list
+      integer, intent(out) :: n                            !! entries
+      real(wp) :: d(2), along, gap, slack, size_of_d
+      integer :: i, j, f, e
+      n = 0
+      do i = 1, near%n_edges_a
+         f = near%edges_a(i)
+         do j = 1, near%n_edges_b
+            e = near%edges_b(j)
+            associate (t => outlines%tangent, length => outlines%length)
+               if (t(1, f)*t(1, e) + t(2, f)*t(2, e) > -limits%cosine + turn(f) + turn(e)) cycle
+               d(1) = vertices(1, f) - vertices(1, e)
+               d(2) = vertices(2, f) - vertices(2, e)
+               along = d(1)*t(1, e) + d(2)*t(2, e)
+               gap = d(1)*t(2, e) - d(2)*t(1, e)
+               size_of_d = abs(d(1)) + abs(d(2))
+               ! positions along e and gaps on the interval differ from these by the sine of the tolerance
+               slack = (limits%sine + 1.0e-9_wp)*(size_of_d + length(f) + length(e) + 8*allowance) + &
+                       6*allowance + size_of_d*turn(e)
+               if (along < -slack .or. along - length(f) > length(e) + slack) cycle
+               if (gap > limits%reach + slack .or. gap < -limits%penetration - slack) cycle
+            end associate
+            n = n + 1
+            call append(list, [f, e])
+         end do
+      end do
+   end subroutine list_faces
+
+   !> Corners that may come into each other's regions.
+   pure subroutine list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n)
+      type(candidate_list_type), intent(in) :: near
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      real(wp), intent(in) :: allowance
+      real(wp), intent(in), contiguous :: turn(:)
+      type(near_part_type), intent(inout) :: list
+      integer, intent(out) :: n
+      real(wp) :: r(2), foot, zone
+      integer :: i, j, k, a, b, edge(4)
+      logical :: may_meet
+      n = 0
+      do i = 1, near%n_near_a
+         a = near%near_a(i)
+         do j = 1, near%n_near_b
+            b = near%near_b(j)
+            edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+            zone = corner_zone*(min(outlines%length(edge(1)), outlines%length(edge(2)), outlines%length(edge(3)), &
+                                    outlines%length(edge(4))) + 2*allowance)
+            r = vertices(:, a) - vertices(:, b)
+            may_meet = .true.
+            do k = 1, 4
+               foot = r(1)*outlines%tangent(1, edge(k)) + r(2)*outlines%tangent(2, edge(k))
+               if (k == 2 .or. k == 3) foot = -foot
+               may_meet = foot <= zone + 2*allowance + (abs(r(1)) + abs(r(2)))*turn(edge(k))
+               if (.not. may_meet) exit
+            end do
+            if (.not. may_meet) cycle
+            if (stays_lateral(edge(3), edge(2)) .or. stays_lateral(edge(1), edge(4))) cycle
+            n = n + 1
+            call append(list, [a, b])
+         end do
+      end do
+
+   contains
+
+      !> Do two edges face each other on an interval, although both move?
+      pure logical function stays_lateral(f, e)
+         integer, intent(in) :: f, e
+         type(interval_type) :: interval
+         real(wp) :: change, depth, overlap
+         stays_lateral = stays_facing(outlines%tangent(:, f), outlines%tangent(:, e), turn(f) + turn(e), limits)
+         if (.not. stays_lateral) return
+         call measure_interval(f, e, vertices, topology, outlines, interval)
+         stays_lateral = interval%exists
+         if (.not. stays_lateral) return
+         change = 6*allowance + (outlines%length(f) + outlines%length(e))*(turn(f) + turn(e))
+         depth = change - min(interval%gap_low, interval%gap_high)
+         overlap = interval%high - interval%low - change
+         stays_lateral = depth < min(overlap, topology%inradius(topology%block(f)), &
+                                     topology%inradius(topology%block(e))) .and. &
+                         overlap > 1.0e-6_wp*min(outlines%length(f), outlines%length(e))
+      end function stays_lateral
+
+   end subroutine list_corners
+
+   !> Vertices that may strike edges: not those at the end of an edge that faces the other one, nor of a corner that
+   !> points away from it, whatever their blocks do.
+   pure subroutine list_vertices(near, n_near, edges, n_edges, vertices, topology, outlines, limits, allowance, turn, &
+                                 list, n)
+      integer, intent(in) :: n_near, n_edges
+      integer, intent(in) :: near(:), edges(:)             !! vertices of one block, edges of the other
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      real(wp), intent(in) :: allowance
+      real(wp), intent(in), contiguous :: turn(:)
+      type(near_part_type), intent(inout) :: list
+      integer, intent(out) :: n
+      real(wp) :: r(2), t(2), into(2), outof(2), turns(2), change, gap, along
+      integer :: i, j, v, e
+      n = 0
+      do i = 1, n_near
+         v = near(i)
+         into = outlines%tangent(:, topology%edge_in(v))
+         outof = outlines%tangent(:, topology%edge_out(v))
+         turns = [turn(topology%edge_in(v)), turn(topology%edge_out(v))]
+         if (into(1)*outof(2) - into(2)*outof(1) < -limits%sine - turns(1) - turns(2)) cycle
+         do j = 1, n_edges
+            e = edges(j)
+            r(1) = vertices(1, v) - vertices(1, e)
+            r(2) = vertices(2, v) - vertices(2, e)
+            t = outlines%tangent(:, e)
+            change = 4*allowance + (abs(r(1)) + abs(r(2)))*turn(e)
+            gap = r(1)*t(2) - r(2)*t(1)
+            if (gap > limits%reach + change .or. gap < -limits%penetration - change) cycle
+            along = r(1)*t(1) + r(2)*t(2)
+            if (along < -limits%zone - change .or. along > outlines%length(e) + limits%zone + change) cycle
+            if (outof(1)*t(2) - outof(2)*t(1) < -limits%sine - turns(2) - turn(e)) cycle
+            if (into(2)*t(1) - into(1)*t(2) < -limits%sine - turns(1) - turn(e)) cycle
+            if (stays_facing(into, t, turns(1) + turn(e), limits)) cycle
+            if (stays_facing(outof, t, turns(2) + turn(e), limits)) cycle
+            n = n + 1
+            call append(list, [v, e])
+         end do
+      end do
+   end subroutine list_vertices
+
+   !> Do two edges run in opposite directions within the angle tolerance, although both turn?
+   pure logical function stays_facing(one, other, turn, limits)
+      real(wp), intent(in) :: one(2), other(2)             !! unit vectors
+      real(wp), intent(in) :: turn                         !! of both [rad]
+      type(search_limits_type), intent(in) :: limits
+      ! cos(tolerance - turn) is less
+      stays_facing = one(1)*other(1) + one(2)*other(2) <= -(limits%cosine + limits%sine*turn) - 4*epsilon(turn) .and. &
+                     turn < limits%sine
+   end function stays_facing
+
+   !> Append numbers.
+   pure subroutine append(list, numbers)
+      type(near_part_type), intent(inout) :: list
+      integer, intent(in) :: numbers(:)
+      integer, allocatable :: larger(:)
+      integer :: k
+      if (.not. allocated(list%items)) allocate (list%items(256))
+      if (list%n + size(numbers) > size(list%items)) then
+         allocate (larger(2*(list%n + size(numbers))))
+         larger(1:list%n) = list%items(1:list%n)
+         call move_alloc(larger, list%items)
+      end if
+      do k = 1, size(numbers)
+         list%items(list%n + k) = numbers(k)
+      end do
+      list%n = list%n + size(numbers)
+   end subroutine append
+
+end module rockdda_contact_near_lists
