@@ -16,6 +16,7 @@
 module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
+   use rockdda_interaction_link_lists, only : list_links
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_pattern, only : build_pattern, pattern_work_type
    implicit none
@@ -57,9 +58,9 @@ module rockdda_interaction_equations
       ! blocks asleep have no row of the matrix; no arrays where none is
       integer, allocatable :: block_of(:)            !! (rows) block of each row, ascending
       integer, allocatable :: row_of(:)              !! (nb) row of each block, 0: none
-      ! the graph that slot, start and incident belong to, and the work of making them
+      ! links that slot, start and incident belong to, and the work of making them
       integer, private :: n_pairs = -1, n_begun = 0  !! n_begun: links in use so far; room behind takes no memory
-      integer, allocatable, private :: graph(:, :), inner(:, :), inner_slot(:)
+      integer, allocatable, private :: inner(:, :), inner_slot(:)
       type(pattern_work_type), private :: work
    contains
       procedure :: set_size
@@ -93,11 +94,11 @@ contains
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%force, &
-            self%stiffness, self%incident, self%changed, self%graph, self%inner, self%inner_slot, self%link_off)
+            self%stiffness, self%incident, self%changed, self%inner, self%inner_slot, self%link_off)
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
-         allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%graph(2, m), &
+         allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), &
                    self%inner(2, m), self%inner_slot(m), self%vector_a(6, 2, m), self%vector_b(6, 2, m), &
                    self%stiffness(2, m), self%force(2, m), self%link_off(m))
          self%n_pairs = -1
@@ -106,7 +107,6 @@ contains
       if (n_links <= self%n_begun) return
       m = self%n_begun + 1
       self%pair(:, m:n_links) = 0
-      self%graph(:, m:n_links) = 0
       self%changed(m:n_links) = 0
       self%vector_a(:, :, m:n_links) = 0
       self%vector_b(:, :, m:n_links) = 0
@@ -184,20 +184,21 @@ contains
    !> same order, as before.
    subroutine set_graph(self)
       class(equations_type), intent(inout) :: self
-      integer :: c, n, n_inner, n_new
+      integer :: c, n, n_inner, n_ends
       self%all_changed = .true.
       n = self%n_links
-      n_new = 0
+      n_ends = 0
       n_inner = 0
-      !$omp parallel do default(none) shared(self, n) private(c) reduction(+:n_new, n_inner) schedule(static) &
+      !$omp parallel do default(none) shared(self, n) private(c) reduction(+:n_ends, n_inner) schedule(static) &
       !$omp if (n > parallel_contacts)
       do c = 1, n
-         if (self%graph(1, c) /= self%pair(1, c) .or. self%graph(2, c) /= self%pair(2, c)) n_new = n_new + 1
+         n_ends = n_ends + count(self%pair(:, c) > 0)
          if (couples(self, c)) n_inner = n_inner + 1
-         self%graph(:, c) = self%pair(:, c)
       end do
       !$omp end parallel do
-      if (n_new == 0 .and. self%n_pairs == n) return
+      if (self%n_pairs == n .and. n_ends == self%start(self%n_blocks + 1)) then
+         if (joins_the_same()) return
+      end if
       self%n_pairs = n
       if (n_inner == n .and. .not. allocated(self%row_of)) then
          call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work)
@@ -219,6 +220,24 @@ contains
          end do
       end if
       call list_links(self%n_blocks, n, self%pair, self%start, self%incident)
+
+   contains
+
+      !> Is each link that is listed at a block one that joins it? Of as many as there are the lists are then complete.
+      logical function joins_the_same()
+         integer :: i, l, n_other
+         n_other = 0
+         !$omp parallel do default(none) shared(self) private(i, l) reduction(+:n_other) schedule(static) &
+         !$omp if (self%n_blocks > parallel_blocks)
+         do i = 1, self%n_blocks
+            do l = self%start(i) + 1, self%start(i + 1)
+               if (self%pair(merge(1, 2, self%incident(l) > 0), abs(self%incident(l))) /= i) n_other = n_other + 1
+            end do
+         end do
+         !$omp end parallel do
+         joins_the_same = n_other == 0
+      end function joins_the_same
+
    end subroutine set_graph
 
    !> Does a link join two blocks that have rows?
@@ -228,37 +247,6 @@ contains
       couples = self%pair(1, c) > 0 .and. self%pair(2, c) > 0
       if (couples .and. allocated(self%row_of)) couples = all(self%row_of(self%pair(:, c)) > 0)
    end function couples
-
-   !> Links of each block, in their order.
-   pure subroutine list_links(n_blocks, n_links, pair, start, incident)
-      integer, intent(in) :: n_blocks, n_links
-      integer, intent(in) :: pair(2, n_links)
-      integer, intent(out) :: start(n_blocks + 1), incident(2*n_links)
-      integer :: c, i, k, side
-      start = 0
-      do c = 1, n_links
-         do side = 1, 2
-            i = pair(side, c)
-            if (i > 0) start(i + 1) = start(i + 1) + 1
-         end do
-      end do
-      do i = 2, n_blocks + 1
-         start(i) = start(i) + start(i - 1)
-      end do
-      do c = 1, n_links
-         do side = 1, 2
-            i = pair(side, c)
-            if (i == 0) cycle
-            k = start(i) + 1
-            start(i) = k
-            incident(k) = merge(c, -c, side == 1)
-         end do
-      end do
-      do i = n_blocks + 1, 2, -1
-         start(i) = start(i - 1)
-      end do
-      start(1) = 0
-   end subroutine list_links
 
    !> Stiffness and force of a link, along its two lines.
    pure subroutine set_link(self, c, stiffness, force)

@@ -112,7 +112,8 @@ contains
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp) :: drag(2, table%n), springs(2), dashpots(2), across(2), length
+      real(wp), allocatable :: drag(:, :)
+      real(wp) :: springs(2), dashpots(2), across(2), length
       integer :: c, l
       if (self%has_joints .or. size(self%group) == 0 .or. .not. context%state%quiet) return
       self%has_joints = .true.

@@ -14,13 +14,13 @@
 module rockdda_linear_block_norm
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_small_blocks, only : factorize_block, solve_lower
+   use rockdda_linear_small_blocks, only : factorize_block, n_packed, pack_lower, solve_packed
    implicit none
    private
    public :: block_norm_type
 
    type :: block_norm_type
-      real(wp), allocatable :: factor(:, :, :)      !! (6, 6, n) Cholesky factors of D_i
+      real(wp), allocatable :: factor(:, :)         !! (n_packed, n) Cholesky factors of D_i, packed
       integer :: values_id = 0                      !! matrix whose diagonal blocks are factorised, 0 none
       integer :: n_chunks = 1
       integer, allocatable :: first(:)              !! (chunks + 1) blocks first(c) : first(c+1)-1
@@ -48,7 +48,7 @@ contains
       self%n_chunks = size(first) - 1
       self%uses_threads = uses_threads
       if (allocated(self%factor)) deallocate (self%factor, self%partial, self%trouble)
-      allocate (self%factor(6, 6, first(self%n_chunks + 1) - 1), self%partial(self%n_chunks), &
+      allocate (self%factor(n_packed, first(self%n_chunks + 1) - 1), self%partial(self%n_chunks), &
                 self%trouble(self%n_chunks))
    end subroutine set_chunks
 
@@ -58,20 +58,22 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(out) :: bad                   !! 0: none
       logical :: few, ok
+      real(wp) :: l(6, 6)
       integer :: c, i
       bad = 0
       if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) return
       ! only those of changed rows
       few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
       self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, ok) schedule(static)
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, l, ok) schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
          do i = self%first(c), self%first(c + 1) - 1
             if (few) then
                if (.not. matrix%changed(i)) cycle
             end if
-            call factorize_block(matrix%values(:, :, matrix%row_start(i)), self%factor(:, :, i), ok)
+            call factorize_block(matrix%values(:, :, matrix%row_start(i)), l, ok)
+            call pack_lower(l, self%factor(:, i))
             if (ok) cycle
             self%trouble(c) = i
             exit
@@ -88,13 +90,15 @@ contains
       real(wp), intent(in), contiguous :: blocks(:, :, :)   !! (6, 6, n)
       integer, intent(out) :: bad                   !! 0: none
       logical :: ok
+      real(wp) :: l(6, 6)
       integer :: c, i
       self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, blocks) private(c, i, ok) schedule(static)
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, blocks) private(c, i, l, ok) schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
          do i = self%first(c), self%first(c + 1) - 1
-            call factorize_block(blocks(:, :, i), self%factor(:, :, i), ok)
+            call factorize_block(blocks(:, :, i), l, ok)
+            call pack_lower(l, self%factor(:, i))
             if (ok) cycle
             self%trouble(c) = i
             exit
@@ -140,7 +144,7 @@ contains
       total = 0
       do i = self%first(c), self%first(c + 1) - 1
          b = v(:, i)
-         call solve_lower(self%factor(:, :, i), b)
+         call solve_packed(self%factor(:, i), b)
          total = total + dot_product(b, b)
       end do
    end function chunk_square

@@ -5,8 +5,10 @@ module rockdda_linear_small_blocks
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: factorize_block, solve_lower, solve_block, &
-      invert_lower
+   public :: factorize_block, solve_lower, solve_block, invert_lower, n_packed, pack_lower, unpack_lower, solve_packed
+
+   !> Numbers of a lower triangle that is packed column by column.
+   integer, parameter :: n_packed = 21
 
 contains
 
@@ -92,6 +94,43 @@ contains
       end do
       b(6) = b(6)*l(6, 6)
    end subroutine solve_lower
+
+   !> The lower triangle of a factor without the zeros above.
+   pure subroutine pack_lower(l, packed)
+      real(wp), intent(in) :: l(6, 6)
+      real(wp), intent(out) :: packed(n_packed)
+      packed = [l(1:6, 1), l(2:6, 2), l(3:6, 3), l(4:6, 4), l(5:6, 5), l(6, 6)]
+   end subroutine pack_lower
+
+   !> A factor from its packed form.
+   pure subroutine unpack_lower(packed, l)
+      real(wp), intent(in) :: packed(n_packed)
+      real(wp), intent(out) :: l(6, 6)
+      l = 0
+      l(1:6, 1) = packed(1:6)
+      l(2:6, 2) = packed(7:11)
+      l(3:6, 3) = packed(12:15)
+      l(4:6, 4) = packed(16:18)
+      l(5:6, 5) = packed(19:20)
+      l(6, 6) = packed(21)
+   end subroutine unpack_lower
+
+   !> `solve_lower` with a packed factor.
+   pure subroutine solve_packed(l, b)
+      real(wp), intent(in) :: l(n_packed)
+      real(wp), intent(inout) :: b(6)
+      b(1) = b(1)*l(1)
+      b(2:6) = b(2:6) - l(2:6)*b(1)
+      b(2) = b(2)*l(7)
+      b(3:6) = b(3:6) - l(8:11)*b(2)
+      b(3) = b(3)*l(12)
+      b(4:6) = b(4:6) - l(13:15)*b(3)
+      b(4) = b(4)*l(16)
+      b(5:6) = b(5:6) - l(17:18)*b(4)
+      b(5) = b(5)*l(19)
+      b(6) = b(6) - l(20)*b(5)
+      b(6) = b(6)*l(21)
+   end subroutine solve_packed
 
    !> b := L^-T b with a factor made by `factorize_block`.
    pure subroutine solve_lower_transposed(l, b)
