@@ -46,7 +46,7 @@ module rockdda_io_results
                          n_series = n_tables
 
    type :: results_type
-      integer :: slab = 65536                    !! rows of contacts that a frame takes at a time
+      integer :: slab = 262144                   !! rows of contacts that a frame takes at a time
       integer(i8) :: long_table = 16777216_i8    !! bytes of one table that wait for a flush at most
       type(hdf5_file_type), private :: file
       type(output_lock_type), private :: lock
@@ -244,11 +244,11 @@ contains
          self%so_far%contacts = self%so_far%contacts + n
          call s(s_offset)%add([self%so_far%contacts], 1)
       end associate
-      call self%write_long_tables(error)
+      call self%write_long_tables(self%long_table, error)
       do c = 1, n, self%slab
          if (allocated(error)) return
          call self%append_contacts(c, min(n, c + self%slab - 1), state, contacts, force, stress)
-         call self%write_long_tables(error)
+         call self%write_long_tables(merge(0_i8, self%long_table, 8_i8*n > self%long_table), error)
       end do
    end subroutine append_frame
 
@@ -337,13 +337,14 @@ contains
    end function is_flush_due
 
    !> Hand the rows of tables of which many wait to the file, which commits them at the next flush.
-   subroutine write_long_tables(self, error)
+   subroutine write_long_tables(self, most, error)
       class(results_type), intent(inout) :: self
+      integer(i8), intent(in) :: most            !! bytes of a table that may wait
       type(error_type), allocatable, intent(out) :: error
       integer :: i
       do i = 1, n_series
          if (self%failed) return
-         if (self%series(i)%waiting_bytes() > self%long_table) call self%series(i)%write(self%file, error)
+         if (self%series(i)%waiting_bytes() > most) call self%series(i)%write(self%file, error)
          self%failed = allocated(error)
       end do
    end subroutine write_long_tables

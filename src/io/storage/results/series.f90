@@ -203,7 +203,7 @@ contains
       integer :: n
       n = self%row_size*(self%n_begun + self%n_waiting)
       if (n + size(values) > size(self%values)) then
-         allocate (larger(merge(2, 1, n + size(values) <= large_room)*(n + size(values))))
+         allocate (larger(n + size(values) + merge(n + size(values), n/2, n + size(values) <= large_room)))
          larger(1:n) = self%values(1:n)
          call move_alloc(larger, self%values)
       end if
