@@ -26,13 +26,14 @@ contains
    subroutine run_run(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
-      type(model_input_type) :: input
+      type(model_input_type), allocatable :: input
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       type(run_type) :: run
       type(progress_type) :: progress
 
       run%start = wall_seconds()
+      allocate (input)
       call find_run_files(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call read_model(line, input, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
@@ -50,6 +51,8 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
+      ! the run has copies of what it needs
+      deallocate (input)
       ! the log contains all of them
       messages = messages%summarised()
       call prepare_sudden_end(line, run, messages)

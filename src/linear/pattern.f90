@@ -157,8 +157,9 @@ contains
       ! a tenth more, so that a graph that grows slowly does not allocate in every step
       room = n_stored + n_stored/10
       allocate (matrix%column(room), matrix%values(6, 6, room))
-      matrix%column = 0
-      matrix%values = 0.0_wp
+      ! the room is not touched, so that it takes no memory
+      matrix%column(:n_stored) = 0
+      matrix%values(:, :, :n_stored) = 0.0_wp
    end subroutine reserve_blocks
 
 end module rockdda_linear_pattern
