@@ -191,7 +191,9 @@ contains
       if (with_frame) then
          call sim%contact_forces(force)
          call sim%contact_stresses(stress)
-         call results%append_frame(sim%state, sim%contacts, force, stress, [real(wp) ::], error)
+         call results%append_frame(sim%state, sim%contacts%n, [real(wp) ::], error)
+         call stop_on(error)
+         call results%append_contacts(1, sim%contacts%n, sim%state, sim%contacts, force, stress, error)
          call stop_on(error)
          call results%flush(error)
          call stop_on(error)

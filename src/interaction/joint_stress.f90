@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Stresses of joints: the traction at each row of a contact table, from the forces of its springs.
+!> Forces and stresses of joints: what acts at each row of a contact table, from the forces of its springs.
 !>
 !>     normal stress   - normal force / length       tension positive
 !>     shear stress      shear force / length        of the force on block a along the normal, from b to a, turned
@@ -14,22 +14,45 @@ module rockdda_interaction_joint_stress
    use rockdda_interaction_ties, only : tie_points
    implicit none
    private
-   public :: joint_stresses
+   public :: joint_forces, joint_stresses
 
 contains
 
-   !> Normal (1) and shear (2) stress of all rows; zero for open rows and for rows without a length.
-   pure subroutine joint_stresses(table, stress)
+   !> Force of all rows on block a, or of those from `first` on: compression along the outward normal of the edge, shear
+   !> along the edge; zero for open rows.
+   pure subroutine joint_forces(table, force, first)
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(out) :: stress(:, :)   !! (2, n) [force/length^2]
-      integer :: c
+      real(wp), intent(out) :: force(:, :)         !! (2, rows)
+      integer, intent(in), optional :: first       !! default 1
+      integer :: c, k, before
+      before = 0
+      if (present(first)) before = first - 1
+      do k = 1, size(force, 2)
+         c = before + k
+         associate (n => table%normal(:, c))
+            ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
+            force(:, k) = table%normal_force(c)*n + table%shear_force(c)*[-n(2), n(1)]
+         end associate
+      end do
+   end subroutine joint_forces
+
+   !> Normal (1) and shear (2) stress of all rows, or of those from `first` on, where no interval is cut; zero for open
+   !> rows and for rows without a length.
+   pure subroutine joint_stresses(table, stress, first)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(out) :: stress(:, :)        !! (2, rows) [force/length^2]
+      integer, intent(in), optional :: first       !! default 1
+      integer :: c, k, before
+      before = 0
+      if (present(first)) before = first - 1
       stress = 0
-      do c = 1, table%n
+      do k = 1, min(size(stress, 2), table%n - before)
+         c = before + k
          if (table%state(c) == contact_state%open .or. .not. table%length(c) > 0) cycle
          if (.not. table%tied(c)) then
-            stress(:, c) = [-table%normal_force(c), table%shear_force(c)]/table%length(c)
+            stress(:, k) = [-table%normal_force(c), table%shear_force(c)]/table%length(c)
          else if (table%station(c) == 1) then
-            stress(:, c:c + tie_points - 1) = tie_stress(table, c, c + tie_points - 1)
+            stress(:, k:k + tie_points - 1) = tie_stress(table, c, c + tie_points - 1)
          end if
       end do
    end subroutine joint_stresses

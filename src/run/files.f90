@@ -20,6 +20,9 @@ module rockdda_run_files
    private
    public :: run_files_type
 
+   !> Rows of contacts that a frame takes at a time, about.
+   integer, parameter :: slab = 262144
+
    type :: run_files_type
       character(len=:), allocatable :: output, log_file, checkpoint_file
       type(checkpoint_facts_type) :: facts         !! facts about the run in its checkpoints
@@ -30,6 +33,7 @@ module rockdda_run_files
       type(run_log_type) :: log
       type(frame_plan_type) :: plan
       type(checkpoint_timer_type), private :: timer
+      real(wp), allocatable, private :: force(:, :), stress(:, :)   !! scratch: of a slab of contacts
    contains
       procedure :: create_files
       procedure :: take_names
@@ -102,12 +106,16 @@ contains
       class(run_files_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: force(:, :), stress(:, :)
+      integer :: first, last
       self%last_frame = sim%state%step
       if (.not. self%facts%header%frames) return
-      call sim%contact_forces(force)
-      call sim%contact_stresses(stress)
-      call self%results%append_frame(sim%state, sim%contacts, force, stress, sim%bolt_forces(), error)
+      call self%results%append_frame(sim%state, sim%contacts%n, sim%bolt_forces(), error)
+      last = 0
+      do while (last < sim%contacts%n .and. .not. allocated(error))
+         first = last + 1
+         call sim%contact_slab(first, slab, last, self%force, self%stress)
+         call self%results%append_contacts(first, last, sim%state, sim%contacts, self%force, self%stress, error)
+      end do
       self%n_frames = self%n_frames + 1
    end subroutine save_frame
 

@@ -13,7 +13,7 @@ module rockdda_stepping_simulation
    use rockdda_model_state, only : step_record_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_stress, only : joint_stresses
+   use rockdda_interaction_joint_stress, only : joint_forces, joint_stresses
    use rockdda_stepping_acceptance, only : accept_step, start_record
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -42,6 +42,7 @@ module rockdda_stepping_simulation
       procedure :: planned_time
       procedure :: contact_forces
       procedure :: contact_stresses
+      procedure :: contact_slab
       procedure :: bolt_forces
       procedure :: list_boundaries
       procedure :: list_water
@@ -128,15 +129,9 @@ contains
    subroutine contact_forces(self, force)
       class(simulation_type), intent(in) :: self
       real(wp), allocatable, intent(inout) :: force(:, :)   !! (2, contacts%n)
-      integer :: c
       if (allocated(force)) deallocate (force)
       allocate (force(2, self%contacts%n))
-      do c = 1, self%contacts%n
-         associate (n => self%contacts%normal(:, c))
-            ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
-            force(:, c) = self%contacts%normal_force(c)*n + self%contacts%shear_force(c)*[-n(2), n(1)]
-         end associate
-      end do
+      call joint_forces(self%contacts, force)
    end subroutine contact_forces
 
    !> Normal (1, tension positive) and shear (2) stress of every contact of the last accepted step, zero for open ones.
@@ -147,6 +142,25 @@ contains
       allocate (stress(2, self%contacts%n))
       call joint_stresses(self%contacts, stress)
    end subroutine contact_stresses
+
+   !> Forces and stresses of some of the contacts, a slab of about `most` rows that cuts no interval.
+   subroutine contact_slab(self, first, most, last, force, stress)
+      class(simulation_type), intent(in) :: self
+      integer, intent(in) :: first, most
+      integer, intent(out) :: last                           !! row that the slab ends with
+      real(wp), allocatable, intent(inout) :: force(:, :), stress(:, :)   !! (2, last - first + 1)
+      last = min(self%contacts%n, first + most - 1)
+      do while (last < self%contacts%n)
+         if (self%contacts%station(last + 1) <= 1) exit
+         last = last + 1
+      end do
+      if (allocated(force)) then
+         if (size(force, 2) /= last - first + 1) deallocate (force, stress)
+      end if
+      if (.not. allocated(force)) allocate (force(2, last - first + 1), stress(2, last - first + 1))
+      call joint_forces(self%contacts, force, first)
+      call joint_stresses(self%contacts, stress, first)
+   end subroutine contact_slab
 
    !> Axial forces of the bolts in the present state, tension positive.
    pure function bolt_forces(self) result(force)

@@ -46,12 +46,12 @@ module rockdda_io_results
                          n_series = n_tables
 
    type :: results_type
-      integer :: slab = 262144                   !! rows of contacts that a frame takes at a time
       integer(i8) :: long_table = 16777216_i8    !! bytes of one table that wait for a flush at most
       type(hdf5_file_type), private :: file
       type(output_lock_type), private :: lock
       type(series_type), private :: series(n_series)
       logical, private :: frames = .true., contacts = .true.
+      logical, private :: is_long = .false.      !! the tables of contacts of a frame do not wait for a flush
       type(results_rows_type), private :: so_far !! rows in the file and waiting
       real(wp), private :: flush_interval = 2
       integer(int64), private :: last_flush = 0  !! clock count
@@ -60,6 +60,7 @@ module rockdda_io_results
       procedure :: create
       procedure :: append_history
       procedure :: append_frame
+      procedure :: append_contacts
       procedure :: reopen
       procedure :: rows
       procedure :: flush
@@ -69,7 +70,7 @@ module rockdda_io_results
       procedure :: keep_undo
       procedure :: has_failed
       procedure :: close => close_results
-      procedure, private :: add_tables, append_contacts, write_long_tables
+      procedure, private :: add_tables, write_long_tables
    end type results_type
 
 contains
@@ -203,19 +204,17 @@ contains
       end associate
    end subroutine append_history
 
-   !> One frame: the blocks after a step (or at the start) and the contacts of that step. The place of a contact
-   !> is its vertex, or the point of its station, in the moved configuration.
-   subroutine append_frame(self, state, contacts, force, stress, bolt_force, error)
+   !> One frame: the blocks after a step (or at the start). The contacts of that step follow (`append_contacts`), all of
+   !> them before anything else is appended.
+   subroutine append_frame(self, state, n_contacts, bolt_force, error)
       class(results_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
-      type(contact_table_type), intent(in) :: contacts
-      real(wp), intent(in) :: force(:, :)               !! (2, contacts%n) on block_a, zero when open
-      real(wp), intent(in) :: stress(:, :)              !! (2, contacts%n) normal, tension positive, and shear
+      integer, intent(in) :: n_contacts
       real(wp), intent(in) :: bolt_force(:)             !! (bolts) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
-      integer :: nb, nv, n_bolts, c, n
+      integer :: nb, nv, n_bolts, n
       if (.not. self%frames) return
-      n = merge(contacts%n, 0, self%contacts)
+      n = merge(n_contacts, 0, self%contacts)
       if (n > huge(n) - self%so_far%contacts) then
          call make_error(error, error_code%output, self%file%path// &
                          ': too many contact rows; save fewer frames or set contacts = .false. in &output')
@@ -245,23 +244,23 @@ contains
          call s(s_offset)%add([self%so_far%contacts], 1)
       end associate
       call self%write_long_tables(self%long_table, error)
-      do c = 1, n, self%slab
-         if (allocated(error)) return
-         call self%append_contacts(c, min(n, c + self%slab - 1), state, contacts, force, stress)
-         call self%write_long_tables(merge(0_i8, self%long_table, 8_i8*n > self%long_table), error)
-      end do
+      self%is_long = 8_i8*n > self%long_table
    end subroutine append_frame
 
-   !> Rows first to last of the contacts of a frame.
-   subroutine append_contacts(self, first, last, state, contacts, force, stress)
+   !> Rows first to last of the contacts of a frame. The place of a contact is its vertex, or the point of its station,
+   !> in the moved configuration.
+   subroutine append_contacts(self, first, last, state, contacts, force, stress, error)
       class(results_type), intent(inout) :: self
       integer, intent(in) :: first, last
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: contacts
-      real(wp), intent(in) :: force(:, :), stress(:, :)
+      real(wp), intent(in) :: force(:, :)               !! (2, last - first + 1) on block_a, zero when open
+      real(wp), intent(in) :: stress(:, :)              !! (2, the same) normal, tension positive, and shear
+      type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: pair(:, :)
       real(wp), allocatable :: point(:, :)
       integer :: c, k, n
+      if (.not. (self%frames .and. self%contacts)) return
       n = last - first + 1
       allocate (pair(2, n), point(2, n))
       do c = first, last
@@ -273,15 +272,16 @@ contains
       end do
       associate (s => self%series)
          call s(s_point)%add(reshape(point, [2*n]), n)
-         call s(s_force)%add(reshape(force(:, first:last), [2*n]), n)
+         call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
          call s(s_state)%add(contacts%state(first:last), n)
          call s(s_blocks)%add(reshape(pair, [2*n]), n)
          call s(s_opening)%add(contacts%distance(first:last), n)
          call s(s_slip)%add(contacts%total_slip(first:last), n)
          call s(s_length)%add(contacts%length(first:last), n)
-         call s(s_normal_stress)%add(stress(1, first:last), n)
-         call s(s_shear_stress)%add(stress(2, first:last), n)
+         call s(s_normal_stress)%add(stress(1, 1:n), n)
+         call s(s_shear_stress)%add(stress(2, 1:n), n)
       end associate
+      call self%write_long_tables(merge(0_i8, self%long_table, self%is_long), error)
    end subroutine append_contacts
 
    !> Numbers of rows of the file, including those in memory.
