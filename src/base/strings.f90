@@ -20,18 +20,30 @@ contains
    pure function integer_to_string(value) result(text)
       integer, intent(in) :: value
       character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      write (buffer, '(i0)') value
-      text = trim(buffer)
+      text = long_to_string(int(value, i8))
    end function integer_to_string
 
-   !> Decimal text of a long integer without blanks.
+   !> Decimal text of a long integer without blanks. Digit by digit: a formatted write takes a hundred times as long.
    pure function long_to_string(value) result(text)
       integer(i8), intent(in) :: value
       character(len=:), allocatable :: text
       character(len=24) :: buffer
-      write (buffer, '(i0)') value
-      text = trim(buffer)
+      integer(i8) :: rest
+      integer :: first
+      first = len(buffer) + 1
+      rest = value
+      do
+         first = first - 1
+         ! of negative numbers the rest is negative: the lowest one has no opposite
+         buffer(first:first) = achar(iachar('0') + int(abs(mod(rest, 10_i8))))
+         rest = rest/10
+         if (rest == 0) exit
+      end do
+      if (value < 0) then
+         first = first - 1
+         buffer(first:first) = '-'
+      end if
+      text = buffer(first:)
    end function long_to_string
 
    !> Text of a real with at most `digits` significant digits (default 6) and no trailing zeros:

@@ -123,11 +123,12 @@ contains
       self%renewed = .true.
    end subroutine renew_all
 
-   !> Set the motion expected of the `renewed` blocks in this step: `factor` times d, or none without d.
-   subroutine expect(self, d, factor)
+   !> Set the motion expected of the `renewed` blocks in this step: `factor` times d, less another one, or none without d.
+   subroutine expect(self, d, factor, less)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)
       real(wp), intent(in), optional :: factor                !! default 1
+      real(wp), intent(in), contiguous, optional :: less(:, :)   !! (6, nb)
       real(wp) :: motion(6), share
       integer :: i
       logical :: moves
@@ -135,12 +136,13 @@ contains
       if (present(factor)) share = factor
       moves = present(d)
       if (moves) moves = self%follows_rotation()
-      !$omp parallel do default(none) shared(self, d, moves, share) private(i, motion) schedule(static) &
+      !$omp parallel do default(none) shared(self, d, moves, share, less) private(i, motion) schedule(static) &
       !$omp if (self%blocks%n_blocks > parallel_blocks)
       do i = 1, self%blocks%n_blocks
          if (.not. self%renewed(i)) cycle
          motion = 0
          if (moves) motion = share*d(1:6, i)
+         if (moves .and. present(less)) motion = motion - less(1:6, i)
          self%moving(i) = new_moving_block(self%state%centroid(:, i), motion)
       end do
       !$omp end parallel do

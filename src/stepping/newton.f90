@@ -214,8 +214,9 @@ contains
    end function largest_normal
 
    !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
-   !> with a dt^2/2 = v dt - (last motion). If it comes much closer to equilibrium than the last motion, it
-   !> is where the first solve starts, and the first states are judged by it. Where contacts vibrate from step to step
+   !> with a dt^2/2 = v dt - (last motion), by whose rotations arms have been turned. If it comes much closer to
+   !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it; else
+   !> arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step
    !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
    subroutine predict_motion(self, context, families, equations, times)
       class(newton_type), intent(inout) :: self
@@ -234,7 +235,6 @@ contains
       end if
       if (ratio < good_prediction) then
          call families%contacts%foresee()
-         if (self%may_predict .and. context%follows_rotation()) call turn_arms(context, families, equations)
       else
          call self%line%go_back(equations)
       end if

@@ -195,13 +195,13 @@ contains
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
+      self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
+                                abs(self%control%k01(self%parameters) - 1) <= 0
       call self%expect_motion(is_first)
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
       call self%times%lap(phase%block_terms)
       self%newton%at_floor = at_floor
-      self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
-                                abs(self%control%k01(self%parameters) - 1) <= 0
       self%newton%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
       call self%newton%find_equilibrium(self%step_context_type, self%families, self%equations, self%solver, &
                                         self%times, report, error)
@@ -212,13 +212,15 @@ contains
                         report%outcome)
    end subroutine try_step
 
-   !> Set the expected motion of the step, by whose rotations the arms of forces turn: velocity times dt, or, where a
-   !> static step carries no velocity on, the motion of the last step.
+   !> Set the expected motion of the step, by whose rotations the arms of forces turn: the predicted one, velocity times
+   !> dt, or, where a static step carries no velocity on, the motion of the last step.
    subroutine expect_motion(self, is_first)
       class(trial_step_type), intent(inout) :: self
       logical, intent(in) :: is_first   !! x is the motion of the last step
       call self%renew_all()
-      if (self%control%k01(self%parameters) > 0) then
+      if (self%newton%may_predict) then
+         call self%expect(self%state%velocity, 2*self%dt, less=self%equations%x)
+      else if (self%control%k01(self%parameters) > 0) then
          call self%expect(self%state%velocity, self%dt)
       else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
          call self%expect(self%equations%x)
