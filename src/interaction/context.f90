@@ -123,7 +123,7 @@ contains
       self%renewed = .true.
    end subroutine renew_all
 
-   !> Set the motion expected of the `renewed` blocks in this step: `factor` times d less another one, or none without d.
+   !> Set the motion expected of the `renewed` blocks in this step: `factor` times d, less another one; without d none.
    subroutine expect(self, d, factor, less)
       class(step_context_type), intent(inout) :: self
       real(wp), intent(in), contiguous, optional :: d(:, :)   !! (6, nb)
