@@ -32,6 +32,7 @@ module rockdda_interaction_contacts
       type(friction_search_type) :: friction
       integer :: weak_starts(2) = 0                    !! without the whole initial traction: `start_with_stress`
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
+      logical :: judges_again = .false.                !! the next judgement replaces the last one
       real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
    contains
       procedure :: count_links
@@ -47,6 +48,8 @@ module rockdda_interaction_contacts
       procedure :: lawful_forces
       procedure :: measure_placement
       procedure :: judge
+      procedure :: take_back
+      procedure :: deepest_force
       procedure :: foresee
       procedure :: add_energies
       procedure :: commit
@@ -270,9 +273,44 @@ contains
       class(contacts_type), intent(inout) :: self
       integer, intent(out) :: n_changes, n_unsettled
       real(wp) :: worst_friction
+      if (self%judges_again) call self%take_back()
+      self%judges_again = .false.
       call self%trial%judge(self%table, self%laws, self%settings, n_changes, worst_friction)
       n_unsettled = 0
    end subroutine judge
+
+   !> Back to the states, friction forces and bonds of the last solve, as if they had not been judged.
+   subroutine take_back(self)
+      class(contacts_type), intent(inout) :: self
+      integer :: c
+      !$omp parallel do default(none) shared(self) private(c) schedule(static) if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         associate (joint => self%trial%joint(c), state => self%trial%state_used(c), &
+                    sign => self%trial%sign_used(c))
+            if (joint%state /= state .or. (state == contact_state%sliding .and. joint%slip_sign /= sign)) &
+               self%trial%changes(c) = self%trial%changes(c) - 1
+            joint%state = state
+            joint%slip_sign = sign
+            joint%friction = self%trial%friction_used(c)
+            joint%bonded = self%trial%bonded_used(c)
+         end associate
+      end do
+      !$omp end parallel do
+   end subroutine take_back
+
+   !> Largest normal force at the motion of the last solve, with the states that it had.
+   real(wp) function deepest_force(self) result(deepest)
+      class(contacts_type), intent(in) :: self
+      integer :: c
+      deepest = 0
+      !$omp parallel do default(none) shared(self) private(c) reduction(max:deepest) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do c = 1, self%table%n
+         if (self%trial%joint(c)%state /= contact_state%open) &
+            deepest = max(deepest, abs(self%table%k_n(c)*self%trial%gap(c)))
+      end do
+      !$omp end parallel do
+   end function deepest_force
 
    !> First states and friction forces of a step from a motion that was predicted, not solved for.
    subroutine foresee(self)

@@ -23,12 +23,16 @@ module rockdda_interaction_open_close
 
    !> Trial states and predicted motion of one step's contacts.
    type :: open_close_type
+      !> When the last solve has paused: contacts change their states only if the force that they miss, over the root of
+      !> their stiffness, is larger [root of energy].
+      real(wp) :: doubt = 0
       type(joint_type), allocatable :: joint(:) !! memory with trial state, slip direction, friction force and bond
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
       integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial state)
       integer, allocatable :: sign_used(:)    !! slip direction in the last solve
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
+      logical, allocatable :: bonded_used(:)  !! bond of the last solve
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer, allocatable :: changes(:)      !! changes of state in this step so far
@@ -41,7 +45,6 @@ module rockdda_interaction_open_close
       procedure :: begin
       procedure :: judge
       procedure :: foresee
-      procedure :: deepest_force
       procedure :: count_unsettled
       procedure :: forces_between
       procedure :: friction_limit
@@ -60,6 +63,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       integer :: c, n, p
       n = table%n
+      self%doubt = 0
       call make_room(self, n)
       !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
       !$omp if (n > parallel_contacts)
@@ -166,20 +170,6 @@ contains
       worst_friction = miss
    end subroutine judge_all
 
-   !> Largest normal force at the motion of the last solve, with the states that it had.
-   real(wp) function deepest_force(self, table) result(deepest)
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      integer :: c
-      deepest = 0
-      !$omp parallel do default(none) shared(self, table) private(c) reduction(max:deepest) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         if (self%joint(c)%state /= contact_state%open) deepest = max(deepest, abs(table%k_n(c)*self%gap(c)))
-      end do
-      !$omp end parallel do
-   end function deepest_force
-
    !> Judge one contact.
    pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
       type(open_close_type), intent(inout) :: self
@@ -198,6 +188,7 @@ contains
          self%state_used(c) = old
          sign_used = joint%slip_sign
          friction_used = joint%friction
+         self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
          self%normal_force(c) = 0
          gap = self%gap(c)
@@ -235,11 +226,16 @@ contains
             worst_friction = max(worst_friction, self%miss(c))
          end if
          if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
-            self%changes(c) = self%changes(c) + 1
             if (.not. (settings%peer .and. min(old, new) > 0)) then
                self%miss(c) = miss_of_joint(self%joint_used(c), gap, slip, new, new_sign, joint%friction)
+               if (self%miss(c) < self%doubt*sqrt(joint%k_n)) then   ! as it was
+                  joint%friction = friction_used
+                  joint%bonded = self%bonded_used(c)
+                  return
+               end if
                n_changes = n_changes + 1
             end if
+            self%changes(c) = self%changes(c) + 1
          end if
          joint%state = new
          joint%slip_sign = new_sign
@@ -486,12 +482,12 @@ contains
       if (allocated(self%joint)) then
          if (size(self%joint) >= n) return
          deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, self%changes, self%state_used, &
-                     self%sign_used, self%friction_used, self%opened, self%level, self%factor)
+                     self%sign_used, self%friction_used, self%bonded_used, self%opened, self%level, self%factor)
       end if
       m = n + n/16 + 16
       allocate (self%joint(m))
       allocate (self%changes(m), self%state_used(m), self%sign_used(m), source=0)
-      allocate (self%opened(m), source=.false.)
+      allocate (self%opened(m), self%bonded_used(m), source=.false.)
       allocate (self%level(m), self%factor(m), source=1.0_wp)
       allocate (self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), self%friction_used(m), source=0.0_wp)
    end subroutine make_room

@@ -16,6 +16,8 @@
 !> Even then PCG is tried first, with as many iterations as cost no more than the direct solve; after a failure it is
 !> not tried again for a number of solves, which doubles with each failure.
 !>
+!> Solves that may pause need not gain all digits: the open-close iteration goes on with few of them to the end.
+!>
 !> A factor serves all solves with one matrix, of which the iteration for friction forces needs several; their recent
 !> number enters the estimate, too.
 !>
@@ -29,7 +31,7 @@ module rockdda_linear_auto
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_direct, only : direct_solver_type
-   use rockdda_linear_pcg, only : pcg_solver_type
+   use rockdda_linear_pcg, only : pcg_solver_type, many_iterations
    use rockdda_linear_products, only : n_stored_blocks
    implicit none
    private
@@ -46,6 +48,7 @@ module rockdda_linear_auto
       integer, private :: last_wait = 0        !! length of the last wait
       real(wp), private :: reuse = 1           !! recent solves per matrix
       integer, private :: n_solves = 0         !! with the present matrix
+      real(wp), private :: last_inertia = 0    !! share of inertia of the last matrix, 0: none
       ! of the matrix solved last
       integer, private :: values_id = 0
       logical, private :: direct_was_used = .false.
@@ -78,6 +81,10 @@ module rockdda_linear_auto
    real(wp), parameter :: patience = 3
    !> Share of the correction that is kept when a solve needed less: the first round of a step needs most.
    real(wp), parameter :: forget = 0.7_wp
+   !> Where steps grow, inertia loses its part in the condition: the iterations grow less than with 1/sqrt(rho).
+   real(wp), parameter :: saturation = 0.25_wp
+   !> Reduction of the residual, about, at which solves that may pause end.
+   real(wp), parameter :: usual_reduction = 3.0e-4_wp
    !> PCG is tried against the estimate when it is expected to cost no more than this many direct solves.
    real(wp), parameter :: max_trial_cost = 8
    integer, parameter :: longest_wait = 63
@@ -97,7 +104,7 @@ contains
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: first_guess, expected
+      real(wp) :: first_guess, expected, share
       integer :: granted, wasted
       logical :: use_direct
       character(len=:), allocatable :: failure
@@ -106,6 +113,8 @@ contains
       if (matrix%values_id == 0 .or. matrix%values_id /= self%inertia_id) then
          call measure_inertia(self, matrix, self%inertia)
          self%inertia_id = matrix%values_id
+         if (self%last_inertia > 0) self%correction = self%correction*(self%inertia/self%last_inertia)**saturation
+         self%last_inertia = self%inertia
       end if
       first_guess = iterations_per_digit*log(1/wanted(self))/sqrt(self%inertia)
       expected = self%correction*first_guess
@@ -117,7 +126,7 @@ contains
          self%n_solves = 0
          call choose(self, matrix, f, expected, x, use_direct, granted)
       end if
-      self%n_solves = self%n_solves + 1
+      if (.not. self%goes_on) self%n_solves = self%n_solves + 1
       self%values_id = matrix%values_id
       self%direct_was_used = use_direct
       wasted = 0
@@ -126,8 +135,9 @@ contains
          call self%pcg%solve(matrix, f, x, report, error)
          if (allocated(error) .or. report%interrupted) return
          if (report%converged) then
-            if (share_of_digits(self) >= least_share) self%correction = &
-               max(report%iterations/(first_guess*share_of_digits(self)), forget*self%correction)
+            share = share_of_digits(self, report%residual)
+            if (share >= least_share) self%correction = &
+               max(report%iterations/(first_guess*share), forget*self%correction)
             self%last_wait = 0
          end if
          if (report%converged .or. matrix%n > self%direct_limit) then
@@ -162,6 +172,7 @@ contains
       type(solve_report_type) :: report
       logical :: done
       real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves
+      real(wp) :: share   !! of all digits, to be gained
       use_direct = .false.
       granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       if (matrix%n <= few_blocks) then
@@ -170,8 +181,10 @@ contains
          return
       end if
       solves = 1 + follow_up*(self%reuse - 1)
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*expected*per_iteration)
-      self%choice = 'pcg: about '//to_string(nint(min(expected, 1.0e9_wp)))//' iterations expected'
+      share = 1
+      if (self%pause > 0 .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share*expected*per_iteration)
+      self%choice = 'pcg: about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
       if (matrix%n > self%direct_limit .or. work_pcg <= analysis_cost*real(matrix%n, wp)**1.5_wp) return
       call self%direct%count_work(matrix, operations, fill, error)
       ! too little memory for the analysis: PCG solves
@@ -182,9 +195,9 @@ contains
       if (done .or. allocated(error)) return
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
       self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share_of_digits(self)*expected*per_iteration)
-      self%choice = 'pcg: about '//to_string(nint(min(share_of_digits(self)*expected, 1.0e9_wp)))// &
-                    ' iterations expected'
+      share = min(share, share_of_digits(self))
+      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share*expected*per_iteration)
+      self%choice = 'pcg: about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
       if (work_pcg <= work_direct) return
       affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/(solves*per_iteration)
       if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
@@ -198,11 +211,15 @@ contains
    end subroutine choose
 
    !> Digits that PCG has to gain from its first residual, over those from a residual of one.
-   pure real(wp) function share_of_digits(self) result(share)
+   pure real(wp) function share_of_digits(self, residual) result(share)
       class(auto_solver_type), intent(in) :: self
+      real(wp), intent(in), optional :: residual   !! of a solve that may have paused; default: the one wanted
+      real(wp) :: last
+      last = wanted(self)
+      if (present(residual)) last = max(last, residual)
       share = 0
-      if (self%pcg%first_residual > wanted(self)) &
-         share = min(1.0_wp, log(self%pcg%first_residual/wanted(self))/log(1/wanted(self)))
+      if (self%pcg%first_residual > last) &
+         share = min(1.0_wp, log(self%pcg%first_residual/last)/log(1/wanted(self)))
    end function share_of_digits
 
    !> Relative residual at which PCG stops.
@@ -211,24 +228,26 @@ contains
       wanted = max(self%pcg%tolerance, self%enough)
    end function wanted
 
-   !> Correction of the estimate, solves to wait, last wait, recent solves per matrix, solves with the last matrix.
+   !> Correction of the estimate, solves to wait, last wait, recent solves per matrix, solves with the last matrix, its
+   !> share of inertia.
    pure subroutine pack_auto(self, memory)
       class(auto_solver_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: memory(:)
       memory = [self%correction, real(self%waiting, wp), real(self%last_wait, wp), self%reuse, &
-                real(self%n_solves, wp)]
+                real(self%n_solves, wp), self%last_inertia]
    end subroutine pack_auto
 
    !> Restore the state from `pack`.
    pure subroutine unpack_auto(self, memory)
       class(auto_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)
-      if (size(memory) /= 5) return
+      if (size(memory) /= 6) return
       self%correction = memory(1)
       self%waiting = nint(memory(2))
       self%last_wait = nint(memory(3))
       self%reuse = memory(4)
       self%n_solves = nint(memory(5))
+      self%last_inertia = memory(6)
    end subroutine unpack_auto
 
    !> Pass the reference load and requests to stop to the solvers.
@@ -237,6 +256,7 @@ contains
       if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
       if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
       self%pcg%enough = self%enough
+      self%pcg%pause = self%pause
       if (.not. allocated(self%reference_load)) return
       self%pcg%reference_load = self%reference_load
       self%direct%reference_load = self%reference_load

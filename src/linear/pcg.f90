@@ -17,6 +17,9 @@
 !> in working precision, and that residual alone decides whether x is accepted. The next pass starts with the last
 !> direction of the pass before it, which keeps the conjugacy. All sums are taken chunk by chunk, in order, so that the
 !> result does not depend on the number of threads.
+!>
+!> A solve may pause (`pause`) once it has taken many iterations and has as many to go: whoever asks then looks at the
+!> motion, and goes on only if it is worth it.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
    use rockdda_base_room, only : resize
@@ -29,13 +32,14 @@ module rockdda_linear_pcg
    use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, cg_update
    implicit none
    private
-   public :: pcg_solver_type
+   public :: pcg_solver_type, many_iterations
 
    type, extends(linear_solver_type) :: pcg_solver_type
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       integer :: max_iterations = 3000
       integer :: passes = 0                !! passes of the last solve
       logical, private :: stops = .false.  !! a stop was requested during the last solve
+      logical, private :: pauses = .false. !! the last pass ended because it may pause
       real(wp) :: first_residual = 0       !! relative residual that the last solve began with
       integer, private :: graph_id = 0     !! graph of the preconditioner, 0 none
       integer, private :: values_id = 0    !! matrix of the preconditioner, 0 none
@@ -61,6 +65,8 @@ module rockdda_linear_pcg
    !> New pivots in changed rows only make the preconditioner slightly weaker. When a solve takes more iterations than
    !> this, a complete set-up costs less.
    integer, parameter :: few_iterations = 20
+   !> A solve may pause after so many iterations when at least as many are left.
+   integer, parameter :: many_iterations = 24
    !> Iterations between two checks for a request to stop.
    integer, parameter :: check_every = 16
 
@@ -75,7 +81,7 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: relative, before, tolerance
-      logical :: done, changed_rows_only
+      logical :: done, changed_rows_only, has_paused
 
       tolerance = max(self%tolerance, self%enough)
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
@@ -91,6 +97,7 @@ contains
       self%passes = 0
       self%direction_factor = 0
       self%stops = .false.
+      has_paused = .false.
       if (relative > tolerance) then
          if (self%graph_id /= self%residual%graph_id) then
             call self%preconditioner%set_pattern(self%residual%graph)
@@ -117,13 +124,21 @@ contains
       do while (relative > tolerance .and. report%iterations < self%max_iterations)
          before = relative
          self%passes = self%passes + 1
-         call correct(self, max(0.5_wp*tolerance/relative, smallest_reduction), x, report%iterations)
+         call correct(self, max(0.5_wp*tolerance/relative, smallest_reduction), tolerance/relative, &
+                      self%pause*self%first_residual/relative, x, report%iterations)
          report%interrupted = self%stops
          if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)
-         if (.not. relative < 0.5_wp*before) exit
+         has_paused = self%pauses .and. relative > tolerance .and. relative < self%first_residual
+         if (has_paused .or. .not. relative < 0.5_wp*before) exit
       end do
       self%most_iterations = max(self%most_iterations, report%iterations)
+      if (has_paused) then
+         report%residual = relative
+         report%left = self%residual%r_norm
+         report%converged = .true.
+         return
+      end if
       call self%residual%judge(matrix, f, x, relative, tolerance, report)
       if (.not. report%converged) report%detail = 'PCG after '//to_string(report%iterations)// &
          ' iterations: '//report%detail
@@ -132,23 +147,27 @@ contains
    !> One pass: x := x + d with K d = r, where d reduces r by the given factor in the preconditioned norm.
    !>
    !> All threads run the whole pass: each has the same alpha and beta, and the loops over chunks divide the work.
-   subroutine correct(self, reduction, x, iterations)
+   subroutine correct(self, reduction, last, pause, x, iterations)
       class(pcg_solver_type), intent(inout) :: self
       real(wp), intent(in) :: reduction
+      real(wp), intent(in) :: last                     !! reduction that ends the solve
+      real(wp), intent(in) :: pause                    !! reduction at which it may pause, 0: never
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
       integer, intent(inout) :: iterations             !! raised by those of this pass
-      real(wp) :: norm, rho, rho_start, rho_next, total(4)
+      real(wp) :: norm, rho, rho_start, rho_next, ratio, total(4)
       real(sp) :: alpha, beta
       integer :: done
+      logical :: pauses
 
+      pauses = .false.
       norm = self%residual%r_norm
       done = iterations
       alpha = 0
       beta = real(self%direction_factor*(1/norm), sp)
       rho_start = 0
       !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
-      !$omp shared(self, norm, x, reduction, iterations) &
-      !$omp private(rho, rho_next, total) firstprivate(alpha, beta, rho_start, done)
+      !$omp shared(self, norm, x, reduction, last, pause, iterations) &
+      !$omp private(rho, rho_next, ratio, total) firstprivate(alpha, beta, rho_start, done, pauses)
       call start_pass(self, 1/norm)
       do
          call sweep(self, alpha, beta)
@@ -164,17 +183,30 @@ contains
          if (total(2) > least_curvature*rho) alpha = real(rho/total(2), sp)
          rho_next = rho - 2*alpha*total(3) + real(alpha, wp)**2*total(4)
          if (.not. (rho_next > reduction**2*rho_start .and. rho_next < divergence*rho_start)) exit
+         if (rho_next <= pause**2*rho_start) then
+            ratio = 0.5_wp*log(rho_next/rho_start)
+            pauses = is_long(done - iterations, -ratio, ratio - log(last))
+            if (pauses) exit
+         end if
          if (done >= self%max_iterations .or. self%stops .or. .not. alpha > 0) exit
          beta = real(rho_next/rho, sp)
       end do
       call add_correction(self, norm, alpha, x)
       !$omp single
       iterations = done
+      self%pauses = pauses
       self%direction_factor = 0
       if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start) self%direction_factor = norm*rho_next/rho
       !$omp end single
       !$omp end parallel
    end subroutine correct
+
+   !> Has a pass taken many iterations, and are as many left to the end of the solve?
+   pure logical function is_long(iterations, gained, left)
+      integer, intent(in) :: iterations
+      real(wp), intent(in) :: gained, left    !! logarithms of the residual's reduction
+      is_long = iterations >= many_iterations .and. iterations*left > many_iterations*gained
+   end function is_long
 
    !> Start a pass with the scaled residual, of order one. Called by all threads.
    subroutine start_pass(self, weight)

@@ -18,6 +18,7 @@ module rockdda_linear_solver
       logical :: interrupted = .false.      !! a stop was requested: not converged, x is of no use
       integer :: iterations = 0             !! 0 for a direct solve
       real(wp) :: residual = 0              !! |K x - f| / |f|, see rockdda_linear_residual
+      real(wp) :: left = 0                  !! |K x - f| of a solve that has paused: solving again goes on; else 0
       character(len=:), allocatable :: detail !! why it did not converge, or which block failed
    end type solve_report_type
 
@@ -26,6 +27,8 @@ module rockdda_linear_solver
       !> equilibrium the loads in f cancel; the sum of their magnitudes is the scale for a small residual.
       real(wp), allocatable :: reference_load(:, :)
       real(wp) :: enough = 0    !! relative residual at which iterative solvers may stop, above their tolerance
+      real(wp) :: pause = 0     !! share of its first residual at which a long iteration may pause, 0: never
+      logical :: goes_on = .false.   !! the system is that of the last solve, which has paused
       class(interruption_type), allocatable :: interruption   !! requests to stop; absent: none
       character(len=:), allocatable :: choice  !! of the automatic solver: which solver solved last, and why
    contains

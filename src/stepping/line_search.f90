@@ -40,6 +40,7 @@ module rockdda_stepping_line_search
       procedure :: keep
       procedure :: search
       procedure :: compare
+      procedure :: find_norm
       procedure :: go_back
       procedure, private :: measure
    end type line_search_type
@@ -113,6 +114,20 @@ contains
       present = self%measure(1.0_wp, families, equations)
       if (kept > 0) ratio = present/kept
    end subroutine compare
+
+   !> |R| at the present motion; a motion must have been kept.
+   subroutine find_norm(self, families, equations, norm)
+      class(line_search_type), intent(inout) :: self
+      type(families_type), intent(in) :: families
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(out) :: norm
+      integer :: bad
+      norm = 0
+      if (equations%n_rows() == 0) return
+      call make_room(self, equations)
+      call self%weights%factorize_diagonal(equations%matrix, bad)
+      if (bad == 0) norm = self%measure(1.0_wp, families, equations)
+   end subroutine find_norm
 
    !> Back to the motion that was kept.
    pure subroutine go_back(self, equations)

@@ -4,10 +4,15 @@
 !>     repeat
 !>        assemble, solve         with the trial states of the links
 !>        settle friction         normal forces and friction of the contacts that slide agree, states as they are
+!>        go on                   a solve that has paused, until the states are what the motion misses most
 !>        line search             shorten the change of the motion where the residual grows
 !>        follow the rotation     arms of forces for the rotation just found, if it differs from the one expected
 !>        judge                   new trial states
-!>     until the forces of all links follow their laws
+!>     until the forces of all links follow their laws, at a motion solved for to the end
+!>
+!> States that are not final need no exact motion: a solve that takes many iterations pauses (an inexact Newton method,
+!> Dembo, Eisenstat and Steihaug 1982). It goes on while its residual is a large part of |R|, the forces that are
+!> missing by the laws of all links (rockdda_stepping_line_search); what is left of |R| only other states can remove.
 module rockdda_stepping_newton
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
@@ -47,8 +52,16 @@ module rockdda_stepping_newton
    real(wp), parameter :: patience = 0.4_wp
    integer, parameter :: least_patience = 6
 
+   !> A solve may pause when its residual is this share of its first one; it goes on while the residual is more than
+   !> `small_part` of |R|.
+   real(wp), parameter :: coarse_solve = 0.01_wp, small_part = 0.1_wp
+   !> After a solve that has paused, a state changes only by a missing force whose energy in the contact's spring is
+   !> more than this (squared) of what the mean residual of a block has: smaller ones are of the solver.
+   real(wp), parameter :: doubtful = 3.0_wp
+
    !> What of the equations is new since the last solve.
    type :: change_enum
+      integer :: nothing = 0    !! a solve that has paused goes on
       integer :: friction = 1   !! friction forces found within the round
       integer :: loads = 2      !! only loads: K is the same
       integer :: states = 3
@@ -57,11 +70,20 @@ module rockdda_stepping_newton
 
    !> Result of an attempt.
    type :: newton_report_type
+      real(wp) :: left = 0                         !! residual of the last solve if it has paused, else 0
       integer :: outcome = attempt%not_converged   !! attempt%converged, not_converged, no_solution or interrupted
       integer :: rounds = 0                        !! of the open-close iteration
       integer :: iterations = 0                    !! of the solver
       character(len=:), allocatable :: detail      !! why there is no solution
    end type newton_report_type
+
+   !> What is found at the motion of a round.
+   type :: judgement_type
+      integer :: n_changes = 1      !! of states
+      real(wp) :: off = 0           !! share of force by which lengths are wrong
+      logical :: turned = .false.   !! arms were turned: another solve must follow
+      logical :: agree = .false.    !! forces and motion agree
+   end type judgement_type
 
    type :: newton_type
       real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
@@ -75,6 +97,7 @@ module rockdda_stepping_newton
       procedure :: solve_once
       procedure, private :: predict_motion
       procedure, private :: settle_friction
+      procedure, private :: solve_on
    end type newton_type
 
 contains
@@ -89,53 +112,97 @@ contains
       type(phase_times_type), intent(inout) :: times
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      integer :: n_changes, n_unsettled, n_shortened, round
-      real(wp) :: fraction, off
-      logical :: peer, solved, turned, agree
+      type(judgement_type) :: found
+      integer :: n_shortened, round
+      real(wp) :: fraction
+      logical :: peer, solved
       peer = families%contacts%settings%peer
       report%detail = ''
       if ((self%may_predict .or. self%is_like_last) .and. .not. peer) &
          call self%predict_motion(context, families, equations, times)
       call families%contacts%friction%forget()
-      n_changes = 1
       n_shortened = 0
-      turned = .false.
       do round = 1, context%parameters%max_open_close
          report%rounds = round
-         if (round > 1 .and. .not. peer) call self%line%keep(families, equations)
-         call solve(merge(change%states, change%loads, n_changes > 0 .or. turned .or. peer), families, equations, &
-                    solver, times, report, solved, error)
+         solver%pause = merge(0.0_wp, coarse_solve, peer)
+         if (.not. peer) call self%line%keep(families, equations)
+         call solve(merge(change%states, change%loads, found%n_changes > 0 .or. found%turned .or. peer), families, &
+                    equations, solver, times, report, solved, error)
          if (solved) call self%settle_friction(families, equations, solver, times, report, solved, error)
+         if (solved) call self%solve_on(families, equations, solver, times, report, solved, error)
          if (.not. solved) return
          fraction = 1
          if (round > 1 .and. .not. peer) call self%line%search(families, accepted_miss(self, friction_tolerance), &
                                                                equations, fraction)
-         off = 0
-         if (context%follows_rotation() .and. round <= fine_rounds) &
-            call measure_placement(context, families, equations, off)
-         turned = off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
-         if (turned) call turn_arms(context, families, equations)
-         call families%judge(n_changes, n_unsettled)
-         call times%lap(phase%judge)
          n_shortened = merge(n_shortened + 1, 0, fraction < 1)
+         call judge_round()
+         if (report%left > 0 .and. .not. (fraction < 1 .or. found%turned) .and. &
+             (found%agree .or. found%n_changes == 0)) then
+            ! what may be accepted is solved for to the end
+            solver%pause = 0
+            call self%solve_on(families, equations, solver, times, report, solved, error)
+            if (.not. solved) return
+            families%contacts%judges_again = .true.
+            call judge_round()
+         end if
+         call times%lap(phase%judge)
          if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
              .not. self%at_floor) return
-         agree = n_unsettled == 0 .and. .not. fraction < 1 .and. .not. turned
-         if (agree) agree = forces_agree(self, families, context%blocks%n_blocks, round)
-         if (agree .and. context%follows_rotation() .and. round > fine_rounds .and. .not. self%at_floor) then
-            call measure_placement(context, families, equations, off)
-            agree = .not. off > gross_placement
+         if (found%agree .and. .not. fraction < 1) then
+            report%outcome = attempt%converged
+            return
          end if
-         if (.not. agree) then
-            if (turned .or. .not. off > fine_placement) cycle
-            call turn_arms(context, families, equations)
-            turned = .true.
-            cycle
-         end if
-         report%outcome = attempt%converged
-         return
+         if (found%turned .or. .not. found%off > fine_placement) cycle
+         call turn_arms(context, families, equations)
+         found%turned = .true.
       end do
+
+   contains
+
+      !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees.
+      subroutine judge_round()
+         integer :: n_unsettled
+         found = judgement_type()
+         if (context%follows_rotation() .and. round <= fine_rounds) &
+            call measure_placement(context, families, equations, found%off)
+         found%turned = found%off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
+         if (found%turned) call turn_arms(context, families, equations)
+         families%contacts%trial%doubt = doubtful*report%left/sqrt(real(max(1, equations%n_rows()), wp))
+         call families%judge(found%n_changes, n_unsettled)
+         found%agree = n_unsettled == 0 .and. .not. found%turned
+         if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, round)
+         if (.not. (found%agree .and. context%follows_rotation() .and. round > fine_rounds) .or. self%at_floor) return
+         call measure_placement(context, families, equations, found%off)
+         found%agree = .not. found%off > gross_placement
+      end subroutine judge_round
+
    end subroutine find_equilibrium
+
+   !> After a solve that has paused: go on while its residual is a large part of |R|, or to the end if it may not pause
+   !> any more.
+   subroutine solve_on(self, families, equations, solver, times, report, solved, error)
+      class(newton_type), intent(inout) :: self
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: missing
+      solved = .true.
+      do while (report%left > 0)
+         if (solver%pause > 0) then
+            call self%line%find_norm(families, equations, missing)
+            if (report%left < small_part*missing) return
+            solver%pause = max(coarse_solve, min(0.5_wp, 0.5_wp*small_part* &
+                                                 sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
+         end if
+         call times%lap(phase%judge)
+         call solve(change%nothing, families, equations, solver, times, report, solved, error)
+         if (.not. solved) return
+      end do
+   end subroutine solve_on
 
    !> Find the blocks with arms and lengths that are off, and by how much at most.
    subroutine measure_placement(context, families, equations, off)
@@ -241,8 +308,8 @@ contains
       call times%lap(phase%judge)
    end subroutine predict_motion
 
-   !> Assemble and solve the equations with the present states and friction forces, and predict the motion of all links,
-   !> or, with new friction forces, of the contacts that slide.
+   !> Assemble and solve the equations with the present states and friction forces, or go on with the last solve, and
+   !> predict the motion of all links, or, with new friction forces, of the contacts that slide.
    subroutine solve(what_is_new, families, equations, solver, times, report, solved, error)
       integer, intent(in) :: what_is_new   !! one of change%...
       type(families_type), intent(inout) :: families
@@ -259,16 +326,19 @@ contains
          report%outcome = attempt%interrupted
          return
       end if
-      if (what_is_new == change%friction) then
-         call families%contacts%add_friction(equations)
-      else
-         call families%add_to_links(equations)
+      if (what_is_new /= change%nothing) then
+         if (what_is_new == change%friction) then
+            call families%contacts%add_friction(equations)
+         else
+            call families%add_to_links(equations)
+         end if
+         call equations%assemble(n_assembled)
+         times%rounds = times%rounds + 1
+         times%contacts = times%contacts + families%contacts%table%n
+         times%assembled = times%assembled + n_assembled
+         call times%lap(phase%assembly)
       end if
-      call equations%assemble(n_assembled)
-      times%rounds = times%rounds + 1
-      times%contacts = times%contacts + families%contacts%table%n
-      times%assembled = times%assembled + n_assembled
-      call times%lap(phase%assembly)
+      solver%goes_on = what_is_new == change%nothing
       call solve_rows(equations, equations%f, what_is_new == change%states, solver, solution, error)
       call times%lap(phase%solve)
       call check_solution(solution, equations%x, report, solved, error)
@@ -318,6 +388,8 @@ contains
       associate (unused => self%at_floor)
       end associate
       report%detail = ''
+      solver%pause = 0
+      solver%goes_on = .false.
       call solve_rows(equations, load, .true., solver, solution, error)
       call check_solution(solution, equations%x, report, solved, error)
       if (solved) report%outcome = attempt%converged
@@ -339,6 +411,7 @@ contains
          return
       end if
       report%iterations = report%iterations + solution%iterations
+      report%left = solution%left
       if (.not. solution%converged) then
          report%outcome = merge(attempt%interrupted, attempt%no_solution, solution%interrupted)
          if (allocated(solution%detail)) report%detail = solution%detail
@@ -371,7 +444,7 @@ contains
          call friction%begin(contacts%table, contacts%trial)
          do k = 1, friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            if (k == 1) small = accepted_miss(self, friction_tolerance)*contacts%trial%deepest_force(contacts%table)
+            if (k == 1) small = accepted_miss(self, friction_tolerance)*contacts%deepest_force()
             call friction%assess(worst, small, may_leave, is_enough)
             if (is_enough) then
                call friction%take_used(contacts%trial)
