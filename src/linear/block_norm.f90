@@ -65,7 +65,8 @@ contains
       ! only those of changed rows
       few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
       self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, l, ok) schedule(static)
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, l, ok) &
+      !$omp schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
          do i = self%first(c), self%first(c + 1) - 1
