@@ -76,6 +76,7 @@ program bench_steps
    call line%put(output_unit)
    if (len(output_file) > 0) then
       call results%create(output_file, .true., results_header(), blocks, sim%state, error)
+      if (.not. allocated(error)) call results%publish(error)
       call stop_on(error)
    end if
 

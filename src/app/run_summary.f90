@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Summary of `rockdda run` and `rockdda resume`.
 module rockdda_app_run_summary
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -31,16 +32,20 @@ contains
       type(json_type) :: json
       type(diagnostics_type) :: all_messages
       character(len=:), allocatable :: status
-      integer :: i
+      integer :: i, n_steps, n_frames
+      real(wp) :: time
+      logical :: found
+      call run%find_kept_part(n_steps, n_frames, time, found)
       status = 'done'
       if (exit_code == error_code%stopped) status = 'stopped'
       if (allocated(error)) status = 'error'
       if (.not. line%json) then
          call print_line(status//': '//to_string(run%sim%state%step)//' steps to time '// &
-                  to_string(run%sim%state%time, 10)//', '//to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
+                  to_string(run%sim%state%time, 10)//kept_text(run, n_steps, time)//', '// &
+                  to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
-                  'results: '//run%output//' ('//to_string(run%n_frames)//' frames), log: '//run%log_file// &
+                  'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
                   warnings_text(run%warnings, line%quiet), ok)
          return
       end if
@@ -53,8 +58,8 @@ contains
       call json%put('solver', run%sim%parameters%solver_method)
       call json%put('blocks', run%sim%blocks%n_blocks)
       call json%put('first_step', run%first_step)
-      call json%put('steps', run%sim%state%step)
-      call json%put('time', run%sim%state%time)
+      call json%put('steps', n_steps)
+      call json%put('time', time)
       call json%put('planned_time', run%sim%planned_time())
       call json%put('done_share', done_share(run%sim))
       call json%put('unbalanced', run%sim%record%unbalanced)
@@ -66,7 +71,7 @@ contains
       end do
       call json%close('}')
       call json%put('short_steps', run%sim%control%short_steps)
-      call json%put('frames', run%n_frames)
+      call json%put('frames', n_frames)
       call json%open('{', 'contacts')
       call json%put('open', run%sim%record%contacts(1))
       call json%put('sliding', run%sim%record%contacts(2))
@@ -91,6 +96,27 @@ contains
       end do
       call end_json(json, all_messages, error, ok)
    end subroutine print_summary
+
+   !> Of the steps computed, those in the results, where these are fewer.
+   pure function kept_text(run, n_steps, time) result(text)
+      type(run_type), intent(in) :: run
+      integer, intent(in) :: n_steps
+      real(wp), intent(in) :: time
+      character(len=:), allocatable :: text
+      text = ''
+      if (n_steps >= run%sim%state%step) return
+      text = ' (the results hold '//to_string(n_steps)//', to '//to_string(time, 10)//')'
+   end function kept_text
+
+   !> The output file and its frames.
+   pure function results_text(path, n_frames, found) result(text)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: n_frames
+      logical, intent(in) :: found
+      character(len=:), allocatable :: text
+      text = path//' ('//to_string(n_frames)//' frames)'
+      if (.not. found) text = 'none ('//path//' was removed or replaced)'
+   end function results_text
 
    !> One line for each warning, each after a line end; with quiet none.
    pure function warnings_text(warnings, quiet) result(text)

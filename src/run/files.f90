@@ -80,10 +80,16 @@ contains
       self%facts%header%n_frames_expected = self%plan%expected_frames(input%parameters)
       call self%results%create(self%output, replace, self%facts%header, input%blocks, sim%state, error)
       if (allocated(error)) return
+      call self%save_frame(sim, error)
+      if (allocated(error)) then
+         call self%results%discard()
+      else
+         call self%results%publish(error)
+      end if
+      if (allocated(error)) return
       ! that of an older run
       call remove_checkpoint(self%checkpoint_file)
       call self%log%begin(self%log_file, input, self%facts%header, self%output, self%plan, messages, error)
-      if (.not. allocated(error)) call self%save_frame(sim, error)
       call self%timer%start(wall_seconds())
    end subroutine create_files
 

@@ -21,6 +21,7 @@ module rockdda_run_model_run
    use rockdda_base_strings, only : first_line, to_string
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_io_results_info, only : results_info_type
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
@@ -29,7 +30,7 @@ module rockdda_run_model_run
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
-   use rockdda_run_resumption, only : load_files, have_results, find_completion, format_as_compiler
+   use rockdda_run_resumption, only : load_files, have_results, find_kept, find_completion, format_as_compiler
    implicit none
    private
    public :: run_type
@@ -59,13 +60,14 @@ module rockdda_run_model_run
       procedure :: load => load_run
       procedure :: reopen => reopen_run
       procedure :: check_completion
+      procedure :: find_kept_part
       procedure :: has_results
       procedure :: write_step
       procedure :: has_much_to_flush
       procedure :: close => close_run
       procedure :: fraction_done
       procedure, private :: warn, check_energy
-      procedure, private :: write_rows, continue_files, end_files
+      procedure, private :: write_rows, continue_files, end_files, end_log
    end type run_type
 
 contains
@@ -120,8 +122,30 @@ contains
       call lock_hdf5()
       call self%end_files(error)
       call unlock_hdf5()
+      call self%end_log(error)
       self%is_open = .false.
    end subroutine close_run
+
+   !> End the log: reason, steps, time, and what of it is in the results after a failure.
+   subroutine end_log(self, error)
+      class(run_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: problem, second
+      integer :: n_steps, n_frames
+      real(wp) :: time
+      logical :: found
+      call self%find_kept_part(n_steps, n_frames, time, found)
+      call self%log%put('end: '//self%reason//' after '//to_string(self%sim%state%step)//' steps at time '// &
+                        to_string(self%sim%state%time, 10)//', '//to_string(wall_seconds() - self%start, 3)// &
+                        ' s on the wall clock', problem)
+      if (.not. allocated(problem) .and. self%results%has_failed()) &
+         call self%log%put('# the results hold '//to_string(n_steps)//' steps to time '//to_string(time, 10), problem)
+      call self%log%close(second)
+      if (.not. allocated(problem) .and. allocated(second)) call move_alloc(second, problem)
+      if (allocated(error) .or. .not. allocated(problem)) return
+      self%reason = 'output: '//first_line(problem%message)
+      call move_alloc(problem, error)
+   end subroutine end_log
 
    !> Read a checkpoint and find the results beside it. Nothing is changed.
    subroutine load_run(self, path, messages, error)
@@ -142,6 +166,25 @@ contains
       class(run_type), intent(in) :: self
       has_results = have_results(self%run_files_type)
    end function has_results
+
+   !> Steps, frames and time in the output file, 0 when it is not there: after a failure of the output they are fewer
+   !> than were computed.
+   subroutine find_kept_part(self, n_steps, n_frames, time, found)
+      class(run_type), intent(in) :: self
+      integer, intent(out) :: n_steps, n_frames
+      real(wp), intent(out) :: time
+      logical, intent(out) :: found
+      type(results_info_type) :: info
+      n_steps = self%sim%state%step
+      n_frames = self%n_frames
+      time = self%sim%state%time
+      found = .true.
+      if (.not. self%results%has_failed()) return
+      call find_kept(self%run_files_type, info, found)
+      n_steps = int(info%n_steps)
+      n_frames = int(info%n_frames)
+      time = info%last_time
+   end subroutine find_kept_part
 
    !> Find out whether a loaded run has reached its end with complete results. Then remove its undo file.
    subroutine check_completion(self, is_complete)
@@ -293,12 +336,6 @@ contains
       call self%results%close(self%reason == 'finished', self%reason, output_error, self%sim%planned_time())
       call keep_first(output_error)
       call keep_first(no_checkpoint)
-      call self%log%put('end: '//self%reason//' after '//to_string(self%sim%state%step)//' steps at time '// &
-                        to_string(self%sim%state%time, 10)//', '//to_string(wall_seconds() - self%start, 3)// &
-                        ' s on the wall clock', output_error)
-      call keep_first(output_error)
-      call self%log%close(output_error)
-      call keep_first(output_error)
 
    contains
 

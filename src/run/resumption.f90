@@ -14,7 +14,7 @@ module rockdda_run_resumption
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private
-   public :: load_files, have_results, find_completion, format_as_compiler
+   public :: load_files, have_results, find_kept, find_completion, format_as_compiler
 
 contains
 
@@ -60,6 +60,16 @@ contains
       type(results_info_type) :: info
       call read_own_results(files, info, have_results)
    end function have_results
+
+   !> What is in the output file, if it is there and belongs to this run: after a failure it may be less than was
+   !> computed.
+   subroutine find_kept(files, info, found)
+      class(run_files_type), intent(in) :: files
+      type(results_info_type), intent(out) :: info
+      logical, intent(out) :: found
+      call read_own_results(files, info, found)
+      if (.not. found) info = results_info_type()
+   end subroutine find_kept
 
    !> Find out whether a loaded run has reached its end with complete results. Then remove its undo file.
    subroutine find_completion(files, sim, is_complete)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Results and checkpoints that somebody has prepared, links that lie in the way, kills in the first moments."""
 
+import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -271,6 +274,42 @@ class FirstMomentsTest(ProgramTest):
             )
             with h5py.File(self.path("block.h5"), "r") as file:
                 self.assertEqual(file.attrs["format"], "rockdda")
+
+    def test_files_that_may_not_grow(self):
+        """At any limit of their size: the older results stay, or new ones are there with the frame of the start at
+        least, and the summary tells what they hold."""
+        run = (*RUN, "--quiet", "--save-every", "1", "--steps", "400")
+        self.assertEqual(self.run_program(*run).code, 0)
+        older, seen = self.path("block.h5").read_bytes(), set()
+        for limit in range(16_384, 180_000, 8192):
+            self.write("block.h5", older)
+            outcome = self.run_program(
+                *run,
+                "--force",
+                "--json",
+                preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+            )
+            self.assertEqual(outcome.code, 5, outcome.err)
+            if self.path("block.h5").read_bytes() == older:
+                seen.add("older")
+                continue
+            with h5py.File(self.path("block.h5"), "r") as file:
+                self.assertGreaterEqual(len(file["frames/step"]), 1)
+                self.assertEqual(outcome.json["frames"], len(file["frames/step"]))
+                self.assertEqual(outcome.json["steps"], len(file["history/step"]))
+            seen.add("newer")
+        self.assertEqual(seen, {"older", "newer"})
+
+    def test_results_that_were_removed_are_not_counted(self):
+        process = self.start_program(*RUN, "--quiet", "--save-every", "1", "--steps", "2000000", "--json")
+        deadline = time.monotonic() + 60
+        while not self.path("block.h5").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self.path("block.h5").unlink()
+        out, _ = process.communicate(timeout=120)
+        summary = json.loads(out.splitlines()[0])
+        self.assertEqual((process.returncode, summary["frames"], summary["steps"]), (5, 0, 0))
+        self.assertIn("# the results hold 0 steps", self.path("block.log").read_text()[-200:])
 
 
 if __name__ == "__main__":

@@ -58,6 +58,8 @@ module rockdda_io_results
       logical, private :: failed = .false.       !! nothing more is written
    contains
       procedure :: create
+      procedure :: publish
+      procedure :: discard
       procedure :: append_history
       procedure :: append_frame
       procedure :: append_contacts
@@ -75,8 +77,8 @@ module rockdda_io_results
 
 contains
 
-   !> Create the file with header and model, flush it, then rename it to its final name. An existing file is an input
-   !> error without `force`; a file that another run writes is always one.
+   !> Create the file with header and model; `publish` gives it its name. An existing file is an input error without
+   !> `force`; a file that another run writes is always one.
    subroutine create(self, path, force, header, blocks, state, error)
       class(results_type), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -102,17 +104,30 @@ contains
       end do
       if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
       call self%series(s_offset)%add([0], 1)
-      if (.not. allocated(error)) call self%flush(error)
+      if (allocated(error)) call self%discard()
+   end subroutine create
+
+   !> Flush a file that was created, with the rows added so far, and rename it to its final name. On error it is removed,
+   !> and an older file stays.
+   subroutine publish(self, error)
+      class(results_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      call self%flush(error)
       if (.not. allocated(error)) call self%lock%publish(error)
-      if (.not. allocated(error)) then
-         call remove_file(undo_path(path))   ! of the run that was here
-         return
+      if (allocated(error)) then
+         call self%discard()
+      else
+         call remove_file(undo_path(self%file%path))   ! of the run that was here
       end if
-      ! remove the incomplete file
+   end subroutine publish
+
+   !> Remove a file that was not published.
+   subroutine discard(self)
+      class(results_type), intent(inout) :: self
       self%failed = .true.
       call self%file%abandon()
       call self%lock%discard()
-   end subroutine create
+   end subroutine discard
 
    !> Add names and row shapes of all growing tables. Places and times have 64 bits with any precision: far from the
    !> origin of coordinates 32 bits would round displacements away.
