@@ -137,7 +137,8 @@ contains
       planned = 'none, the stages decide'
       if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
       if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
-      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
+      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim)// &
+                                                                              ', impacts not counted', error)
    end subroutine write_outcome
 
 end module rockdda_run_log
