@@ -9,6 +9,9 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 void rockdda_guard_out_of_memory(void);
 void rockdda_leave(int code);
@@ -239,8 +242,20 @@ static void raise_stack(void)
    _exit(3);
 }
 
+/* Keep memory that is given back, up to a limit: a step gives back arrays of some MB and takes them again, and the
+ * system clears each page anew, which takes longer than computing with it. */
+static void keep_memory(void)
+{
+#ifdef __GLIBC__
+   mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the largest value */
+   mallopt(M_TRIM_THRESHOLD, 256 << 20);
+   mallopt(M_TOP_PAD, 4 << 20);
+#endif
+}
+
 void rockdda_process_start(void)
 {
+   keep_memory();
    occupy_streams();
    raise_stack();
    atexit(at_end);
