@@ -11,7 +11,7 @@ module rockdda_run_thread_choice
    public :: thread_choice_type, threads_for_size, threads_for_load
 
    !> Blocks for each thread: with fewer, threads wait for each other longer than they compute.
-   integer, parameter :: blocks_of_thread = 2500
+   integer, parameter :: blocks_of_thread = 1000
    !> Time over which the load is measured at the start, and between two measurements [s]. The system counts in
    !> hundredths of a second.
    real(wp), parameter :: first_interval = 0.06_wp, interval = 1
