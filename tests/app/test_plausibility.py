@@ -130,6 +130,14 @@ class Plausibility(ProgramTest):
         thrown = PEER_ANALYSIS.replace("0 0 0\n30", "1 0 0\n30")
         self.assertEqual(self.warnings(thrown, geometry=free), [])
 
+    def test_sleep_without_effect(self):
+        sleep = "&run steps = 1 /\n&time sleep = 'on' /\n"
+        self.assertEqual(self.warnings(options=sleep), [])
+        harmonic = sleep + "&load harmonic = 1, 0, 2, 0, 0 /\n"
+        self.check("no block sleeps in a model with a harmonic base motion", options=harmonic, file="x.nml")
+        restitution = sleep + "&joint_law material = 1, restitution = 0.5 /\n"
+        self.check("no block sleeps in a model with restitution", options=restitution, file="x.nml")
+
     def test_no_false_alarm(self):
         # notes of cutting aside, which name a line
         folders = [path.parent for path in sorted(INPUTS.glob("*/*.df"))]

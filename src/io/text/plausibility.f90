@@ -50,6 +50,7 @@ module rockdda_io_plausibility
       procedure :: check_closure
       procedure :: check_loads
       procedure :: check_supports
+      procedure :: check_sleep
    end type inspection_type
 
 contains
@@ -84,6 +85,7 @@ contains
       call inspection%check_closure(blocks, parameters)
       call inspection%check_loads(blocks, parameters)
       call inspection%check_supports(blocks, parameters)
+      call inspection%check_sleep(parameters)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
 
@@ -347,5 +349,23 @@ contains
       call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', &
                      .false.)
    end subroutine check_supports
+
+   !> Check that blocks may sleep (rockdda_stepping_acceptance) where they are asked to.
+   subroutine check_sleep(self, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      character(len=:), allocatable :: what
+      integer :: k
+      if (.not. parameters%sleeps) return
+      what = ''
+      if (allocated(parameters%base%harmonics)) what = 'a harmonic base motion'
+      do k = 1, size(self%joint_used)
+         if (self%joint_used(k) .and. is_set(parameters%joint_materials(k)%restitution)) what = 'restitution'
+      end do
+      if (allocated(parameters%water)) then
+         if (size(parameters%water) > 0) what = 'water'
+      end if
+      if (len(what) > 0) call self%warn("sleep = 'on' has no effect: no block sleeps in a model with "//what, .true.)
+   end subroutine check_sleep
 
 end module rockdda_io_plausibility
