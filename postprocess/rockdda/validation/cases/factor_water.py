@@ -113,7 +113,7 @@ def _turned(points: FloatArray, angle: float) -> FloatArray:
 
 
 def _expected_halfway(polygon: FloatArray, centroid: FloatArray, velocity: FloatArray, dt: float) -> FloatArray:
-    """Vertices halfway between the start of a step and the end that the velocity (6,) at its start leads to."""
+    """Vertices halfway between the start of a step and the end that a mean velocity (6,) leads to."""
     arms = polygon - centroid
     strain = dt * np.array([[velocity[3], velocity[5] / 2], [velocity[5] / 2, velocity[4]]])
     end = centroid + dt * velocity[:2] + _turned(arms + arms @ strain, dt * float(velocity[2]))
@@ -148,7 +148,9 @@ def _moving_block(record: Record) -> None:
     for k in range(1, len(vertices)):
         dt = times[k] - times[k - 1]
         gained = mass * (velocity[k, :2] - velocity[k - 1, :2]) / dt + [0.0, mass * GRAVITY]
-        middle = _expected_halfway(vertices[k - 1], results.frames[k - 1].centroid[block], velocity[k - 1], dt)
+        # expected is the motion with the acceleration of the last step, whose motion is the mean of its velocities
+        expected = 1.5 * velocity[k - 1] - 0.5 * velocity[max(k - 2, 0)]
+        middle = _expected_halfway(vertices[k - 1], results.frames[k - 1].centroid[block], expected, dt)
         if k == 1:  # at rest nothing is expected, and the water is placed anew by the motion found
             middle = 0.5 * (vertices[0] + vertices[1])
         loaded = water_load(middle, table)
