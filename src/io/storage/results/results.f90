@@ -107,8 +107,8 @@ contains
       if (allocated(error)) call self%discard()
    end subroutine create
 
-   !> Flush a file that was created, with the rows added so far, and rename it to its final name. On error it is removed,
-   !> and an older file stays.
+   !> Flush a file that was created, with the rows added so far, and rename it to its final name. On error it is
+   !> removed, and an older file stays.
    subroutine publish(self, error)
       class(results_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
