@@ -50,6 +50,7 @@ module rockdda_interaction_contacts
       procedure :: judge
       procedure :: take_back
       procedure :: deepest_force
+      procedure, nopass :: forces_on_a
       procedure :: foresee
       procedure :: add_energies
       procedure :: commit
@@ -394,5 +395,18 @@ contains
          force = table%normal_force(c)*n + table%shear_force(c)*[-n(2), n(1)]
       end associate
    end function force_on_a
+
+   !> `force_on_a` of all rows, or of those from `first` on.
+   pure subroutine forces_on_a(table, force, first)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(out) :: force(:, :)         !! (2, rows)
+      integer, intent(in), optional :: first       !! default 1
+      integer :: k, before
+      before = 0
+      if (present(first)) before = first - 1
+      do k = 1, size(force, 2)
+         force(:, k) = force_on_a(table, before + k)
+      end do
+   end subroutine forces_on_a
 
 end module rockdda_interaction_contacts

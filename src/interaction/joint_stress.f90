@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Forces and stresses of joints: what acts at each row of a contact table, from the forces of its springs.
+!> Stresses of joints: the traction at each row of a contact table, from the forces of its springs.
 !>
 !>     normal stress   - normal force / length       tension positive
 !>     shear stress      shear force / length        of the force on block a along the normal, from b to a, turned
@@ -14,27 +14,9 @@ module rockdda_interaction_joint_stress
    use rockdda_interaction_ties, only : tie_points
    implicit none
    private
-   public :: joint_forces, joint_stresses
+   public :: joint_stresses
 
 contains
-
-   !> Force of all rows on block a, or of those from `first` on: compression along the outward normal of the edge, shear
-   !> along the edge; zero for open rows.
-   pure subroutine joint_forces(table, force, first)
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(out) :: force(:, :)         !! (2, rows)
-      integer, intent(in), optional :: first       !! default 1
-      integer :: c, k, before
-      before = 0
-      if (present(first)) before = first - 1
-      do k = 1, size(force, 2)
-         c = before + k
-         associate (n => table%normal(:, c))
-            ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
-            force(:, k) = table%normal_force(c)*n + table%shear_force(c)*[-n(2), n(1)]
-         end associate
-      end do
-   end subroutine joint_forces
 
    !> Normal (1) and shear (2) stress of all rows, or of those from `first` on, where no interval is cut; zero for open
    !> rows and for rows without a length.

@@ -13,7 +13,7 @@ module rockdda_stepping_simulation
    use rockdda_model_state, only : step_record_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_stress, only : joint_forces, joint_stresses
+   use rockdda_interaction_joint_stress, only : joint_stresses
    use rockdda_stepping_acceptance, only : accept_step, start_record
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -131,7 +131,7 @@ contains
       real(wp), allocatable, intent(inout) :: force(:, :)   !! (2, contacts%n)
       if (allocated(force)) deallocate (force)
       allocate (force(2, self%contacts%n))
-      call joint_forces(self%contacts, force)
+      call self%families%contacts%forces_on_a(self%contacts, force)
    end subroutine contact_forces
 
    !> Normal (1, tension positive) and shear (2) stress of every contact of the last accepted step, zero for open ones.
@@ -158,7 +158,7 @@ contains
          if (size(force, 2) /= last - first + 1) deallocate (force, stress)
       end if
       if (.not. allocated(force)) allocate (force(2, last - first + 1), stress(2, last - first + 1))
-      call joint_forces(self%contacts, force, first)
+      call self%families%contacts%forces_on_a(self%contacts, force, first)
       call joint_stresses(self%contacts, stress, first)
    end subroutine contact_slab
 
