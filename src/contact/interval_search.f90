@@ -11,7 +11,7 @@ module rockdda_contact_interval_search
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing, most_points
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, edges_with_edges
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_narrow_phase, only : collect_pair, is_beyond
    implicit none
@@ -44,7 +44,7 @@ contains
       !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          if (limits%by_length) then
-            call search_listed(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, limits, &
+            call search_listed_edges(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, limits, &
                                previous, history, found(part))
          else
             call search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
@@ -151,8 +151,8 @@ contains
    end subroutine search_close
 
    !> Intervals of one part of the pairs by length: of the edges listed, as far as they are close to the other block.
-   pure subroutine search_listed(items, pairs, vertices, topology, outlines, joint, limits, previous, history, list)
-      type(near_part_type), intent(in) :: items
+   pure subroutine search_listed_edges(part, pairs, vertices, topology, outlines, joint, limits, previous, history, list)
+      type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
@@ -162,27 +162,26 @@ contains
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(inout) :: list
-      integer :: place, first, l
-      place = 0
-      do while (place < items%n)
-         associate (head => items%items(place + 1:place + n_heads))
-            first = place + n_heads
-            place = first + 2*sum(head(2:n_heads))
-            if (head(2) == 0) cycle
-            if (.not. pairs%is_close(head(1))) cycle
-            do l = first + 1, first + 2*head(2), 2
-               associate (f => items%items(l), e => items%items(l + 1), &
-                          box_a => pairs%boxes(:, pairs%candidates(1, head(1))), &
-                          box_b => pairs%boxes(:, pairs%candidates(2, head(1))))
-                  if (.not. is_facing(f, e, outlines, limits%cosine)) cycle
-                  if (is_beyond(vertices(:, f), vertices(:, topology%next(f)), box_b, limits%reach)) cycle
-                  if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), box_a, limits%reach)) cycle
-                  call try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
-               end associate
-            end do
-         end associate
+      type(near_pair_type) :: at
+      integer :: l
+      logical :: found
+      do
+         call at%advance(part, found)
+         if (.not. found) exit
+         if (at%last(edges_with_edges) < at%first(edges_with_edges)) cycle
+         if (.not. pairs%is_close(at%pair)) cycle
+         do l = at%first(edges_with_edges), at%last(edges_with_edges), 2
+            associate (f => part%items(l), e => part%items(l + 1), &
+                       box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
+                       box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
+               if (.not. is_facing(f, e, outlines, limits%cosine)) cycle
+               if (is_beyond(vertices(:, f), vertices(:, topology%next(f)), box_b, limits%reach)) cycle
+               if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), box_a, limits%reach)) cycle
+               call try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
+            end associate
+         end do
       end do
-   end subroutine search_listed
+   end subroutine search_listed_edges
 
    !> Append the stations of the interval of two edges, if they face each other within reach.
    pure subroutine try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)

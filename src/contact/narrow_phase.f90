@@ -148,11 +148,8 @@ contains
       type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), t(2), gap, s, reach, penetration, zone, into(2), outof(2)
+      real(wp) :: gap, s, into(2), outof(2)
       integer :: i, j, v, e
-      reach = limits%reach
-      penetration = limits%penetration
-      zone = limits%zone
       do i = 1, n_near
          v = near(i)
          if (outlines%concave(v)) cycle
@@ -160,14 +157,8 @@ contains
          outof = tangent(:, topology%edge_out(v))
          do j = 1, n_edges
             e = edges(j)
-            r(1) = vertices(1, v) - vertices(1, e)
-            r(2) = vertices(2, v) - vertices(2, e)
-            t(1) = tangent(1, e)
-            t(2) = tangent(2, e)
-            gap = r(1)*t(2) - r(2)*t(1)
-            if (gap > reach .or. gap < -penetration) cycle
-            s = r(1)*t(1) + r(2)*t(2)
-            if (s < -zone .or. s > length(e) + zone) cycle
+            call place_on_edge(vertices(:, v), vertices(:, e), tangent(:, e), gap, s)
+            if (is_off_edge(gap, s, length(e), limits)) cycle
             if (limits%corrected) then
                if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
             end if
@@ -193,16 +184,11 @@ contains
       type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: r(2), t(2), gap, s, into(2), outof(2)
+      real(wp) :: t(2), gap, s, into(2), outof(2)
       if (outlines%concave(v)) return
-      r(1) = vertices(1, v) - vertices(1, e)
-      r(2) = vertices(2, v) - vertices(2, e)
-      t(1) = tangent(1, e)
-      t(2) = tangent(2, e)
-      gap = r(1)*t(2) - r(2)*t(1)
-      if (gap > limits%reach .or. gap < -limits%penetration) return
-      s = r(1)*t(1) + r(2)*t(2)
-      if (s < -limits%zone .or. s > length(e) + limits%zone) return
+      t = tangent(:, e)
+      call place_on_edge(vertices(:, v), vertices(:, e), t, gap, s)
+      if (is_off_edge(gap, s, length(e), limits)) return
       into = tangent(:, topology%edge_in(v))
       outof = tangent(:, topology%edge_out(v))
       ! `is_facing` of the edges at v, in place
@@ -214,6 +200,25 @@ contains
       call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
                     history, limits, list)
    end subroutine try_vertex
+
+   !> Gap of a point before an edge, and how far its foot lies from the start of the edge.
+   pure subroutine place_on_edge(p, start, t, gap, s)
+      real(wp), intent(in) :: p(2), start(2)
+      real(wp), intent(in) :: t(2)              !! unit vector along the edge
+      real(wp), intent(out) :: gap, s           !! [length]; gap < 0 inside the block of the edge
+      real(wp) :: r(2)
+      r = p - start
+      gap = r(1)*t(2) - r(2)*t(1)
+      s = r(1)*t(1) + r(2)*t(2)
+   end subroutine place_on_edge
+
+   !> Is a point out of reach of an edge, or its foot beyond both ends?
+   pure logical function is_off_edge(gap, s, length, limits)
+      real(wp), intent(in) :: gap, s            !! by `place_on_edge`
+      real(wp), intent(in) :: length            !! of the edge
+      type(search_limits_type), intent(in) :: limits
+      is_off_edge = gap > limits%reach .or. gap < -limits%penetration .or. s < -limits%zone .or. s > length + limits%zone
+   end function is_off_edge
 
    !> Do both ends of an edge, or a vertex, lie beyond one side of a box that is widened by the reach?
    pure logical function is_beyond(p, q, box, reach)

@@ -14,7 +14,8 @@ module rockdda_contact_narrow_search
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_interval_search, only : search_faces
    use rockdda_contact_narrow_phase, only : search_pair, search_near, try_vertex, is_beyond
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, corners_with_corners, &
+                                           vertices_of_first, vertices_of_second
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type
@@ -57,8 +58,8 @@ contains
       !$omp shared(self, pairs, blocks, topology, outlines, vertices, limits, previous, history, n_parts)
       do part = 1, n_parts
          if (limits%by_length) then
-            call search_listed(self%lists%parts(part), pairs, topology, outlines, vertices, limits, previous, history, &
-                               self%exposure, self%found(part))
+            call search_listed_vertices(self%lists%parts(part), pairs, topology, outlines, vertices, limits, previous, &
+                                        history, self%exposure, self%found(part))
          else
             call search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
                              self%exposure, self%found(part))
@@ -104,9 +105,9 @@ contains
    end subroutine search_part
 
    !> Candidate rows of corners and of vertices on edges by length, of one part of the pairs.
-   pure subroutine search_listed(items, pairs, topology, outlines, vertices, limits, previous, history, exposure, &
-                                 list)
-      type(near_part_type), intent(in) :: items
+   pure subroutine search_listed_vertices(part, pairs, topology, outlines, vertices, limits, previous, history, &
+                                          exposure, list)
+      type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
@@ -116,37 +117,34 @@ contains
       type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
-      integer :: place, first, l
-      place = 0
-      do while (place < items%n)
-         associate (head => items%items(place + 1:place + n_heads), now => items%items)
-            first = place + n_heads + 2*head(2)
-            place = first + 2*sum(head(3:n_heads))
-            if (place == first) cycle
-            if (.not. pairs%is_close(head(1))) cycle
-            list%n_corners = 0
-            associate (box_a => pairs%boxes(:, pairs%candidates(1, head(1))), &
-                       box_b => pairs%boxes(:, pairs%candidates(2, head(1))))
-               do l = first + 1, first + 2*head(3), 2
-                  if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
-                  if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
-                  call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, exposure, limits, list)
-               end do
-               first = first + 2*head(3)
-               do l = first + 1, first + 2*head(4), 2
-                  call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
-                                  outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
-                                  limits, list)
-               end do
-               first = first + 2*head(4)
-               do l = first + 1, first + 2*head(5), 2
-                  call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
-                                  outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
-                                  limits, list)
-               end do
-            end associate
+      type(near_pair_type) :: at
+      integer :: l
+      logical :: found
+      do
+         call at%advance(part, found)
+         if (.not. found) exit
+         if (at%last(vertices_of_second) < at%first(corners_with_corners)) cycle
+         if (.not. pairs%is_close(at%pair)) cycle
+         list%n_corners = 0
+         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
+                    box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
+            do l = at%first(corners_with_corners), at%last(corners_with_corners), 2
+               if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
+               if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
+               call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, exposure, limits, list)
+            end do
+            do l = at%first(vertices_of_first), at%last(vertices_of_first), 2
+               call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
+                               outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
+                               limits, list)
+            end do
+            do l = at%first(vertices_of_second), at%last(vertices_of_second), 2
+               call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
+                               outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
+                               limits, list)
+            end do
          end associate
       end do
-   end subroutine search_listed
+   end subroutine search_listed_vertices
 
 end module rockdda_contact_narrow_search

@@ -23,12 +23,17 @@ module rockdda_contact_near_lists
    use rockdda_contact_topology, only : contact_topology_type
    implicit none
    private
-   public :: near_lists_type, near_part_type, n_heads
+   public :: near_lists_type, near_part_type, near_pair_type, edges_with_edges, corners_with_corners, &
+             vertices_of_first, vertices_of_second
 
-   !> Numbers before the entries of a pair: the pair, edges that may face each other, corners that may meet, vertices of
-   !> the first block that may strike edges of the second, and the other way round. Each entry has two numbers, of the
-   !> first block and of the second, or vertex and edge.
-   integer, parameter :: n_heads = 5
+   !> Kinds of entries of a pair, in the order in which they are stored: edges that may face each other, corners that may
+   !> meet, vertices of the first block that may strike edges of the second, and the other way round. Each entry has two
+   !> numbers, of the first block and of the second, or vertex and edge.
+   integer, parameter :: edges_with_edges = 1, corners_with_corners = 2, vertices_of_first = 3, vertices_of_second = 4
+   integer, parameter :: n_kinds = 4
+
+   !> Numbers before the entries of a pair: the pair, and its entries of each kind.
+   integer, parameter :: n_heads = 1 + n_kinds
 
    !> An edge that turns by more is taken to point anywhere [rad].
    real(wp), parameter :: any_turn = 4.0_wp
@@ -39,6 +44,15 @@ module rockdda_contact_near_lists
       integer, allocatable :: items(:)
       type(candidate_list_type), private :: near   !! scratch
    end type near_part_type
+
+   !> One pair of a part, and where its entries lie: entry l of kind k is items(l:l+1), l = first(k), last(k), 2.
+   type :: near_pair_type
+      integer :: pair = 0                         !! row of the close pairs
+      integer :: first(n_kinds) = 0, last(n_kinds) = -1
+      integer, private :: done = 0                !! numbers of the part up to the end of this pair
+   contains
+      procedure :: advance
+   end type near_pair_type
 
    !> A pure cache: nothing in it is part of the state.
    type :: near_lists_type
@@ -53,6 +67,24 @@ module rockdda_contact_near_lists
    end type near_lists_type
 
 contains
+
+   !> Go to the next pair of a part.
+   pure subroutine advance(self, part, found)
+      class(near_pair_type), intent(inout) :: self
+      type(near_part_type), intent(in) :: part
+      logical, intent(out) :: found               !! false: there is none
+      integer :: k, place
+      found = self%done < part%n
+      if (.not. found) return
+      self%pair = part%items(self%done + 1)
+      place = self%done + n_heads
+      do k = 1, n_kinds
+         self%first(k) = place + 1
+         place = place + 2*part%items(self%done + 1 + k)
+         self%last(k) = place
+      end do
+      self%done = place
+   end subroutine advance
 
    !> Lists for the pairs as they are now.
    subroutine update(self, pairs, blocks, topology, outlines, vertices, limits)
@@ -127,7 +159,7 @@ contains
       real(wp), intent(in) :: allowance                    !! [length]
       real(wp), intent(in), contiguous :: turn(:)          !! (nv) of each edge [rad]
       type(near_part_type), intent(inout) :: list
-      integer :: k, head, n(4)
+      integer :: k, head, n(n_kinds)
       list%n = 0
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k), near => list%near)
@@ -137,13 +169,13 @@ contains
                               pairs%boxes(:, b), vertices, topology, limits%reach + 2*allowance, near)
             if (near%n_near_a == 0 .and. near%n_edges_a == 0) cycle
             head = list%n
-            call append(list, [k, 0, 0, 0, 0])
-            call list_faces(near, vertices, outlines, limits, allowance, turn, list, n(1))
-            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n(2))
+            call append(list, [k, spread(0, 1, n_kinds)])
+            call list_faces(near, vertices, outlines, limits, allowance, turn, list, n(edges_with_edges))
+            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n(corners_with_corners))
             call list_vertices(near%near_a, near%n_near_a, near%edges_b, near%n_edges_b, vertices, topology, outlines, &
-                               limits, allowance, turn, list, n(3))
+                               limits, allowance, turn, list, n(vertices_of_first))
             call list_vertices(near%near_b, near%n_near_b, near%edges_a, near%n_edges_a, vertices, topology, outlines, &
-                               limits, allowance, turn, list, n(4))
+                               limits, allowance, turn, list, n(vertices_of_second))
          end associate
          list%items(head + 2:head + n_heads) = n
          if (all(n == 0)) list%n = head
