@@ -61,12 +61,12 @@ contains
       real(wp), intent(in) :: level(:)                   !! (>= rows) share of the motion that gap and slip are
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
-      logical, allocatable :: held(:)                    !! (blocks)
+      real(wp) :: holds(context%blocks%n_blocks)         !! a block with two cannot move
       logical :: counts(table%n)
       real(wp) :: springs(2), squared(2)
       integer :: c, k, block
       allocate (stiffness(2, context%blocks%n_blocks), source=0.0_wp)
-      call find_held(context, held)
+      call context%blocks%count_holds(holds, context%released, context%held)
       do c = 1, table%n
          counts(c) = table%state(c) /= contact_state%open
          if (.not. counts(c)) counts(c) = table%gap(c) + context%dt*opening_speed(context, table, c) < 0
@@ -82,7 +82,7 @@ contains
             squared = 0
             do k = 1, 2
                block = merge(table%block_a(c), table%block_b(c), k == 1)
-               if (held(block)) cycle
+               if (holds(block) > 1) cycle
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
             joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(level(c)*context%dt)
@@ -118,24 +118,5 @@ contains
       coefficient = 0
       if (squared > 0) coefficient = 2*ratio*k/sqrt(squared)
    end function dashpot_coefficient
-
-   !> Blocks that cannot move: two fixed points, or an edge that a boundary holds.
-   pure subroutine find_held(context, held)
-      type(step_context_type), intent(in) :: context
-      logical, allocatable, intent(out) :: held(:)
-      integer :: points(context%blocks%n_blocks)
-      integer :: p
-      points = 0
-      associate (fixed => context%blocks%fixed)
-         do p = 1, fixed%n
-            if (allocated(context%released)) then
-               if (context%released(p)) cycle
-            end if
-            if (fixed%block(p) > 0) points(fixed%block(p)) = points(fixed%block(p)) + 1
-         end do
-      end associate
-      held = points > 1
-      if (allocated(context%held)) held = held .or. context%held
-   end subroutine find_held
 
 end module rockdda_interaction_dashpots

@@ -56,6 +56,7 @@ module rockdda_model_blocks
       type(bolt_set_type) :: bolts
    contains
       procedure :: n_vertices
+      procedure :: count_holds
    end type block_system_type
 
 contains
@@ -71,6 +72,26 @@ contains
          list = [(i, i=1, self%n)]
       end if
    end function numbers
+
+   !> Count what holds each block: its fixed points, and two for an edge that a boundary holds. A block with two or more
+   !> cannot move.
+   pure subroutine count_holds(self, holds, released, at_boundary)
+      class(block_system_type), intent(in) :: self
+      real(wp), intent(out) :: holds(:)                   !! (n_blocks) a whole number
+      logical, intent(in), optional :: released(:)        !! (fixed%n) points that were let go
+      logical, intent(in), optional :: at_boundary(:)     !! (n_blocks) with an edge that a boundary holds
+      integer :: p
+      holds = 0
+      if (present(at_boundary)) where (at_boundary) holds = 2
+      do p = 1, self%fixed%n
+         if (present(released)) then
+            if (released(p)) cycle
+         end if
+         associate (here => holds(self%fixed%block(p)))
+            here = here + 1
+         end associate
+      end do
+   end subroutine count_holds
 
    !> Number of vertices of all blocks.
    pure integer function n_vertices(self)

@@ -104,7 +104,7 @@ contains
       if (.not. is_dynamic) return
       if (is_first) call begin(self, context%state)
       scale = reference(self, context%parameters)
-      call find_held(self%of_blocks, context)
+      call context%blocks%count_holds(self%of_blocks(at_fixed, :), context%released, context%held)
       !$omp parallel do default(none) shared(self, context, x, is_first) private(i) schedule(static) &
       !$omp if (size(x, 2) > parallel_blocks)
       do i = 1, size(x, 2)
@@ -167,23 +167,6 @@ contains
          end if
       end associate
    end subroutine add_error
-
-   !> Count the fixed points of each block; an edge that a boundary holds counts as two. Blocks with two have no error.
-   pure subroutine find_held(of_blocks, context)
-      real(wp), intent(inout), contiguous :: of_blocks(:, :)
-      type(step_context_type), intent(in) :: context
-      integer :: p
-      of_blocks(at_fixed, :) = 0
-      if (allocated(context%held)) where (context%held) of_blocks(at_fixed, :) = 2
-      do p = 1, context%blocks%fixed%n
-         if (allocated(context%released)) then
-            if (context%released(p)) cycle
-         end if
-         associate (n_fixed => of_blocks(at_fixed, context%blocks%fixed%block(p)))
-            n_fixed = n_fixed + 1
-         end associate
-      end do
-   end subroutine find_held
 
    !> Take away what closed contacts hold. Less than `least` waits until it has become more.
    pure subroutine keep_contacts(of_blocks, context, table, least)

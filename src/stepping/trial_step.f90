@@ -212,8 +212,8 @@ contains
                         report%outcome)
    end subroutine try_step
 
-   !> Set the expected motion of the step, by whose rotations the arms of forces turn: the predicted one, velocity times
-   !> dt, or, where a static step carries no velocity on, the motion of the last step.
+   !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d: motion
+   !> of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
    subroutine expect_motion(self, is_first)
       class(trial_step_type), intent(inout) :: self
       logical, intent(in) :: is_first   !! x is the motion of the last step

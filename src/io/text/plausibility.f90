@@ -350,7 +350,8 @@ contains
                      .false.)
    end subroutine check_supports
 
-   !> Check that blocks may sleep (rockdda_stepping_acceptance) where they are asked to.
+   !> Warn where `sleep = 'on'` has no effect because the model has what no block sleeps with
+   !> (rockdda_stepping_acceptance).
    subroutine check_sleep(self, parameters)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters

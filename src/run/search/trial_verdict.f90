@@ -175,17 +175,9 @@ contains
    function movable(sim) result(can_move)
       type(simulation_type), intent(in) :: sim
       logical :: can_move(sim%blocks%n_blocks)
-      integer :: points(sim%blocks%n_blocks)
-      integer :: p
-      points = 0
-      associate (fixed => sim%blocks%fixed)
-         do p = 1, fixed%n
-            if (sim%control%released(p)) cycle
-            if (fixed%block(p) > 0) points(fixed%block(p)) = points(fixed%block(p)) + 1
-         end do
-      end associate
-      can_move = sim%state%active .and. points < 2
-      if (allocated(sim%held)) can_move = can_move .and. .not. sim%held
+      real(wp) :: holds(sim%blocks%n_blocks)
+      call sim%blocks%count_holds(holds, sim%control%released, sim%held)
+      can_move = sim%state%active .and. holds < 2
    end function movable
 
    !> Median of the sizes of the blocks that can move.
