@@ -71,8 +71,11 @@ def test_closed_streams_do_no_harm(folder):
     assert (folder / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_ctrl_c_in_a_film_ends_with_4(tmp_path):
-    """The signal goes to the group, ffmpeg included, as from a terminal."""
+@pytest.mark.parametrize(
+    ("send", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)], ids=["Ctrl-C", "SIGTERM"]
+)
+def test_a_film_that_is_stopped_ends_with_4(tmp_path, send, number):
+    """Ctrl-C goes to the group, ffmpeg included, as from a terminal; SIGTERM of a batch system to the command alone."""
     write_wall(tmp_path / "long.h5", 3, 2, frames=2000)  # minutes
     arguments = ["animate", "long.h5", "-o", "film.mp4", "--dpi", "30"]
     with start(tmp_path, arguments, stdout=subprocess.PIPE, start_new_session=True) as process:
@@ -80,7 +83,20 @@ def test_ctrl_c_in_a_film_ends_with_4(tmp_path):
         while not (tmp_path / ".film.part.mp4").exists() and time.monotonic() - begin < 60:
             time.sleep(0.05)
         assert process.poll() is None
-        os.killpg(process.pid, signal.SIGINT)
+        send(process.pid, number)
+        _, problems = process.communicate(timeout=60)
+    assert (process.returncode, problems) == (cli.STOPPED, "")
+    assert [path.name for path in tmp_path.iterdir()] == ["long.h5"]
+
+
+def test_sigterm_in_an_export_leaves_no_part(tmp_path):
+    write_wall(tmp_path / "long.h5", 3, 2, frames=2000)
+    with start(tmp_path, ["export", "long.h5", "-o", "long.vtkhdf"], stdout=subprocess.PIPE) as process:
+        begin = time.monotonic()
+        while not (tmp_path / ".long.part.vtkhdf").exists() and time.monotonic() - begin < 60:
+            time.sleep(0.01)
+        assert process.poll() is None
+        process.send_signal(signal.SIGTERM)
         _, problems = process.communicate(timeout=60)
     assert (process.returncode, problems) == (cli.STOPPED, "")
     assert [path.name for path in tmp_path.iterdir()] == ["long.h5"]

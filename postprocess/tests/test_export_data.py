@@ -64,7 +64,7 @@ def test_vtk_reads_all_times_of_a_temporal_file(tmp_path):
         np.testing.assert_array_equal(bolts["force"], frame.bolt_force)
         np.testing.assert_array_equal(ends[:, :2], frame.bolt_ends.reshape(-1, 2))
         assert k < 4
-    assert not list(tmp_path.glob("*.part"))
+    assert not list(tmp_path.glob(".*.part*"))
 
 
 def test_temporal_files_leave_out_excavated_blocks(dug, tmp_path):

@@ -38,6 +38,7 @@ from .common import (
     open_results,
     print_summary,
     progress_bar,
+    stop_on_sigterm,
     target,
 )
 
@@ -53,7 +54,7 @@ app = typer.Typer(
     Each command has its own help with examples: `rockdda-post plot --help`.
 
     Exit codes: 0 done; 1 internal error (of `compare`: the runs differ; of `validate`: a promise is broken); 2 bad
-    usage or bad input; 3 a computation could not continue; 4 stopped (Ctrl-C); 5 output could not be written.
+    usage or bad input; 3 a computation could not continue; 4 stopped (Ctrl-C, SIGTERM); 5 output could not be written.
     """,
 )
 
@@ -466,6 +467,7 @@ def run() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
+    stop_on_sigterm()
     sys.exit(main())
 
 

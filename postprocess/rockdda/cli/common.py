@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -155,9 +156,12 @@ def need_display() -> None:
 
 
 def stop_on_sigterm() -> None:
-    """Treat SIGTERM as Ctrl-C."""
+    """Treat SIGTERM as Ctrl-C, also where that waits (`HeldInterrupts`) or is ignored."""
 
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
+    def stop(_: int, frame: FrameType | None) -> None:
+        on_ctrl_c = signal.getsignal(signal.SIGINT)
+        if not callable(on_ctrl_c):
+            raise KeyboardInterrupt
+        on_ctrl_c(signal.SIGINT, frame)
 
     signal.signal(signal.SIGTERM, stop)

@@ -12,7 +12,7 @@ import typer
 
 from ..analysis.loosening import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
-from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar, stop_on_sigterm
+from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar
 
 if TYPE_CHECKING:
     from ..study.runner import Outcome
@@ -106,7 +106,6 @@ def study_command(
                 elif not (quiet or as_json):
                     typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
-            stop_on_sigterm()
             try:
                 run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
             except KeyboardInterrupt:

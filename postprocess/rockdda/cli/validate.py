@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError, RockddaError
-from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar, stop_on_sigterm
+from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar
 
 if TYPE_CHECKING:
     from ..validation import Case
@@ -128,7 +128,6 @@ def validate_command(
             elif not (quiet or as_json):
                 typer.echo(f"{len(ended)}/{of} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
 
-        stop_on_sigterm()
         count = workers or os.cpu_count() or 1
         try:
             outcomes = [

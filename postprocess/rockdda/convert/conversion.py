@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..deck import BlockMaterial, JointMaterial
-from ..errors import InputError, OutputError, Problem, RockddaError, need
+from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
 from ..text import has_controls
+from ..writing import complete_file
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
@@ -438,9 +439,5 @@ def _write(texts: dict[Path, str], force: bool) -> None:
         if path.exists() and not force:
             raise InputError("the file exists; use --force to overwrite it", path)
     for path, text in texts.items():
-        part = path.with_name(path.name + ".part")
-        try:
+        with complete_file(path) as part:
             part.write_text(text, encoding="utf-8", newline="\n")
-            part.replace(path)
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be written: {error.strerror}") from error

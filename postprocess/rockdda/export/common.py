@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["Progress", "chosen", "parse_frames", "write_file"]
+__all__ = ["Progress", "chosen", "parse_frames"]
 
 #: Called with the number of frames written and the number to write.
 Progress = Callable[[int, int], None]
@@ -38,15 +37,3 @@ def parse_frames(text: str | None, count: int) -> Sequence[int] | None:
         except ValueError:
             raise InputError(f"frames {text!r}: expected numbers and ranges, such as -1, 0,5,10 or 0:50:10") from None
     return found
-
-
-def write_file(path: Path, work: Callable[[TextIO], Any]) -> None:
-    """Write a text file under another name, and rename it when it is complete."""
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("w", encoding="utf-8", newline="\n") as stream:
-            work(stream)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error

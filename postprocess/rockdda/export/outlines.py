@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from ..convert.dxf import write_dxf
-from .common import Progress, chosen, write_file
+from ..writing import write_file
+from .common import Progress, chosen
 
 if TYPE_CHECKING:
     from ..results import Results

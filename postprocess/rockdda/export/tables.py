@@ -14,7 +14,8 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..joints import joint_summary
 from ..results import FIELDS
-from .common import Progress, chosen, write_file
+from ..writing import write_file
+from .common import Progress, chosen
 
 if TYPE_CHECKING:
     import pandas

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError, RockddaError
-from .common import Progress, chosen, write_file
+from ..writing import write_file
+from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
 from .vtkhdf import to_vtkhdf
 

@@ -7,6 +7,7 @@ grid). A *part* is the connectivity of the cells; frames with the same cells sha
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -16,7 +17,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
+from ..writing import complete_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
 
@@ -45,33 +47,27 @@ def to_vtkhdf(
         raise InputError(f"VTKHDF files end in .vtkhdf, not in {path.suffix!r}", path)
     numbers = chosen(results, frames)
     writers: dict[str, _Writer] = {}
-    try:
+    with contextlib.ExitStack() as files:
         for done, number in enumerate(numbers, start=1):
             now = results.frames[number]
             grids = grids_of(results, now)
             for name in dict.fromkeys([*grids, *writers]):
                 if name not in writers:
-                    writers[name] = _Writer(path.with_name(f"{path.stem}{name}{path.suffix}"))
+                    part = files.enter_context(complete_file(path.with_name(f"{path.stem}{name}{path.suffix}")))
+                    writers[name] = _Writer(files.enter_context(h5py.File(part, "w")))
                 writers[name].add(now, grids[name])
             if progress is not None:
                 progress(done, len(numbers))
         for writer in writers.values():
             writer.finish()
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        for writer in writers.values():
-            writer.close()
     return path
 
 
 class _Writer:
-    """Appends time steps to one file, which gets its name when it is complete."""
+    """Appends time steps to an empty file."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.part = path, path.with_name(path.name + ".part")
-        self.file = h5py.File(self.part, "w")
-        self.root = self.file.create_group("VTKHDF")
+    def __init__(self, file: h5py.File) -> None:
+        self.root = file.create_group("VTKHDF")
         self.root.attrs["Version"] = np.array([2, 0])
         self.root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
         self.steps = self.root.create_group("Steps")
@@ -120,13 +116,5 @@ class _Writer:
         self.count += 1
 
     def finish(self) -> None:
-        """Close the file and give it its name."""
+        """Note how many steps there are."""
         self.steps.attrs["NSteps"] = self.count
-        self.file.close()
-        self.part.replace(self.path)
-
-    def close(self) -> None:
-        """Remove what is not complete."""
-        if self.file:
-            self.file.close()
-        self.part.unlink(missing_ok=True)

@@ -42,8 +42,8 @@ class ModelData:
 def model_files(path: Path) -> tuple[Path | None, Path | None]:
     """The labelled or options file and the geometry of a model: a folder, a labelled file, a geometry or block file."""
     if path.is_dir():
-        options = sorted(path.glob("*.nml"))
-        shapes = sorted([*path.glob("*.dc"), *path.glob("*.geo"), *path.glob("*.blk")])
+        options = sorted(path.glob("[!.]*.nml"))
+        shapes = sorted([*path.glob("[!.]*.dc"), *path.glob("[!.]*.geo"), *path.glob("[!.]*.blk")])
         if not options and not shapes:
             raise InputError("a folder without a model (.nml, .dc or .blk)", path)
         options_file = options[0] if options else None

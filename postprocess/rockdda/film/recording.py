@@ -23,6 +23,7 @@ from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
 from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
+from ..writing import complete_file
 from .page import SHOWN_FIELDS, film_page
 
 if TYPE_CHECKING:
@@ -76,21 +77,16 @@ def animate(
         raise InputError("there are no frames yet", results.path)
     if frames[-1] != results.n_frames - 1:
         frames.append(results.n_frames - 1)
-    part = path.with_name(f".{path.stem}.part{path.suffix}")  # an incomplete film never has the final name
     try:
-        if path.suffix.lower() == ".html":
-            chosen = list(dict.fromkeys([field, *fields]))
-            name = title or results.title or results.name
-            part.write_text(film_page(results, frames, chosen, units, name, progress, joints), encoding="utf-8")
-        else:
-            _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
-        part.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+        with complete_file(path) as part:
+            if path.suffix.lower() == ".html":
+                chosen = list(dict.fromkeys([field, *fields]))
+                name = title or results.title or results.name
+                part.write_text(film_page(results, frames, chosen, units, name, progress, joints), encoding="utf-8")
+            else:
+                _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
     except subprocess.CalledProcessError as error:  # of ffmpeg, which has said why on standard error
         raise OutputError(f"{path}: cannot be written: ffmpeg ended with code {error.returncode}") from error
-    finally:
-        part.unlink(missing_ok=True)
     return path
 
 

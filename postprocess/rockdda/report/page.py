@@ -18,9 +18,9 @@ import numpy as np
 from .. import plot
 from ..critical import read_search
 from ..errors import InputError
-from ..export.common import write_file
 from ..text import readable
 from ..units import Units
+from ..writing import complete_file, write_file
 from . import facts
 from .half_step import compare_ends, run_half_step
 from .paper import needs_for_pdf, pdf_of
@@ -97,11 +97,8 @@ def report(
         half = compare_ends(results, beside)
     text = _page(results, Units.parse(units), title or results.title or results.name, half, progress)
     if path.suffix.lower() == ".pdf":
-        part = path.with_name(f".{path.stem}.part.pdf")
-        try:
-            pdf_of(part, text=text).replace(path)
-        finally:
-            part.unlink(missing_ok=True)
+        with complete_file(path) as part:
+            pdf_of(part, text=text)
     else:
         write_file(path, lambda stream: stream.write(text))
     return path

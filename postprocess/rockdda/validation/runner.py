@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, RockddaError
 from ..native import VERSION, Session, load
+from ..writing import complete_file
 from .case import Case, Comparison, Record
 from .corner_springs import as_promised
 from .registry import all_cases
@@ -244,7 +245,7 @@ def load_records(
     cases = all_cases() if cases is None else cases
     order = {case.identifier: number for number, case in enumerate(cases)}
     folders = [name for name in ("", *FORMULATIONS) if formulation in (None, name)]
-    records = [_read(file) for name in folders for file in sorted((target / "data" / name).glob("*.json"))]
+    records = [_read(file) for name in folders for file in sorted((target / "data" / name).glob("[!.]*.json"))]
     return sorted(records, key=lambda r: order.get(r["identifier"], len(order)))
 
 
@@ -329,13 +330,9 @@ def _read(file: Path) -> dict[str, Any]:
 
 def _write(file: Path, record: dict[str, Any]) -> None:
     """As JSON; numbers that JSON cannot express become texts such as "nan"."""
-    try:
-        text = json.dumps(_plain(record), indent=1, ensure_ascii=False, allow_nan=False)
-        part = file.with_name(file.name + ".part")
+    text = json.dumps(_plain(record), indent=1, ensure_ascii=False, allow_nan=False)
+    with complete_file(file) as part:
         part.write_text(text + "\n", encoding="utf-8")
-        part.replace(file)
-    except OSError as problem:
-        raise OutputError(f"{file}: cannot be written: {problem.strerror}") from None
 
 
 def _plain(value: Any) -> Any:
