@@ -2,28 +2,33 @@
 !> Rows of a contact table to be, as the narrow phase finds them: a list that grows, and the scratch of the search for
 !> one pair of blocks, which is kept from pair to pair.
 module rockdda_contact_candidates
-   use rockdda_base_parallel, only : parallel_contacts
-   use rockdda_base_room, only : reserve
-   use rockdda_contact_intervals, only : interval_type
+   use rockdda_contact_intervals, only : stretch_type
    implicit none
    private
-   public :: candidate_type, candidate_list_type
+   public :: candidate_type, other_rows_type, candidate_list_type
 
    !> A row of the table to be.
    type :: candidate_type
       integer :: vertex = 0, edge = 0
+      integer :: station = 0
+      integer :: others = 0                             !! its `other_rows` in the list, 0 none
+   end type candidate_type
+
+   !> Rows that a row between a vertex and an edge refers to.
+   type :: other_rows_type
       integer :: partner_vertex = 0, partner_edge = 0   !! identity of the partner row, 0 none
       integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
-      integer :: station = 0
-   end type candidate_type
+   end type other_rows_type
 
    !> Growing list of candidate rows and the scratch of the pair search.
    type :: candidate_list_type
       integer :: n = 0
       integer :: room = 0                                        !! size of `rows`
       type(candidate_type), allocatable :: rows(:)
+      integer :: n_others = 0
+      type(other_rows_type), allocatable :: others(:)            !! (>= n_others)
       integer :: n_intervals = 0
-      type(interval_type), allocatable :: intervals(:)           !! in the order of the rows of their first stations
+      type(stretch_type), allocatable :: intervals(:)            !! in the order of the rows of their first stations
       integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
@@ -31,16 +36,23 @@ module rockdda_contact_candidates
       integer :: n_kept = 0                                      !! numbers in `kept`
       integer, allocatable :: kept(:)                            !! what was close in pair after pair
    contains
+      procedure :: clear
       procedure :: append
+      procedure :: append_with
       procedure :: append_interval
       procedure :: keep_near
       procedure :: recall_near
       procedure :: add_corners
-      procedure :: collect
-      procedure :: sort
    end type candidate_list_type
 
 contains
+
+   !> No rows.
+   elemental subroutine clear(self)
+      class(candidate_list_type), intent(inout) :: self
+      self%n = 0
+      self%n_others = 0
+   end subroutine clear
 
    !> Append a candidate row.
    pure subroutine append(self, row)
@@ -50,6 +62,25 @@ contains
       self%n = self%n + 1
       self%rows(self%n) = row
    end subroutine append
+
+   !> Append a candidate row that refers to others.
+   pure subroutine append_with(self, row, others)
+      class(candidate_list_type), intent(inout) :: self
+      type(candidate_type), intent(in) :: row
+      type(other_rows_type), intent(in) :: others
+      type(other_rows_type), allocatable :: larger(:)
+      call self%append(row)
+      if (max(others%partner_vertex, others%alias_vertex) == 0) return
+      if (.not. allocated(self%others)) allocate (self%others(16))
+      if (self%n_others == size(self%others)) then
+         allocate (larger(2*self%n_others))
+         larger(1:self%n_others) = self%others
+         call move_alloc(larger, self%others)
+      end if
+      self%n_others = self%n_others + 1
+      self%others(self%n_others) = others
+      self%rows(self%n)%others = self%n_others
+   end subroutine append_with
 
    !> Room for more rows. (Not in `append`, which is called for each row.)
    pure subroutine make_room(self)
@@ -64,8 +95,8 @@ contains
    !> Append the interval of which the rows that follow are stations.
    pure subroutine append_interval(self, interval)
       class(candidate_list_type), intent(inout) :: self
-      type(interval_type), intent(in) :: interval
-      type(interval_type), allocatable :: larger(:)
+      type(stretch_type), intent(in) :: interval
+      type(stretch_type), allocatable :: larger(:)
       if (.not. allocated(self%intervals)) allocate (self%intervals(64))
       if (self%n_intervals == size(self%intervals)) then
          allocate (larger(2*self%n_intervals))
@@ -151,73 +182,5 @@ contains
       self%n_corners = self%n_corners + 1
       self%corner_pairs(:, self%n_corners) = [a, b]
    end subroutine add_corners
-
-   !> The rows of several lists, one after the other.
-   subroutine collect(self, lists)
-      class(candidate_list_type), intent(inout) :: self
-      type(candidate_list_type), intent(in) :: lists(:)
-      integer :: k, n, first(size(lists))
-      n = 0
-      do k = 1, size(lists)
-         first(k) = n
-         n = n + lists(k)%n
-      end do
-      if (allocated(self%rows)) then
-         if (size(self%rows) < n) deallocate (self%rows)
-      end if
-      if (.not. allocated(self%rows)) allocate (self%rows(n + n/4 + 16))
-      self%room = size(self%rows)
-      self%n = n
-      !$omp parallel do default(none) shared(self, lists, first) private(k) schedule(static) &
-      !$omp if (n > parallel_contacts)
-      do k = 1, size(lists)
-         if (lists(k)%n > 0) self%rows(first(k) + 1:first(k) + lists(k)%n) = lists(k)%rows(1:lists(k)%n)
-      end do
-      !$omp end parallel do
-   end subroutine collect
-
-   !> Order of the candidates by (vertex, edge): counting sort by vertex, insertion sort within.
-   pure subroutine sort(self, nv, start, order)
-      class(candidate_list_type), intent(in) :: self
-      integer, intent(in) :: nv
-      integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
-      integer, allocatable, intent(inout) :: order(:)
-      integer :: c, v, k, l
-      if (.not. allocated(start)) allocate (start(nv + 1))
-      call reserve(order, self%n)
-      start = 0
-      do c = 1, self%n
-         start(self%rows(c)%vertex + 1) = start(self%rows(c)%vertex + 1) + 1
-      end do
-      do v = 2, nv + 1
-         start(v) = start(v) + start(v - 1)
-      end do
-      order(1:self%n) = 0
-      do c = 1, self%n
-         v = self%rows(c)%vertex
-         k = start(v) + 1
-         start(v) = k
-         ! insert among the rows of this vertex that are already placed; a place still empty belongs to another vertex
-         l = k - 1
-         do while (l >= 1)
-            if (order(l) == 0) exit
-            if (self%rows(order(l))%vertex /= v) exit
-            if (.not. comes_before(self%rows(c), self%rows(order(l)))) exit
-            order(l + 1) = order(l)
-            l = l - 1
-         end do
-         order(l + 1) = c
-      end do
-      do v = nv + 1, 2, -1
-         start(v) = start(v - 1)
-      end do
-      start(1) = 0
-   end subroutine sort
-
-   !> Does row a come before row b of the same vertex?
-   pure logical function comes_before(a, b)
-      type(candidate_type), intent(in) :: a, b
-      comes_before = a%edge < b%edge .or. (a%edge == b%edge .and. a%station < b%station)
-   end function comes_before
 
 end module rockdda_contact_candidates

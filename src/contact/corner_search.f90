@@ -14,7 +14,7 @@
 !> of the two corners has the only one then.
 module rockdda_contact_corner_search
    use rockdda_base_kinds, only : wp
-   use rockdda_contact_candidates, only : candidate_type, candidate_list_type
+   use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
@@ -165,32 +165,37 @@ contains
       type(corner_lines_type), intent(in) :: lines
       type(contact_table_type), intent(in) :: previous
       type(candidate_list_type), intent(inout) :: list
-      type(candidate_type) :: row
+      type(other_rows_type) :: others
       integer :: chosen(2), alias(2), far_end(2), g
       do g = 1, lines%n_groups
          call choose_line(g, lines, previous, chosen(g), alias(g))
          call find_far_end(g, lines, previous, chosen(g), alias(g), far_end(g))
       end do
       do g = 1, lines%n_groups
-         row = line_row(chosen(g))
-         if (alias(g) > 0) row%alias_vertex = lines%vertex(alias(g))
-         if (alias(g) > 0) row%alias_edge = lines%edge(alias(g))
-         call list%append(row)
+         others = partner_of(g)
+         if (alias(g) > 0) others%alias_vertex = lines%vertex(alias(g))
+         if (alias(g) > 0) others%alias_edge = lines%edge(alias(g))
+         call list%append_with(line_row(chosen(g)), others)
       end do
       do g = 1, lines%n_groups
-         if (far_end(g) > 0) call list%append(line_row(far_end(g)))
+         if (far_end(g) > 0) call list%append_with(line_row(far_end(g)), partner_of(g))
       end do
 
    contains
 
-      !> Row along line k of group g, with the row of the other group as partner.
+      !> Row along line k.
       pure type(candidate_type) function line_row(k)
          integer, intent(in) :: k
          line_row = candidate_type(lines%vertex(k), lines%edge(k))
-         if (lines%n_groups == 1) return
-         line_row%partner_vertex = lines%vertex(chosen(3 - g))
-         line_row%partner_edge = lines%edge(chosen(3 - g))
       end function line_row
+
+      !> The row of the other group is the partner of those of group g.
+      pure type(other_rows_type) function partner_of(g)
+         integer, intent(in) :: g
+         if (lines%n_groups == 1) return
+         partner_of%partner_vertex = lines%vertex(chosen(3 - g))
+         partner_of%partner_edge = lines%edge(chosen(3 - g))
+      end function partner_of
 
    end subroutine append_rows
 

@@ -15,7 +15,7 @@ module rockdda_contact_exposure
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
+   use rockdda_contact_intervals, only : stretch_type, interval_type, measure_interval, is_facing
    implicit none
    private
    public :: exposure_type
@@ -67,7 +67,7 @@ contains
    pure subroutine cover(self, f, e, interval, is_tied)
       class(exposure_type), intent(inout) :: self
       integer, intent(in) :: f, e
-      type(interval_type), intent(in) :: interval
+      class(stretch_type), intent(in) :: interval
       logical, intent(in) :: is_tied       !! covers however far it is stretched
       real(wp) :: tolerance
       tolerance = self%between(f, e)

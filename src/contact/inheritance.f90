@@ -15,7 +15,7 @@ module rockdda_contact_inheritance
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type
-   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_candidates, only : other_rows_type
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_intervals, only : is_facing
    use rockdda_contact_new_lengths, only : new_lengths_type, free_new_lengths
@@ -44,14 +44,12 @@ contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
-   subroutine hand_on_history(previous, history, topology, outlines, list, order, limits, first_step, touch, work, &
-                              table)
+   subroutine hand_on_history(previous, history, topology, outlines, others, limits, first_step, touch, work, table)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines     !! of the vertices now
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: order(:)
+      type(other_rows_type), intent(in) :: others(:)  !! (>= rows) that each row refers to, or none
       type(search_limits_type), intent(in) :: limits
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
@@ -59,7 +57,7 @@ contains
       type(contact_table_type), intent(inout) :: table
       integer :: k, p, row
       call make_room(work, previous%n, table%n, size(topology%block))
-      call find_sources(previous, history, topology, list, order, limits, table, work%source, work%is_taken)
+      call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
       if (limits%by_length .or. limits%corrected) &
          call find_pressed(previous, topology, outlines, limits, work%pressed)
       !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
@@ -155,34 +153,33 @@ contains
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
    !> row goes on twice.
-   subroutine find_sources(previous, history, topology, list, order, limits, table, source, is_taken)
+   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: order(:)
+      type(other_rows_type), intent(in) :: others(:)
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       integer, intent(inout) :: source(:)        !! (>= rows)
       logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work
-      integer :: k, row
-      !$omp parallel do default(none) private(k, row) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, history, limits, list, order, table, source)
+      integer :: k, row, alias
+      !$omp parallel do default(none) private(k, row, alias) schedule(static) if (table%n > parallel_contacts) &
+      !$omp shared(previous, history, limits, others, table, source)
       do k = 1, table%n
-         associate (candidate => list%rows(order(k)))
-            if (candidate%alias_vertex > 0) then
-               row = history%find(previous, candidate%alias_vertex, candidate%alias_edge)
-               if (limits%corrected) row = -row
-            else
-               row = 0
-               ! the same row as in the last step, as it is while no row comes or goes
-               if (k <= previous%n) then
-                  if (previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
-                      previous%station(k) == table%station(k)) row = k
-               end if
-               if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
+         alias = 0
+         if (size(others) > 0) alias = others(k)%alias_vertex
+         if (alias > 0) then
+            row = history%find(previous, alias, others(k)%alias_edge)
+            if (limits%corrected) row = -row
+         else
+            row = 0
+            ! the same row as in the last step, as it is while no row comes or goes
+            if (k <= previous%n) then
+               if (previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
+                   previous%station(k) == table%station(k)) row = k
             end if
-         end associate
+            if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
+         end if
          source(k) = row
       end do
       !$omp end parallel do

@@ -84,6 +84,7 @@ contains
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(candidate_list_type), intent(inout) :: list
+      type(interval_type) :: interval
       integer :: i, k, n
       logical :: is_dropped
       i = 0
@@ -93,10 +94,12 @@ contains
          if (list%rows(k)%station == 1) then
             i = i + 1
             is_dropped = .false.
-            associate (interval => list%intervals(i))
-               if (interval%high - interval%low <= exposure%between(list%rows(k)%vertex, list%rows(k)%edge)) &
+            associate (f => list%rows(k)%vertex, e => list%rows(k)%edge)
+               if (list%intervals(i)%high - list%intervals(i)%low <= exposure%between(f, e)) then
+                  call measure_interval(f, e, vertices, topology, outlines, interval)
                   is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
                                is_end_hidden(interval%vertex_high, interval%edge_high)
+               end if
             end associate
          end if
          if (is_dropped) cycle
@@ -201,7 +204,7 @@ contains
       if (.not. interval%exists) return
       if (min(interval%gap_low, interval%gap_high) > limits%reach) return
       if (max(interval%gap_low, interval%gap_high) < -limits%penetration) return
-      call list%append_interval(interval)
+      call list%append_interval(interval%stretch_type)
       do k = 1, limits%points(joint_of(f, e, joint))
          call list%append(candidate_type(f, e, station=k))
       end do

@@ -21,7 +21,7 @@ module rockdda_contact_intervals
    use rockdda_contact_outlines, only : outlines_type, outward
    implicit none
    private
-   public :: interval_type, station_type, measure_interval, station_of, station_share, is_facing, most_points
+public :: stretch_type, interval_type, station_type, measure_interval, station_of, station_share, is_facing, most_points
 
    !> Stations of an interval, at most.
    integer, parameter :: most_points = 5
@@ -37,13 +37,17 @@ module rockdda_contact_intervals
    real(wp), parameter :: position_5(5) = [0.0_wp, 0.172673164646011428_wp, 0.5_wp, 0.827326835353988572_wp, 1.0_wp]
    real(wp), parameter :: weight_5(5) = [9.0_wp, 49.0_wp, 64.0_wp, 49.0_wp, 9.0_wp]/180
 
-   type :: interval_type
-      logical :: exists = .false.
-      logical :: is_deep = .false.             !! not for its depth in a thin block alone
-      real(wp) :: tangent(2) = 0               !! mean direction of the edges, along e
+   !> Where an interval lies, and how far its edges are apart.
+   type :: stretch_type
       real(wp) :: low = 0, high = 0            !! along the mean direction from the first vertex of e [length]
       real(wp) :: start = 0                    !! of the first vertex of f, along the same [length]
       real(wp) :: gap_low = 0, gap_high = 0    !! [length]
+   end type stretch_type
+
+   type, extends(stretch_type) :: interval_type
+      logical :: exists = .false.
+      logical :: is_deep = .false.             !! not for its depth in a thin block alone
+      real(wp) :: tangent(2) = 0               !! mean direction of the edges, along e
       integer :: vertex_low = 0, vertex_high = 0   !! corner at each end
       integer :: edge_low = 0, edge_high = 0       !! and the edge that it stands on
    end type interval_type

@@ -35,8 +35,8 @@ module rockdda_contact_narrow_search
 
 contains
 
-   !> Candidate rows within the limits.
-   subroutine run(self, pairs, blocks, topology, outlines, vertices, limits, previous, history, list)
+   !> Find the candidate rows within the limits: `found` of all parts.
+   subroutine run(self, pairs, blocks, topology, outlines, vertices, limits, previous, history)
       class(narrow_search_type), intent(inout) :: self
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
@@ -46,11 +46,10 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous     !! last step's table
       type(contact_history_type), intent(in) :: history    !! its index
-      type(candidate_list_type), intent(inout) :: list
       integer :: part, n_parts
       if (limits%by_length) call self%lists%update(pairs, blocks, topology, outlines, vertices, limits)
       n_parts = pairs%n_parts()
-      self%found%n = 0
+      call self%found%clear()
       if (limits%by_length .or. limits%corrected) &
          call search_faces(pairs, self%lists, blocks, topology, outlines, vertices, limits, previous, history, &
                            self%exposure, self%found(1:n_parts))
@@ -66,7 +65,6 @@ contains
          end if
       end do
       !$omp end parallel do
-      call list%collect(self%found(1:n_parts))
    end subroutine run
 
    !> Candidate rows of one part of the pairs, with contacts of vertices on edges.

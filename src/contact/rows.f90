@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Rows of the contact table from the ordered candidates: identity, partner, geometry.
+!> Rows of the contact table from the candidates that the search has found: order, identity, partner, geometry.
 module rockdda_contact_rows
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_interval_search, only : joint_of
    use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
@@ -15,57 +15,127 @@ module rockdda_contact_rows
    use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
-   public :: fill_table
+   public :: sort_rows, fill_table
 
 contains
 
-   !> Rows of the table from the ordered candidates: identity, partner, geometry.
-   subroutine fill_table(blocks, topology, outlines, vertices, limits, list, order, start, table)
+   !> Identities of the rows of the table, in the order (vertex, edge, station): counting sort by vertex, insertion sort
+   !> within.
+   pure subroutine sort_rows(lists, nv, start, others, table)
+      type(candidate_list_type), intent(in) :: lists(:)                !! candidates, each once
+      integer, intent(in) :: nv                                        !! vertices
+      integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
+      type(other_rows_type), allocatable, intent(inout) :: others(:)   !! (>= rows), or of size 0 when there are none
+      type(contact_table_type), intent(inout) :: table
+      integer :: c, v, part
+      call table%resize(sum(lists%n))
+      call make_room(table%n, sum(lists%n_others), others)
+      if (.not. allocated(start)) allocate (start(nv + 1))
+      start = 0
+      do part = 1, size(lists)
+         do c = 1, lists(part)%n
+            v = lists(part)%rows(c)%vertex
+            start(v + 1) = start(v + 1) + 1
+         end do
+      end do
+      do v = 2, nv + 1
+         start(v) = start(v) + start(v - 1)
+      end do
+      table%vertex(1:table%n) = 0
+      do part = 1, size(lists)
+         do c = 1, lists(part)%n
+            associate (row => lists(part)%rows(c))
+               start(row%vertex) = start(row%vertex) + 1
+               call insert(row, start(row%vertex), lists(part), others, table)
+            end associate
+         end do
+      end do
+      do v = nv + 1, 2, -1
+         start(v) = start(v - 1)
+      end do
+      start(1) = 0
+   end subroutine sort_rows
+
+   !> Room for what n rows refer to, when any of them does.
+   pure subroutine make_room(n, n_others, others)
+      integer, intent(in) :: n, n_others
+      type(other_rows_type), allocatable, intent(inout) :: others(:)
+      if (allocated(others)) then
+         if (merge(n, 0, n_others > 0) <= size(others) .and. (n_others > 0 .eqv. size(others) > 0)) return
+         deallocate (others)
+      end if
+      allocate (others(merge(n + n/4 + 16, 0, n_others > 0)))
+   end subroutine make_room
+
+   !> Insert a row among those of its vertex that are in the table already, which end before row k. A place still empty
+   !> belongs to another vertex.
+   pure subroutine insert(row, k, list, others, table)
+      type(candidate_type), intent(in) :: row
+      integer, intent(in) :: k
+      type(candidate_list_type), intent(in) :: list     !! of the row
+      type(other_rows_type), intent(inout) :: others(:)
+      type(contact_table_type), intent(inout) :: table
+      integer :: l
+      l = k
+      do while (l > 1)
+         if (table%vertex(l - 1) /= row%vertex) exit
+         if (row%edge > table%edge(l - 1)) exit
+         if (row%edge == table%edge(l - 1) .and. row%station >= table%station(l - 1)) exit
+         table%edge(l) = table%edge(l - 1)
+         table%station(l) = table%station(l - 1)
+         if (size(others) > 0) others(l) = others(l - 1)
+         l = l - 1
+      end do
+      table%vertex(k) = row%vertex
+      table%edge(l) = row%edge
+      table%station(l) = row%station
+      if (size(others) == 0) return
+      others(l) = other_rows_type()
+      if (row%others > 0) others(l) = list%others(row%others)
+   end subroutine insert
+
+   !> Partner and geometry of the rows of the table.
+   subroutine fill_table(blocks, topology, outlines, vertices, limits, others, start, table)
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: order(:), start(:)
+      type(other_rows_type), intent(in) :: others(:)   !! of the rows, or none
+      integer, intent(in) :: start(:)                  !! rows of each vertex (sort_rows)
       type(contact_table_type), intent(inout) :: table
       integer :: p
-      call table%resize(list%n)
-      !$omp parallel do default(none) schedule(static) private(p) if (list%n > parallel_contacts) &
-      !$omp shared(blocks, topology, outlines, vertices, limits, list, order, start, table)
-      do p = 1, n_pieces(list%n)
-         call fill_rows((p - 1)*piece + 1, min(p*piece, list%n), blocks, topology, outlines, vertices, limits, list, &
-                        order, start, table)
+      !$omp parallel do default(none) schedule(static) private(p) if (table%n > parallel_contacts) &
+      !$omp shared(blocks, topology, outlines, vertices, limits, others, start, table)
+      do p = 1, n_pieces(table%n)
+         call fill_rows((p - 1)*piece + 1, min(p*piece, table%n), blocks, topology, outlines, vertices, limits, others, &
+                        start, table)
       end do
       !$omp end parallel do
    end subroutine fill_table
 
    !> `fill_table` for some of the rows, with its arguments.
-   pure subroutine fill_rows(first, last, blocks, topology, outlines, vertices, limits, list, order, start, table)
+   pure subroutine fill_rows(first, last, blocks, topology, outlines, vertices, limits, others, start, table)
       integer, intent(in) :: first, last
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(search_limits_type), intent(in) :: limits
-      type(candidate_list_type), intent(in) :: list
-      integer, intent(in) :: order(:), start(:)
+      type(other_rows_type), intent(in) :: others(:)
+      integer, intent(in) :: start(:)
       type(contact_table_type), intent(inout) :: table
       type(interval_type) :: interval
       type(station_type) :: station
       type(corner_type) :: corner
-      integer :: c, k, v, e, row, measured(2)
+      integer :: k, v, e, row, measured(2)
       measured = 0
       do k = first, last
-         c = order(k)
-         v = list%rows(c)%vertex
-         e = list%rows(c)%edge
-         table%vertex(k) = v
-         table%edge(k) = e
+         v = table%vertex(k)
+         e = table%edge(k)
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
-         table%station(k) = list%rows(c)%station
          table%share(k) = 0
          table%partner(k) = 0
          if (table%station(k) == corner_station) then
@@ -89,10 +159,12 @@ contains
             table%length(k) = station%weight
             cycle
          end if
-         if (list%rows(c)%partner_vertex > 0) then
-            do row = start(list%rows(c)%partner_vertex) + 1, start(list%rows(c)%partner_vertex + 1)
-               if (list%rows(order(row))%edge == list%rows(c)%partner_edge) table%partner(k) = row
-            end do
+         if (size(others) > 0) then
+            if (others(k)%partner_vertex > 0) then
+               do row = start(others(k)%partner_vertex) + 1, start(others(k)%partner_vertex + 1)
+                  if (table%edge(row) == others(k)%partner_edge) table%partner(k) = row
+               end do
+            end if
          end if
          call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
                            vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &

@@ -12,12 +12,12 @@ module rockdda_contact_search
    use rockdda_contact_history, only : contact_history_type, new_contact_history
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
-   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_candidates, only : other_rows_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_narrow_search, only : narrow_search_type
    use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
    use rockdda_contact_newborn, only : touch_newborn
-   use rockdda_contact_rows, only : fill_table
+   use rockdda_contact_rows, only : sort_rows, fill_table
    implicit none
    private
    public :: contact_search_type
@@ -27,11 +27,11 @@ module rockdda_contact_search
       type(close_pairs_type) :: pairs
       type(outlines_type) :: outlines
       type(narrow_search_type) :: narrow
-      type(candidate_list_type) :: list               !! candidate rows
       type(contact_history_type) :: history
       type(inheritance_work_type) :: inheritance
       logical, allocatable :: newborn(:)              !! (nb) blocks that have just been placed; not allocated: none
-      integer, allocatable :: order(:), start(:)
+      integer, allocatable :: start(:)
+      type(other_rows_type), allocatable :: others(:) !! (>= rows) that each row refers to; size 0 when none does
    contains
       procedure :: run => search_contacts
    end type contact_search_type
@@ -52,12 +52,11 @@ contains
       call self%pairs%update(blocks, vertices, limits%reach)
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
-      call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history, &
-                           self%list)
-      call self%list%sort(size(vertices, 2), self%start, self%order)
-      call fill_table(blocks, topology, self%outlines, vertices, limits, self%list, self%order, self%start, table)
-      call hand_on_history(previous, self%history, topology, self%outlines, self%list, self%order, limits, &
-                           first_step, touch, self%inheritance, table)
+      call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history)
+      call sort_rows(self%narrow%found(1:self%pairs%n_parts()), size(vertices, 2), self%start, self%others, table)
+      call fill_table(blocks, topology, self%outlines, vertices, limits, self%others, self%start, table)
+      call hand_on_history(previous, self%history, topology, self%outlines, self%others, limits, first_step, touch, &
+                           self%inheritance, table)
       if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, limits%is_tied, touch, &
                                                       table)
    end subroutine search_contacts
