@@ -41,7 +41,7 @@ module rockdda_interaction_joint_law
    implicit none
    private
    public :: joint_settings_type, new_joint_settings, joint_type, joint_response_type, joint_end_type
-   public :: map_joint, miss_of_joint, linearise_joint, end_joint, end_joints, opening_gap, sliding_friction
+   public :: map_joint, find_held, miss_of_joint, linearise_joint, end_joint, end_joints, opening_gap, sliding_friction
    public :: spring_energy
 
    !> Lengths below this share of w0 are round-off.
@@ -131,7 +131,7 @@ contains
       end if
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
-      response%normal = response%spring - joint%normal_drag*(gap - joint%drag_gap)
+      response%normal = pressing_force(joint, gap)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -159,6 +159,31 @@ contains
       if (joint%bonded .and. law%brittle) &
          response%friction = sliding_friction(law, settings, joint, response%spring, slip)
    end subroutine map_joint
+
+   !> Which of some contacts stay locked at a motion, as most do at most times: those of Coulomb's law, without a
+   !> partner, for which `map_joint` finds the same at several times the cost. Forces of these along the lines of their
+   !> links, if wanted.
+   pure subroutine find_held(laws, law, settings, joint, gap, slip, held, force)
+      type(contact_law_type), intent(in) :: laws(:)              !! per joint material
+      integer, intent(in), contiguous :: law(:)                  !! (n) joint material
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in), contiguous :: joint(:)       !! (n)
+      real(wp), intent(in), contiguous :: gap(:), slip(:)        !! (n) at the end of the step, of the step [length]
+      logical, intent(out), contiguous :: held(:)                !! (n)
+      real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
+      real(wp) :: limit, trial
+      integer :: c
+      do c = 1, size(held)
+         held(c) = .false.
+         if (joint(c)%state /= contact_state%locked .or. joint(c)%tied) cycle
+         if (.not. gap(c) <= settings%open_tolerance) cycle
+         if (laws(law(c))%law /= contact_law%coulomb .or. .not. laws(law(c))%friction > 0) cycle
+         limit = coulomb_strength(laws(law(c)), joint(c), -joint(c)%k_n*gap(c), joint(c)%bonded)
+         trial = elastic_shear(joint(c), slip(c))
+         held(c) = abs(trial) <= limit + joint(c)%k_s*settings%round_off
+         if (present(force)) force(:, c) = [-pressing_force(joint(c), gap(c)), trial]
+      end do
+   end subroutine find_held
 
    !> +1 or -1.
    pure integer function direction(shear)
@@ -276,6 +301,13 @@ contains
       elastic_shear = joint%k_s*(joint%shear + slip) + joint%drag*slip
    end function elastic_shear
 
+   !> Force of normal spring and dashpot, compression positive.
+   pure real(wp) function pressing_force(joint, gap)
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: gap            !! at the end of the step [length]
+      pressing_force = -joint%k_n*gap - joint%normal_drag*(gap - joint%drag_gap)
+   end function pressing_force
+
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, settings, joint, normal_force, bonded, slip)
       type(contact_law_type), intent(in) :: law
@@ -284,15 +316,7 @@ contains
       real(wp), intent(in) :: normal_force, slip
       logical, intent(in) :: bonded
       if (law%law == contact_law%coulomb) then
-         ! the law of most joints, without a call to another module
-         strength = law%friction*max(normal_force, 0.0_wp)
-         if (joint%worn) return
-         if (bonded) then
-            strength = strength + law%cohesion*(joint%length + joint%more_length)
-         else if (law%residual_cohesion > 0) then
-            strength = strength + law%residual_cohesion*(joint%length + joint%more_length)
-         end if
-         if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
+         strength = coulomb_strength(law, joint, normal_force, bonded)
          return
       end if
       strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &
@@ -304,5 +328,21 @@ contains
          strength = strength + cohesion_at(law, joint%total_slip + abs(slip), bonded)*joint%more_length
       end if
    end function strength
+
+   !> Shear strength by Coulomb's law, that of most joints, without a call to another module.
+   pure real(wp) function coulomb_strength(law, joint, normal_force, bonded) result(strength)
+      type(contact_law_type), intent(in) :: law
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: normal_force
+      logical, intent(in) :: bonded
+      strength = law%friction*max(normal_force, 0.0_wp)
+      if (joint%worn) return
+      if (bonded) then
+         strength = strength + law%cohesion*(joint%length + joint%more_length)
+      else if (law%residual_cohesion > 0) then
+         strength = strength + law%residual_cohesion*(joint%length + joint%more_length)
+      end if
+      if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
+   end function coulomb_strength
 
 end module rockdda_interaction_joint_law

@@ -7,10 +7,11 @@ module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_closed_part, only : has_closed_part, set_closed_parts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
-      map_joint, miss_of_joint, end_joints, opening_gap, sliding_friction
+      find_held, map_joint, miss_of_joint, end_joints, sliding_friction
    use rockdda_interaction_ligament, only : set_tip_strengths
    implicit none
    private
@@ -147,19 +148,15 @@ contains
       integer, intent(out) :: n_changes
       real(wp), intent(out) :: worst_friction
       real(wp) :: miss
-      integer :: c, n, n_partners
+      integer :: c, n, n_partners, p
       n = 0
       n_partners = 0
       miss = 0
-      !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(c) schedule(static) &
+      !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(p) schedule(static) &
       !$omp reduction(+:n, n_partners) reduction(max:miss) if (table%n > parallel_contacts)
-      do c = 1, table%n
-         if (spare_bonds .and. self%joint(c)%bonded) cycle
-         if (table%partner(c) == 0) then
-            call judge_contact(self, table, laws, settings, c, n, miss)
-         else
-            n_partners = n_partners + 1
-         end if
+      do p = 1, n_pieces(table%n)
+         call judge_rows((p - 1)*piece + 1, min(p*piece, table%n), self, table, laws, settings, spare_bonds, &
+                         n, n_partners, miss)
       end do
       !$omp end parallel do
       do c = 1, merge(table%n, 0, n_partners > 0)
@@ -169,6 +166,50 @@ contains
       n_changes = n
       worst_friction = miss
    end subroutine judge_all
+
+   !> Judge some of the rows, but for those with partners, which are counted.
+   pure subroutine judge_rows(first, last, self, table, laws, settings, spare_bonds, n_changes, n_partners, &
+                              worst_friction)
+      integer, intent(in) :: first, last               !! at most a piece
+      type(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_settings_type), intent(in) :: settings
+      logical, intent(in) :: spare_bonds
+      integer, intent(inout) :: n_changes, n_partners
+      real(wp), intent(inout) :: worst_friction
+      logical :: held(piece)
+      integer :: c
+      call find_held(laws, table%joint(first:last), settings, self%joint(first:last), self%gap(first:last), &
+                     self%slip(first:last), held(1:last - first + 1))
+      do c = first, last
+         if (spare_bonds .and. self%joint(c)%bonded) cycle
+         if (table%partner(c) /= 0) then
+            n_partners = n_partners + 1
+         else if (held(c - first + 1)) then
+            call stay_locked(self, c)
+         else
+            call judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
+         end if
+      end do
+   end subroutine judge_rows
+
+   !> `judge_contact` for one that `find_held` has found.
+   pure subroutine stay_locked(self, c)
+      type(open_close_type), intent(inout) :: self
+      integer, intent(in) :: c
+      associate (joint => self%joint(c))
+         self%state_used(c) = joint%state
+         self%sign_used(c) = joint%slip_sign
+         self%friction_used(c) = joint%friction
+         self%bonded_used(c) = joint%bonded
+         self%miss(c) = 0
+         self%normal_force(c) = -joint%k_n*self%gap(c)
+         ! most are what they were: lines of memory that are not written need not be stored
+         if (abs(joint%friction) > 0) joint%friction = 0
+         if (joint%slip_sign /= 0) joint%slip_sign = 0
+      end associate
+   end subroutine stay_locked
 
    !> Judge one contact.
    pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
@@ -197,7 +238,7 @@ contains
             return
          end if
          slip = self%slip(c)
-         is_closed = stays_closed(self, table, laws(table%joint(c)), settings, joint, c, gap, &
+         is_closed = stays_closed(self%joint, table, laws(table%joint(c)), settings, c, gap, &
                                   self%gap(max(1, table%partner(c))))
          ! cohesion that holds shear without compression may have no equilibrium, neither open nor closed
          if (is_closed .and. old == contact_state%open .and. self%changes(c) >= worn_changes .and. &
@@ -359,22 +400,28 @@ contains
       real(wp), intent(in) :: a
       real(wp), intent(in), contiguous :: gap(:), slip(:)
       real(wp), intent(inout), contiguous :: force(:, :)
-      real(wp) :: gap_there, partner_gap
-      integer :: c, p
-      associate (joint => self%joint, gap_end => self%gap, slip_end => self%slip, partner => table%partner, &
-                 law => table%joint)
+      real(wp) :: gap_there(piece), slip_there(piece), partner_gap
+      logical :: held(piece)
+      integer :: c, k, n, p
+      n = last - first + 1
+      gap_there(1:n) = gap(first:last) + a*(self%gap(first:last) - gap(first:last))
+      slip_there(1:n) = slip(first:last) + a*(self%slip(first:last) - slip(first:last))
+      call find_held(laws, table%joint(first:last), settings, self%joint(first:last), gap_there(1:n), &
+                     slip_there(1:n), held(1:n), force(:, first:last))
+      associate (joint => self%joint, partner => table%partner, law => table%joint)
          do c = first, last
-            gap_there = gap(c) + a*(gap_end(c) - gap(c))
-            if (joint(c)%state == contact_state%open .and. gap_there >= closing_gap(settings, table%offset(c))) then
+            k = c - first + 1
+            p = partner(c)
+            if (held(k) .and. p == 0) cycle
+            if (joint(c)%state == contact_state%open .and. gap_there(k) >= closing_gap(settings, table%offset(c))) then
                force(1, c) = 0
                force(2, c) = 0
                cycle
             end if
             partner_gap = 0
-            p = partner(c)
-            if (p > 0) partner_gap = gap(p) + a*(gap_end(p) - gap(p))
-            call lawful_force(self, table, laws(law(c)), settings, c, gap_there, slip(c) + a*(slip_end(c) - slip(c)), &
-                              partner_gap, force(:, c))
+            if (p > 0) partner_gap = gap(p) + a*(self%gap(p) - gap(p))
+            call lawful_force(self, table, laws(law(c)), settings, c, gap_there(k), slip_there(k), partner_gap, &
+                              force(:, c))
          end do
       end associate
    end subroutine find_forces
@@ -390,7 +437,7 @@ contains
       real(wp), intent(out) :: force(2)
       type(joint_response_type) :: response
       force = 0
-      if (.not. stays_closed(self, table, law, settings, self%joint(c), c, gap, partner_gap)) return
+      if (.not. stays_closed(self%joint, table, law, settings, c, gap, partner_gap)) return
       call map_joint(law, settings, self%joint(c), gap, slip, response)
       force = [-response%normal, response%shear]
    end subroutine lawful_force
@@ -405,74 +452,6 @@ contains
       friction_limit = sliding_friction(laws(table%joint(c)), settings, self%joint(c), &
                                         -table%k_n(c)*self%gap(c), self%slip(c))
    end function friction_limit
-
-   !> Is a contact closed at the end of a motion? An open one must close, a closed one must not open.
-   pure logical function stays_closed(self, table, law, settings, joint, c, gap, partner_gap)
-      type(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: law
-      type(joint_settings_type), intent(in) :: settings
-      type(joint_type), intent(in) :: joint
-      integer, intent(in) :: c                        !! row
-      real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
-      real(wp) :: limit, between
-      integer :: p
-      stays_closed = .true.
-      if (joint%tied) return
-      if (joint%state == contact_state%open) then
-         stays_closed = closes(self, table, settings, c, gap, partner_gap)
-      else
-         limit = settings%open_tolerance
-         if (((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) .and. .not. joint%worn) &
-            limit = opening_gap(law, settings, joint)
-         stays_closed = .not. gap > limit
-         ! outside the partner's line: the corner has been passed
-         p = table%partner(c)
-         if (p > 0) then
-            between = partner_gap + table%offset(p)
-            if (between > settings%open_tolerance .and. between > gap + table%offset(c)) stays_closed = .false.
-         end if
-      end if
-   end function stays_closed
-
-   !> Gap of the springs below which an open contact closes. The tolerance counts from where the blocks touch: what the
-   !> offset has used up of it is gone.
-   pure real(wp) function closing_gap(settings, offset)
-      type(joint_settings_type), intent(in) :: settings
-      real(wp), intent(in) :: offset   !! gap that is free of force [length]
-      closing_gap = -max(settings%close_tolerance + min(0.0_wp, offset), &
-                         min(settings%close_tolerance, settings%open_tolerance))
-   end function closing_gap
-
-   !> Does an open contact close with this motion?
-   pure logical function closes(self, table, settings, c, gap, partner_gap)
-      type(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      type(joint_settings_type), intent(in) :: settings
-      integer, intent(in) :: c                        !! row
-      real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
-      real(wp) :: start(2), between(2)                !! of the contact and its partner, offsets left aside [length]
-      integer :: p
-      closes = .false.
-      if (gap >= closing_gap(settings, table%offset(c))) return
-      p = table%partner(c)
-      if (p > 0) then
-         ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
-         if (self%joint(p)%state /= contact_state%open) return
-         between = [gap + table%offset(c), partner_gap + table%offset(p)]
-         if (between(2) >= -settings%close_tolerance) return
-         start = [table%gap(c) + table%offset(c), table%gap(p) + table%offset(p)]
-         if (minval(start) < -settings%close_tolerance) then
-            ! behind one of them from the start: the corner comes through the other
-            if (start(1) < start(2)) return
-            if (start(1) <= start(2) .and. p < c) return
-         else
-            if (between(1) < between(2)) return
-            if (between(1) <= between(2) .and. p < c) return
-         end if
-      end if
-      closes = .true.
-   end function closes
 
    !> Arrays for at least n contacts.
    pure subroutine make_room(self, n)
