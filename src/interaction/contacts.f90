@@ -49,7 +49,6 @@ module rockdda_interaction_contacts
       procedure :: measure_placement
       procedure :: judge
       procedure :: take_back
-      procedure :: deepest_force
       procedure, nopass :: forces_on_a
       procedure :: foresee
       procedure :: add_energies
@@ -298,20 +297,6 @@ contains
       end do
       !$omp end parallel do
    end subroutine take_back
-
-   !> Largest normal force at the motion of the last solve, with the states that it had.
-   real(wp) function deepest_force(self) result(deepest)
-      class(contacts_type), intent(in) :: self
-      integer :: c
-      deepest = 0
-      !$omp parallel do default(none) shared(self) private(c) reduction(max:deepest) schedule(static) &
-      !$omp if (self%table%n > parallel_contacts)
-      do c = 1, self%table%n
-         if (self%trial%joint(c)%state /= contact_state%open) &
-            deepest = max(deepest, abs(self%table%k_n(c)*self%trial%gap(c)))
-      end do
-      !$omp end parallel do
-   end function deepest_force
 
    !> First states and friction forces of a step from a motion that was predicted, not solved for.
    subroutine foresee(self)

@@ -9,6 +9,7 @@
 !>     call search%take_used(trial)               in the end: the forces of the last solve
 module rockdda_interaction_friction_search
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_linear_anderson, only : anderson_type
    use rockdda_interaction_contact_law, only : contact_law_type
@@ -27,8 +28,10 @@ module rockdda_interaction_friction_search
    type :: friction_search_type
       integer :: n = 0                      !! contacts that slide
       integer, allocatable :: rows(:)       !! (>= n) their rows
+      real(wp) :: deepest = 0               !! largest normal force of the closed contacts, at the motion of `begin`
       type(anderson_type), private :: acceleration
       real(wp), allocatable, private :: value(:), miss(:), used(:)   !! (>= n) [force]
+      integer, allocatable, private :: before(:)     !! (pieces + 1) contacts that slide in the pieces before each
       integer, private :: n_assessed = 0    !! in this round
       real(wp), private :: first = 0        !! misfit that this round began with [force]
       real(wp), private :: start = 0        !! the same, also of the round before [force]
@@ -53,25 +56,66 @@ contains
    end subroutine forget
 
    !> Begin with the states and forces of a trial as they are.
-   pure subroutine begin(self, table, trial)
+   subroutine begin(self, table, trial)
       class(friction_search_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
-      integer :: c, room
+      real(wp) :: deepest
+      integer :: p, room
       room = size(trial%joint)
       if (allocated(self%rows)) then
-         if (size(self%rows) < room) deallocate (self%rows, self%value, self%miss, self%used)
+         if (size(self%rows) < room) deallocate (self%rows, self%value, self%miss, self%used, self%before)
       end if
-      if (.not. allocated(self%rows)) allocate (self%rows(room), self%value(room), self%miss(room), self%used(room))
-      self%n = 0
-      do c = 1, table%n
-         if (trial%joint(c)%state /= contact_state%sliding) cycle
-         self%n = self%n + 1
-         self%rows(self%n) = c
+      if (.not. allocated(self%rows)) allocate (self%rows(room), self%value(room), self%miss(room), self%used(room), &
+                                                self%before(n_pieces(room) + 1))
+      self%before(1) = 0
+      deepest = 0
+      !$omp parallel do default(none) shared(self, table, trial) private(p) reduction(max:deepest) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call look_through((p - 1)*piece + 1, min(p*piece, table%n), table, trial, self%before(p + 1), deepest)
       end do
+      !$omp end parallel do
+      self%deepest = deepest
+      do p = 1, n_pieces(table%n)
+         self%before(p + 1) = self%before(p) + self%before(p + 1)
+         if (self%before(p + 1) > self%before(p)) &
+            call list_sliding((p - 1)*piece + 1, min(p*piece, table%n), trial, self%rows(self%before(p) + 1:))
+      end do
+      self%n = self%before(n_pieces(table%n) + 1)
       call self%acceleration%restart(room)
       self%n_assessed = 0
    end subroutine begin
+
+   !> Contacts that slide among some of the rows, and the largest normal force of the closed ones.
+   pure subroutine look_through(first, last, table, trial, n, deepest)
+      integer, intent(in) :: first, last
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      integer, intent(out) :: n
+      real(wp), intent(inout) :: deepest              !! [force]
+      integer :: c
+      n = 0
+      do c = first, last
+         if (trial%joint(c)%state == contact_state%open) cycle
+         if (trial%joint(c)%state == contact_state%sliding) n = n + 1
+         deepest = max(deepest, abs(table%k_n(c)*trial%gap(c)))
+      end do
+   end subroutine look_through
+
+   !> Those that slide.
+   pure subroutine list_sliding(first, last, trial, rows)
+      integer, intent(in) :: first, last
+      type(open_close_type), intent(in) :: trial
+      integer, intent(inout) :: rows(:)
+      integer :: c, n
+      n = 0
+      do c = first, last
+         if (trial%joint(c)%state /= contact_state%sliding) cycle
+         n = n + 1
+         rows(n) = c
+      end do
+   end subroutine list_sliding
 
    !> Compare the friction forces of the last solve with the limits at its motion, before any state is judged, and
    !> replace them by a better guess for the same states. `worst` is the largest miss of a force used.

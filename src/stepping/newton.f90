@@ -442,9 +442,9 @@ contains
       may_leave = size(equations%x, 2) > few_blocks
       associate (contacts => families%contacts, friction => families%contacts%friction)
          call friction%begin(contacts%table, contacts%trial)
+         small = accepted_miss(self, friction_tolerance)*friction%deepest
          do k = 1, friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            if (k == 1) small = accepted_miss(self, friction_tolerance)*contacts%deepest_force()
             call friction%assess(worst, small, may_leave, is_enough)
             if (is_enough) then
                call friction%take_used(contacts%trial)
