@@ -36,7 +36,8 @@ module rockdda_contact_inheritance
    type :: inheritance_work_type
       integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
       logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
-      integer, allocatable :: pressed(:)           !! (nv) row of the last step that is compressed most, of each edge
+      !> (nv) Row of the last step that is compressed most, of each edge on which a row begins; 0 none, < 0 not sought.
+      integer, allocatable :: pressed(:)
       type(new_lengths_type) :: new_lengths
    end type inheritance_work_type
 
@@ -59,7 +60,7 @@ contains
       call make_room(work, previous%n, table%n, size(topology%block))
       call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
       if (limits%by_length .or. limits%corrected) &
-         call find_pressed(previous, topology, outlines, limits, work%pressed)
+         call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
       !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
       !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table)
       do p = 1, n_pieces(table%n)
@@ -358,22 +359,32 @@ contains
 
    end function predecessor
 
-   !> For each edge the row of the last step, of an interval or of two edges that lie against each other, that is
-   !> compressed most; 0 none.
-   pure subroutine find_pressed(previous, topology, outlines, limits, pressed)
+   !> For each edge on which a row begins the row of the last step, of an interval or of two edges that lie against each
+   !> other, that is compressed most; 0 none. For other edges -1.
+   pure subroutine find_pressed(previous, topology, outlines, limits, table, source, pressed)
       type(contact_table_type), intent(in) :: previous
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that goes on, 0 none
       integer, intent(inout) :: pressed(:)   !! (nv)
-      integer :: c, f
-      pressed = 0
+      integer :: c, f, k
+      pressed = -1
+      do k = 1, table%n
+         if (source(k) /= 0) cycle
+         f = facing_edge(table, k, topology, outlines, limits)
+         if (f > 0) pressed(f) = 0
+         pressed(table%vertex(k)) = 0
+         pressed(table%edge(k)) = 0
+      end do
+      if (all(pressed < 0)) return
       do c = 1, previous%n
          if (previous%state(c) == contact_state%open) cycle
          f = facing_edge(previous, c, topology, outlines, limits)
          if (f == 0) cycle
-         call keep_deeper(previous, c, pressed(f))
-         call keep_deeper(previous, c, pressed(previous%edge(c)))
+         if (pressed(f) >= 0) call keep_deeper(previous, c, pressed(f))
+         if (pressed(previous%edge(c)) >= 0) call keep_deeper(previous, c, pressed(previous%edge(c)))
       end do
    end subroutine find_pressed
 

@@ -1,9 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Joints that come to bear on more of their edges: springs that grow while they are compressed keep their energy.
 module rockdda_contact_new_lengths
+   use, intrinsic :: iso_fortran_env, only : int64
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_table, only : contact_table_type, contact_state
+!$ use omp_lib, only : omp_get_max_threads
    implicit none
    private
    public :: new_lengths_type, free_new_lengths
@@ -15,7 +18,8 @@ module rockdda_contact_new_lengths
    type :: new_lengths_type
       real(wp), allocatable :: before(:), now(:)     !! (nv) length that bears [length]
       real(wp), allocatable :: gained(:), lost(:)    !! (nv) by the springs whose energy rises, falls [energy]
-      real(wp), allocatable :: stored(:, :)          !! (2, >= rows) energy of each row before and now [energy]
+      !> (2, >= rows) Energy of each row that is compressed, before and now; -1 for others [energy].
+      real(wp), allocatable :: stored(:, :)
    contains
       procedure :: make_room
    end type new_lengths_type
@@ -33,31 +37,127 @@ contains
    !> What the joints of both edges bear more than in the last step begins free of force: the length by which both have
    !> grown, and the energy that a spring has more, by its length and its new place, than springs of one of its edges
    !> have lost. Where a block slides from one to the next its edge bears as much as before, and nothing changes.
-   pure subroutine free_new_lengths(previous, source, is_taken, pressed, work, table)
+   subroutine free_new_lengths(previous, source, is_taken, pressed, work, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: source(:)          !! (>= rows) row of the last step that goes on, 0 none
       logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it goes on
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
       type(new_lengths_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: growth, rise(2), share, shift
-      integer :: k
-      call add_lengths(previous, work%before)
-      call add_lengths(table, work%now)
+      integer :: p, n_ranges
       if (allocated(work%stored)) then
          if (size(work%stored, 2) < table%n) deallocate (work%stored)
       end if
       if (.not. allocated(work%stored)) allocate (work%stored(2, table%n + table%n/4))
-      call add_energies(previous, source, is_taken, pressed, table, work%stored, work%gained, work%lost)
+      ! every range of edges adds up its own sums, in the order of the rows
+      n_ranges = 1
+!$    if (table%n > parallel_contacts) n_ranges = omp_get_max_threads()
+      !$omp parallel default(none) shared(previous, source, is_taken, pressed, work, table, n_ranges) private(p) &
+      !$omp if (table%n > parallel_contacts)
+      !$omp do schedule(static)
+      do p = 1, n_pieces(table%n)
+         call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, table, work%stored)
+      end do
+      !$omp end do
+      !$omp do schedule(static)
+      do p = 1, n_ranges
+         associate (first => int((p - 1)*int(size(work%before), int64)/n_ranges) + 1, &
+                    last => int(p*int(size(work%before), int64)/n_ranges))
+            call add_up(first, last, previous, is_taken, table, work%stored, work%before(first:last), &
+                        work%now(first:last), work%gained(first:last), work%lost(first:last))
+         end associate
+      end do
+      !$omp end do
+      !$omp do schedule(static)
+      do p = 1, n_pieces(table%n)
+         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), work, table)
+      end do
+      !$omp end do
+      !$omp end parallel
+   end subroutine free_new_lengths
+
+   !> Energies of some of the rows before and now, of those that are compressed; -1 for others that bear, and -2.
+   pure subroutine find_energies(first, last, previous, source, pressed, table, energy)
+      integer, intent(in) :: first, last
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: source(:), pressed(:)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(inout) :: energy(:, :)   !! (2, >= rows)
+      integer :: k
+      do k = first, last
+         energy(1, k) = -2
+         if (.not. is_bearing(table, k)) cycle
+         energy(1, k) = -1
+         if (table%gap(k) < 0 .and. .not. table%tied(k)) &
+            energy(:, k) = energies(previous, abs(source(k)), pressed(table%vertex(k)), pressed(table%edge(k)), k, &
+                                    table)
+      end do
+   end subroutine find_energies
+
+   !> Of some of the edges: the length that bears before and now, the energy that springs have gained and lost since the
+   !> end of the last step.
+   pure subroutine add_up(first, last, previous, is_taken, table, energy, before, now, gained, lost)
+      integer, intent(in) :: first, last        !! edges
+      type(contact_table_type), intent(in) :: previous
+      logical, intent(in) :: is_taken(0:)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: energy(:, :)     !! (2, >= rows) of `find_energies`
+      real(wp), intent(out) :: before(first:last), now(first:last), gained(first:last), lost(first:last)
+      real(wp) :: more
+      integer :: k
+      before = 0
+      now = 0
+      gained = 0
+      lost = 0
       do k = 1, table%n
-         if (.not. is_compressed(table, k)) cycle
+         if (energy(1, k) < -1) cycle
+         associate (f => table%vertex(k), e => table%edge(k))
+            call add(f, e, table%length(k), first, last, now)
+            if (energy(1, k) < 0) cycle
+            more = energy(2, k) - energy(1, k)
+            if (more > 0) then
+               call add(f, e, more, first, last, gained)
+            else
+               call add(f, e, -more, first, last, lost)
+            end if
+         end associate
+      end do
+      do k = 1, previous%n
+         if (.not. is_bearing(previous, k)) cycle
+         associate (f => previous%vertex(k), e => previous%edge(k))
+            call add(f, e, previous%length(k), first, last, before)
+            if (.not. (is_taken(k) .or. previous%tied(k))) call add(f, e, stored(previous, k), first, last, lost)
+         end associate
+      end do
+   end subroutine add_up
+
+   !> Add to the sums of two edges, if they are among some of the edges.
+   pure subroutine add(f, e, what, first, last, sums)
+      integer, intent(in) :: f, e
+      real(wp), intent(in) :: what
+      integer, intent(in) :: first, last
+      real(wp), intent(inout) :: sums(first:last)
+      if (f >= first .and. f <= last) sums(f) = sums(f) + what
+      if (e >= first .and. e <= last) sums(e) = sums(e) + what
+   end subroutine add
+
+   !> Free the new lengths of some of the rows.
+   pure subroutine free_rows(first, last, work, table)
+      integer, intent(in) :: first, last
+      type(new_lengths_type), intent(in) :: work
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: growth, rise(2), share, shift
+      integer :: k
+      do k = first, last
+         rise = work%stored(:, k)
+         if (.not. rise(1) >= 0) cycle
          associate (f => table%vertex(k), e => table%edge(k))
             share = 1
-            if (min(work%before(f), work%before(e)) > 0) then
+            if (min(work%before(f), work%before(e)) > 0 .and. &
+                min(work%now(f) - work%before(f), work%now(e) - work%before(e)) > 0) then
                growth = min(work%now(f)/work%before(f), work%now(e)/work%before(e))
                if (growth >= 1 + least_growth) share = 1/sqrt(growth)
             end if
-            rise = work%stored(:, k)
             if (rise(2) - rise(1) > least_growth*rise(2)) &
                share = min(share, sqrt((rise(1) + (rise(2) - rise(1))*covered(f, e))/rise(2)))
          end associate
@@ -76,52 +176,7 @@ contains
          covered = min(1.0_wp, max(work%lost(f)/work%gained(f), work%lost(e)/work%gained(e)))
       end function covered
 
-   end subroutine free_new_lengths
-
-   !> Length of each edge that bears.
-   pure subroutine add_lengths(table, length)
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(inout) :: length(:)   !! (nv)
-      integer :: k
-      length = 0
-      do k = 1, table%n
-         if (.not. is_bearing(table, k)) cycle
-         length(table%vertex(k)) = length(table%vertex(k)) + table%length(k)
-         length(table%edge(k)) = length(table%edge(k)) + table%length(k)
-      end do
-   end subroutine add_lengths
-
-   !> Energy that the springs of each edge have gained and lost since the end of the last step.
-   pure subroutine add_energies(previous, source, is_taken, pressed, table, energy, gained, lost)
-      type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: source(:)
-      logical, intent(in) :: is_taken(0:)
-      integer, intent(in) :: pressed(:)
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(inout) :: energy(:, :)         !! (2, >= rows) of compressed rows, before and now
-      real(wp), intent(inout) :: gained(:), lost(:)   !! (nv)
-      real(wp) :: e(2)
-      integer :: k
-      gained = 0
-      lost = 0
-      do k = 1, table%n
-         if (.not. is_compressed(table, k)) cycle
-         e = energies(previous, abs(source(k)), pressed(table%vertex(k)), pressed(table%edge(k)), k, table)
-         energy(:, k) = e
-         if (e(2) > e(1)) then
-            gained(table%vertex(k)) = gained(table%vertex(k)) + (e(2) - e(1))
-            gained(table%edge(k)) = gained(table%edge(k)) + (e(2) - e(1))
-         else
-            lost(table%vertex(k)) = lost(table%vertex(k)) + (e(1) - e(2))
-            lost(table%edge(k)) = lost(table%edge(k)) + (e(1) - e(2))
-         end if
-      end do
-      do k = 1, previous%n
-         if (is_taken(k) .or. .not. is_bearing(previous, k) .or. previous%tied(k)) cycle
-         lost(previous%vertex(k)) = lost(previous%vertex(k)) + stored(previous, k)
-         lost(previous%edge(k)) = lost(previous%edge(k)) + stored(previous, k)
-      end do
-   end subroutine add_energies
+   end subroutine free_rows
 
    !> Energy of the springs of row k: at the end of the last step, and with the length and the gap that it has now.
    pure function energies(previous, row, first, second, k, table) result(e)
@@ -161,12 +216,5 @@ contains
       is_bearing = table%station(k) > 0 .and. table%station(k) /= corner_station .and. &
                    table%state(k) /= contact_state%open
    end function is_bearing
-
-   !> Is it one of a joint that is compressed?
-   pure logical function is_compressed(table, k)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: k
-      is_compressed = is_bearing(table, k) .and. .not. table%tied(k) .and. table%gap(k) < 0
-   end function is_compressed
 
 end module rockdda_contact_new_lengths
