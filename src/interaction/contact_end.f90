@@ -103,7 +103,7 @@ contains
             end if
             x1 = trial%gap(c)
             s1 = after%shear
-            level = trial%level(c)
+            level = trial%level(trial%start(c))
             half = level - 0.5_wp
             if (was_held .or. x0 < 0) then
                dissipated = dissipated + half*kn*(x1 - x0)**2
@@ -161,7 +161,7 @@ contains
       integer :: c
       do c = 1, table%n
          trial%gap(c) = trial%gap_at_end(c)
-         trial%slip(c) = trial%slip(c)/trial%level(c)
+         trial%slip(c) = trial%slip(c)/trial%level(trial%start(c))
          if (trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
          trial%opened(c) = trial%gap(c) > opening_gap(laws(table%joint(c)), settings, trial%joint(c))
       end do

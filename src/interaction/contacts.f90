@@ -4,7 +4,7 @@
 !> Which rows exist is found by the search (folder contact); forces and states come from the joint law
 !> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
 module rockdda_interaction_contacts
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i2
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
@@ -115,8 +115,8 @@ contains
          if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
              self%trial%joint(c)%state /= contact_state%sliding) cycle
          call linearise_joint(self%trial%joint(c), stiffness, force)
-         associate (factor => self%trial%factor(c))
-            call equations%set_link(self%first_link + c, factor*self%trial%level(c)*stiffness, factor*force)
+         associate (factor => self%trial%factor(self%trial%start(c)), level => self%trial%level(self%trial%start(c)))
+            call equations%set_link(self%first_link + c, factor*level*stiffness, factor*force)
          end associate
       end do
       !$omp end parallel do
@@ -132,7 +132,7 @@ contains
          c = self%friction%rows(i)
          l = self%first_link + c
          call equations%set_link(l, equations%stiffness(:, l), &
-                                 [equations%force(1, l), -self%trial%factor(c)*self%trial%joint(c)%slip_sign* &
+                                 [equations%force(1, l), -self%trial%factor(self%trial%start(c))*self%trial%joint(c)%slip_sign* &
                                   self%trial%joint(c)%friction])
       end do
       !$omp end parallel do
@@ -145,7 +145,7 @@ contains
       integer :: c
       !$omp parallel do default(none) shared(self, equations) private(c) if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         call predict_contact(self%table%gap(c), self%trial%level(c), equations, self%first_link + c, &
+         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, self%first_link + c, &
                               self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
@@ -159,7 +159,7 @@ contains
       !$omp parallel do default(none) shared(self, equations) private(c, i) if (self%friction%n > parallel_contacts)
       do i = 1, self%friction%n
          c = self%friction%rows(i)
-         call predict_contact(self%table%gap(c), self%trial%level(c), equations, self%first_link + c, &
+         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, self%first_link + c, &
                               self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
@@ -224,7 +224,7 @@ contains
                                      force(:, self%first_link + 1:self%first_link + self%table%n))
       if (abs(self%settings%impact - 1) <= 0) return
       do c = 1, self%table%n
-         force(:, self%first_link + c) = self%trial%factor(c)*force(:, self%first_link + c)
+         force(:, self%first_link + c) = self%trial%factor(self%trial%start(c))*force(:, self%first_link + c)
       end do
    end subroutine lawful_forces
 
@@ -288,7 +288,7 @@ contains
          associate (joint => self%trial%joint(c), state => self%trial%state_used(c), &
                     sign => self%trial%sign_used(c))
             if (joint%state /= state .or. (state == contact_state%sliding .and. joint%slip_sign /= sign)) &
-               self%trial%changes(c) = self%trial%changes(c) - 1
+               self%trial%changes(c) = self%trial%changes(c) - 1_i2
             joint%state = state
             joint%slip_sign = sign
             joint%friction = self%trial%friction_used(c)

@@ -27,7 +27,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: level(:)                   !! (>= rows) share of the motion that gap and slip are
+      real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, joint)
    end subroutine set_dashpots
@@ -39,15 +39,13 @@ contains
       type(contact_table_type), intent(in) :: table
       real(wp) :: drag(2, table%n)                       !! normal and shear [force time/length]
       type(joint_type), allocatable :: joint(:)
-      real(wp), allocatable :: level(:)
       integer :: c
-      allocate (joint(table%n), level(table%n))
-      level = 1
+      allocate (joint(table%n))
       do c = 1, table%n
          joint(c)%normal_drag = 0
          joint(c)%drag = 0
       end do
-      call set_dashpots(context, laws, table, level, joint)
+      call set_dashpots(context, laws, table, [1.0_wp, 1.0_wp], joint)
       do c = 1, table%n
          drag(:, c) = context%dt*[joint(c)%normal_drag, joint(c)%drag]
       end do
@@ -58,7 +56,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: level(:)                   !! (>= rows) share of the motion that gap and slip are
+      real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
       type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       real(wp) :: holds(context%blocks%n_blocks)         !! a block with two cannot move
@@ -76,8 +74,9 @@ contains
          stiffness(:, table%block_b(c)) = stiffness(:, table%block_b(c)) + springs
       end do
       do c = 1, table%n
-         associate (ratio => laws(table%joint(c))%damping_ratio)
-            if (.not. (ratio > 0 .and. level(c) > 0)) cycle
+         associate (ratio => laws(table%joint(c))%damping_ratio, &
+                    share => level(merge(2, 1, table%state(c) == contact_state%open)))
+            if (.not. (ratio > 0 .and. share > 0)) cycle
             springs = [table%k_n(c), table%k_s(c)]
             squared = 0
             do k = 1, 2
@@ -85,8 +84,8 @@ contains
                if (holds(block) > 1) cycle
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
-            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(level(c)*context%dt)
-            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(level(c)*context%dt)
+            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*context%dt)
+            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
             ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
             joint(c)%drag_gap = table%gap(c)
             if (table%state(c) == contact_state%open) joint(c)%drag_gap = min(table%gap(c), 0.0_wp)

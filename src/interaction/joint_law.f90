@@ -32,7 +32,7 @@
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
 !> otherwise change states for ever.
 module rockdda_interaction_joint_law
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, cohesion_at, &
@@ -257,13 +257,13 @@ contains
    pure subroutine end_joints(n, joint, state, slip_sign, friction, gap, slip, last)
       integer, intent(in) :: n
       type(joint_type), intent(in) :: joint(n)
-      integer, intent(in) :: state(n), slip_sign(n)
+      integer(i1), intent(in) :: state(n), slip_sign(n)
       real(wp), intent(in) :: friction(n), gap(n), slip(n)
       type(joint_end_type), intent(inout) :: last(n)
       integer :: c
       do c = 1, n
          if (state(c) /= contact_state%open) &
-            call end_joint(joint(c), state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
+            call end_joint(joint(c), int(state(c)), int(slip_sign(c)), friction(c), gap(c), slip(c), last(c))
       end do
    end subroutine end_joints
 

@@ -4,7 +4,7 @@
 !> Whether a contact is open follows from its gap, and that of its partner, here; forces and states of closed contacts
 !> come from their law (rockdda_interaction_joint_law). They do not change the contact table.
 module rockdda_interaction_open_close
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
@@ -18,7 +18,7 @@ module rockdda_interaction_open_close
    public :: open_close_type
 
    !> `state_used` of contacts that have not been in a solve of the attempt.
-   integer, parameter :: no_state = -1
+   integer(i1), parameter :: no_state = -1
    !> A contact that closes after so many changes of state in an attempt has opened twice: its shear spring is free.
    integer, parameter :: worn_changes = 3
 
@@ -30,18 +30,20 @@ module rockdda_interaction_open_close
       type(joint_type), allocatable :: joint(:) !! memory with trial state, slip direction, friction force and bond
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
-      integer, allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial state)
-      integer, allocatable :: sign_used(:)    !! slip direction in the last solve
+      integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial state)
+      integer(i1), allocatable :: sign_used(:)    !! slip direction in the last solve
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
-      logical, allocatable :: bonded_used(:)  !! bond of the last solve
+      logical(l1), allocatable :: bonded_used(:)  !! bond of the last solve
       real(wp), allocatable :: gap(:)         !! predicted gap
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
-      integer, allocatable :: changes(:)      !! changes of state in this step so far
-      logical, allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
-      !> Share of the step's motion after which the forces of a contact act: that of the scheme where it is closed at
-      !> the start, else 1; gap and slip are those there until `reach_end`. And the factor of its forces in the
-      !> equations.
-      real(wp), allocatable :: level(:), factor(:)
+      integer(i2), allocatable :: changes(:)      !! changes of state in this step so far
+      logical(l1), allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
+      integer(i1), allocatable :: start(:)    !! 1: closed at the start of the step, 2: open
+      !> Share of the step's motion after which the forces of contacts act that are closed at the start (1) or open (2):
+      !> that of the scheme, and 1; gap and slip are those there until `reach_end`. And the factor of their forces in
+      !> the equations.
+      real(wp) :: level(2) = 1, factor(2) = 1
+      integer, private :: n_begun = 0         !! rows that have been in use; those behind take no memory yet
    contains
       procedure :: begin
       procedure :: judge
@@ -65,6 +67,9 @@ contains
       integer :: c, n, p
       n = table%n
       self%doubt = 0
+      ! one that is open at the start and closes does not know when: its force at the end is an impulse
+      self%level = [settings%level, 1.0_wp]
+      self%factor = [1.0_wp, settings%impact]
       call make_room(self, n)
       !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
       !$omp if (n > parallel_contacts)
@@ -98,13 +103,7 @@ contains
          self%changes(c) = 0
          self%miss(c) = 0
          self%opened(c) = .false.
-         ! one that is open at the start and closes does not know when: its force at the end is an impulse
-         self%level(c) = 1
-         self%factor(c) = settings%impact
-         if (self%joint(c)%state /= contact_state%open) then
-            self%level(c) = settings%level
-            self%factor(c) = 1
-         end if
+         self%start(c) = merge(2_i1, 1_i1, self%joint(c)%state == contact_state%open)
          self%state_used(c) = no_state
          if (self%joint(c)%state == contact_state%sliding) self%joint(c)%friction = sliding_friction( &
             laws(table%joint(c)), settings, self%joint(c), self%normal_force(c), 0.0_wp)
@@ -199,8 +198,8 @@ contains
       type(open_close_type), intent(inout) :: self
       integer, intent(in) :: c
       associate (joint => self%joint(c))
-         self%state_used(c) = joint%state
-         self%sign_used(c) = joint%slip_sign
+         self%state_used(c) = int(joint%state, i1)
+         self%sign_used(c) = int(joint%slip_sign, i1)
          self%friction_used(c) = joint%friction
          self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
@@ -226,8 +225,8 @@ contains
       logical :: is_closed
       associate (joint => self%joint(c), friction_used => self%friction_used(c), sign_used => self%sign_used(c))
          old = joint%state
-         self%state_used(c) = old
-         sign_used = joint%slip_sign
+         self%state_used(c) = int(old, i1)
+         sign_used = int(joint%slip_sign, i1)
          friction_used = joint%friction
          self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
@@ -276,7 +275,7 @@ contains
                end if
                n_changes = n_changes + 1
             end if
-            self%changes(c) = self%changes(c) + 1
+            if (self%changes(c) < huge(1_i2)) self%changes(c) = self%changes(c) + 1_i2
          end if
          joint%state = new
          joint%slip_sign = new_sign
@@ -298,7 +297,9 @@ contains
       class(open_close_type), intent(in) :: self
       integer, intent(in) :: c                       !! row
       gap = self%gap(c)
-      if (self%level(c) < 1) gap = self%joint(c)%gap + (gap - self%joint(c)%gap)/self%level(c)
+      associate (level => self%level(self%start(c)))
+         if (level < 1) gap = self%joint(c)%gap + (gap - self%joint(c)%gap)/level
+      end associate
    end function gap_at_end
 
    !> Memory of a contact with the state that the last solve had.
@@ -458,17 +459,24 @@ contains
       class(open_close_type), intent(inout) :: self
       integer, intent(in) :: n
       integer :: m
-      if (allocated(self%joint)) then
-         if (size(self%joint) >= n) return
-         deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, self%changes, self%state_used, &
-                     self%sign_used, self%friction_used, self%bonded_used, self%opened, self%level, self%factor)
+      if (allocated(self%gap)) then
+         if (size(self%gap) < n) deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, &
+                                               self%changes, self%state_used, self%sign_used, self%friction_used, &
+                                               self%bonded_used, self%opened, self%start)
       end if
-      m = n + n/16 + 16
-      allocate (self%joint(m))
-      allocate (self%changes(m), self%state_used(m), self%sign_used(m), source=0)
-      allocate (self%opened(m), self%bonded_used(m), source=.false.)
-      allocate (self%level(m), self%factor(m), source=1.0_wp)
-      allocate (self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), self%friction_used(m), source=0.0_wp)
+      if (.not. allocated(self%gap)) then
+         m = n + n/32 + 16
+         allocate (self%joint(m), self%changes(m), self%state_used(m), self%sign_used(m), self%opened(m), &
+                   self%bonded_used(m), self%start(m), self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), &
+                   self%friction_used(m))
+         self%n_begun = 0
+      end if
+      ! what `begin_rows` does not set
+      m = self%n_begun + 1
+      self%sign_used(m:n) = 0
+      self%bonded_used(m:n) = .false.
+      self%friction_used(m:n) = 0
+      self%n_begun = max(n, self%n_begun)
    end subroutine make_room
 
 end module rockdda_interaction_open_close
