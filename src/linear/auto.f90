@@ -16,6 +16,9 @@
 !> Even then PCG is tried first, with as many iterations as cost no more than the direct solve; after a failure it is
 !> not tried again for a number of solves, which doubles with each failure.
 !>
+!> Where many iterations are expected, PCG has a coarse space (rockdda_linear_deflation): with it they hardly depend on
+!> the matrix, and their number for each digit is remembered. The correction of the first estimate stays what it was.
+!>
 !> Solves that may pause need not gain all digits: the open-close iteration goes on with few of them to the end.
 !>
 !> A factor serves all solves with one matrix, of which the iteration for friction forces needs several; their recent
@@ -49,6 +52,7 @@ module rockdda_linear_auto
       real(wp), private :: reuse = 1           !! recent solves per matrix
       integer, private :: n_solves = 0         !! with the present matrix
       real(wp), private :: last_inertia = 0    !! share of inertia of the last matrix, 0: none
+      real(wp), private :: per_digit = 1.5_wp  !! recent iterations with a coarse space for a reduction by e
       ! of the matrix solved last
       integer, private :: values_id = 0
       logical, private :: direct_was_used = .false.
@@ -65,6 +69,7 @@ module rockdda_linear_auto
    ! Work in units of 1 ns on the machine the constants were measured on; only their ratios matter.
    real(wp), parameter :: per_iteration = 25      !! PCG, for each stored block
    real(wp), parameter :: per_preparation = 350   !! PCG, for each stored block
+   real(wp), parameter :: deflated_cost = 2.0_wp  !! both with a coarse space, over those without
    real(wp), parameter :: per_operation = 0.05_wp !! factorisation
    real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
    real(wp), parameter :: per_backsolve = 2       !! one more solution, for each entry of the factor
@@ -77,6 +82,10 @@ module rockdda_linear_auto
    real(wp), parameter :: analysis_cost = 300
    !> Iterations for a condition of one and a reduction by e.
    real(wp), parameter :: iterations_per_digit = 0.36_wp
+   !> A coarse space pays from so many iterations for all digits on, in models of so many blocks, and when with it they
+   !> cost less than this share.
+   real(wp), parameter :: many_expected = 150, clearly_less = 0.7_wp
+   integer, parameter :: many_blocks = 3000
    !> Limit of iterations, in multiples of those expected.
    real(wp), parameter :: patience = 3
    !> Share of the correction that is kept when a solve needed less: the first round of a step needs most.
@@ -118,9 +127,16 @@ contains
       end if
       first_guess = iterations_per_digit*log(1/wanted(self))/sqrt(self%inertia)
       expected = self%correction*first_guess
+      granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
+      if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) self%pcg%deflates = &
+         allocated(self%centroid) .and. matrix%n >= many_blocks .and. expected > many_expected .and. &
+         deflated_cost*self%per_digit*log(1/wanted(self)) < clearly_less*expected
+      if (self%pcg%deflates) then
+         first_guess = log(1/wanted(self))
+         expected = self%per_digit*first_guess
+      end if
       if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) then
          use_direct = self%direct_was_used
-         granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       else
          self%reuse = max(1.0_wp, real(self%n_solves, wp), forget*self%reuse)
          self%n_solves = 0
@@ -136,8 +152,7 @@ contains
          if (allocated(error) .or. report%interrupted) return
          if (report%converged) then
             share = share_of_digits(self, report%residual)
-            if (share >= least_share) self%correction = &
-               max(report%iterations/(first_guess*share), forget*self%correction)
+            if (share >= least_share) call remember(report%iterations/(first_guess*share), forget)
             self%last_wait = 0
          end if
          if (report%converged .or. matrix%n > self%direct_limit) then
@@ -149,7 +164,7 @@ contains
          self%direct_was_used = .true.
          self%last_wait = min(2*self%last_wait + 1, longest_wait)
          self%waiting = self%last_wait
-         self%correction = max(self%correction, 2*wasted/first_guess)
+         call remember(2*wasted/first_guess, 1.0_wp)
       end if
       report%interrupted = self%is_interrupted()
       if (report%interrupted) return
@@ -157,6 +172,19 @@ contains
       report%iterations = wasted
       if (allocated(failure)) self%choice = self%direct%name()//' took over: '//failure
       if (.not. allocated(report%detail)) report%detail = self%choice
+
+   contains
+
+      !> Remember iterations over those of the first guess, or a share of what was remembered if that is more.
+      subroutine remember(needed, kept)
+         real(wp), intent(in) :: needed, kept
+         if (self%pcg%deflates) then
+            self%per_digit = max(needed, kept*self%per_digit)
+         else
+            self%correction = max(needed, kept*self%correction)
+         end if
+      end subroutine remember
+
    end subroutine solve_auto
 
    !> Choose the solver and the limit of iterations for PCG.
@@ -167,24 +195,25 @@ contains
       real(wp), intent(in) :: expected                !! iterations of PCG for all digits
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n) guess
       logical, intent(out) :: use_direct
-      integer, intent(out) :: granted
+      integer, intent(inout) :: granted
       type(error_type), allocatable :: error
       type(solve_report_type) :: report
       logical :: done
-      real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves
+      real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves, each, preparation
       real(wp) :: share   !! of all digits, to be gained
       use_direct = .false.
-      granted = nint(min(patience*expected + 100, real(most_iterations, wp)))
       if (matrix%n <= few_blocks) then
          use_direct = .true.
          self%choice = self%direct%name()//': few blocks'
          return
       end if
+      each = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_iteration
+      preparation = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_preparation
       solves = 1 + follow_up*(self%reuse - 1)
       share = 1
       if (self%pause > 0 .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share*expected*per_iteration)
-      self%choice = 'pcg: about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
+      work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
+      self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
       if (matrix%n > self%direct_limit .or. work_pcg <= analysis_cost*real(matrix%n, wp)**1.5_wp) return
       call self%direct%count_work(matrix, operations, fill, error)
       ! too little memory for the analysis: PCG solves
@@ -196,19 +225,28 @@ contains
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
       self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
       share = min(share, share_of_digits(self))
-      work_pcg = n_stored_blocks(matrix)*(per_preparation + solves*share*expected*per_iteration)
-      self%choice = 'pcg: about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
+      work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
+      self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
       if (work_pcg <= work_direct) return
-      affordable = (work_direct/n_stored_blocks(matrix) - per_preparation)/(solves*per_iteration)
+      affordable = (work_direct/n_stored_blocks(matrix) - preparation)/(solves*each)
       if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
          granted = nint(min(affordable, real(most_iterations, wp)))
-         self%choice = 'pcg: tried with '//to_string(granted)//' iterations, which cost as much as '//self%direct%name()
+         self%choice = kind_of_pcg(self)//'tried with '//to_string(granted)// &
+                       ' iterations, which cost as much as '//self%direct%name()
          return
       end if
       use_direct = .true.
       self%waiting = max(0, self%waiting - 1)
       self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
    end subroutine choose
+
+   !> How PCG iterates, to begin the reason of a choice.
+   pure function kind_of_pcg(self) result(text)
+      class(auto_solver_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = 'pcg: '
+      if (self%pcg%deflates) text = 'pcg: with a coarse space, '
+   end function kind_of_pcg
 
    !> Digits that PCG has to gain from its first residual, over those from a residual of one.
    pure real(wp) function share_of_digits(self, residual) result(share)
@@ -229,25 +267,26 @@ contains
    end function wanted
 
    !> Correction of the estimate, solves to wait, last wait, recent solves per matrix, solves with the last matrix, its
-   !> share of inertia.
+   !> share of inertia, iterations with a coarse space for a reduction by e.
    pure subroutine pack_auto(self, memory)
       class(auto_solver_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: memory(:)
       memory = [self%correction, real(self%waiting, wp), real(self%last_wait, wp), self%reuse, &
-                real(self%n_solves, wp), self%last_inertia]
+                real(self%n_solves, wp), self%last_inertia, self%per_digit]
    end subroutine pack_auto
 
    !> Restore the state from `pack`.
    pure subroutine unpack_auto(self, memory)
       class(auto_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)
-      if (size(memory) /= 6) return
+      if (size(memory) /= 7) return
       self%correction = memory(1)
       self%waiting = nint(memory(2))
       self%last_wait = nint(memory(3))
       self%reuse = memory(4)
       self%n_solves = nint(memory(5))
       self%last_inertia = memory(6)
+      self%per_digit = memory(7)
    end subroutine unpack_auto
 
    !> Pass the reference load and requests to stop to the solvers.
@@ -257,6 +296,7 @@ contains
       if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
       self%pcg%enough = self%enough
       self%pcg%pause = self%pause
+      if (allocated(self%centroid)) self%pcg%centroid = self%centroid
       if (.not. allocated(self%reference_load)) return
       self%pcg%reference_load = self%reference_load
       self%direct%reference_load = self%reference_load

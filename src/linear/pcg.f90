@@ -18,6 +18,13 @@
 !> direction of the pass before it, which keeps the conjugacy. All sums are taken chunk by chunk, in order, so that the
 !> result does not depend on the number of threads.
 !>
+!> With a coarse space (rockdda_linear_deflation) directions are kept free of its motions: from s = (I + L)^-T r follows
+!> the motion Z a to be taken off, then
+!>
+!>     t := s + beta t - Z a,    p := r + beta p - (I + L)^T Z a,
+!>
+!> so that the projection stands between the two sweeps.
+!>
 !> A solve may pause (`pause`) once it has taken many iterations and has as many to go: whoever asks then looks at the
 !> motion, and goes on only if it is worth it.
 module rockdda_linear_pcg
@@ -29,7 +36,9 @@ module rockdda_linear_pcg
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_preconditioner, only : preconditioner_type
-   use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, cg_update
+   use rockdda_linear_deflation, only : deflation_type
+   use rockdda_linear_sweeps, only : update_chunk, sweep_backward, sweep_forward, subtract_coarse, row_sum
+   use rockdda_linear_kernels, only : sp, subtract_products
    implicit none
    private
    public :: pcg_solver_type, many_iterations
@@ -38,6 +47,8 @@ module rockdda_linear_pcg
       real(wp) :: tolerance = 1.0e-10_wp   !! wanted relative residual, see rockdda_linear_residual
       integer :: max_iterations = 3000
       integer :: passes = 0                !! passes of the last solve
+      logical :: deflates = .false.        !! wanted: with the coarse space of rockdda_linear_deflation
+      logical, private :: is_deflated = .false.  !! the coarse space of the present matrix is there
       logical, private :: stops = .false.  !! a stop was requested during the last solve
       logical, private :: pauses = .false. !! the last pass ended because it may pause
       real(wp) :: first_residual = 0       !! relative residual that the last solve began with
@@ -47,9 +58,11 @@ module rockdda_linear_pcg
       real(wp), private :: direction_factor = 0 !! of the last direction in the next pass, times |r|
       type(residual_type) :: residual
       type(preconditioner_type) :: preconditioner
+      type(deflation_type) :: deflation
+      real(sp), allocatable :: s(:, :)     !! (6, n) (I + L)^-T r of the deflated iteration
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the new order
       real(sp), allocatable :: back_sum(:, :)  !! (12, n) sums of the backward sweep, see rockdda_linear_kernels
-      real(wp), allocatable :: sums(:, :)  !! (4, chunks) r r, p v, r v, v v with v = q + t
+      real(wp), allocatable :: sums(:, :)  !! (5, chunks) r r, p v, r v, v v with v = q + t, r p if deflated
    contains
       procedure :: solve => solve_pcg
       procedure :: name => name_pcg
@@ -58,13 +71,16 @@ module rockdda_linear_pcg
    !> Smallest reduction of the residual in one pass: below it the rounding of single precision costs more iterations
    !> than a restart.
    real(wp), parameter :: smallest_reduction = 1.0e-5_wp
+   !> Rounding brings coarse motions back into a deflated iteration. A pass ends when r p, which is r r without them, is
+   !> less than this share of it.
+   real(wp), parameter :: least_share = 0.5_wp
    !> Bounds of the squared growth of the residual and of the curvature of a direction for positive definite matrices.
    !> Beyond them the pass ends before single precision overflows, and the residual in double precision decides.
    real(wp), parameter :: divergence = 1.0e12_wp, least_curvature = 1.0e-12_wp
 
    !> New pivots in changed rows only make the preconditioner slightly weaker. When a solve takes more iterations than
    !> this, a complete set-up costs less.
-   integer, parameter :: few_iterations = 20
+   integer, parameter :: few_iterations = 20, few_deflated = 60
    !> A solve may pause after so many iterations when at least as many are left.
    integer, parameter :: many_iterations = 24
    !> Iterations between two checks for a request to stop.
@@ -108,16 +124,18 @@ contains
                call resize(self%t, 6, n)
                call resize(self%d, 6, n)
                call resize(self%back_sum, 12, n)
-               call resize(self%sums, 4, self%preconditioner%order%n_chunks)
+               call resize(self%sums, 5, self%preconditioner%order%n_chunks)
             end associate
+            self%sums = 0
             self%graph_id = self%residual%graph_id
             self%values_id = 0
          end if
          if (matrix%values_id == 0 .or. matrix%values_id /= self%values_id) then
             changed_rows_only = matrix%base_id /= 0 .and. matrix%base_id == self%values_id .and. &
-                                self%most_iterations <= few_iterations
+                                self%most_iterations <= merge(few_deflated, few_iterations, self%is_deflated)
             call self%preconditioner%set_values(matrix, changed_rows_only)
             if (.not. changed_rows_only) self%most_iterations = 0
+            call prepare_coarse_space(self, matrix, changed_rows_only)
          end if
          self%values_id = matrix%values_id
       end if
@@ -130,7 +148,12 @@ contains
          if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)
          has_paused = self%pauses .and. relative > tolerance .and. relative < self%first_residual
-         if (has_paused .or. .not. relative < 0.5_wp*before) exit
+         if (has_paused) exit
+         if (relative < 0.5_wp*before) cycle
+         if (.not. self%is_deflated) exit
+         ! on without the coarse space, which single precision is not enough for
+         self%is_deflated = .false.
+         self%direction_factor = 0
       end do
       self%most_iterations = max(self%most_iterations, report%iterations)
       if (has_paused) then
@@ -144,6 +167,24 @@ contains
          ' iterations: '//report%detail
    end subroutine solve_pcg
 
+   !> Prepare the coarse space for a new matrix, if it is wanted.
+   subroutine prepare_coarse_space(self, matrix, changed_rows_only)
+      class(pcg_solver_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: changed_rows_only   !! of the preconditioner
+      logical :: was_deflated, is_new
+      was_deflated = self%is_deflated
+      self%is_deflated = self%deflates .and. self%preconditioner%has_sweeps .and. allocated(self%centroid)
+      if (self%is_deflated) self%is_deflated = size(self%centroid, 2) == matrix%n
+      if (.not. self%is_deflated) return
+      associate (graph => self%residual%graph)
+         call self%deflation%set_pattern(graph, self%graph_id, self%preconditioner%order, self%centroid, is_new)
+         call self%deflation%set_values(matrix, graph, self%preconditioner, &
+                                        changed_rows_only .and. was_deflated .and. .not. is_new, self%is_deflated)
+      end associate
+      call resize(self%s, 6, matrix%n)
+   end subroutine prepare_coarse_space
+
    !> One pass: x := x + d with K d = r, where d reduces r by the given factor in the preconditioned norm.
    !>
    !> All threads run the whole pass: each has the same alpha and beta, and the loops over chunks divide the work.
@@ -154,10 +195,10 @@ contains
       real(wp), intent(in) :: pause                    !! reduction at which it may pause, 0: never
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
       integer, intent(inout) :: iterations             !! raised by those of this pass
-      real(wp) :: norm, rho, rho_start, rho_next, ratio, total(4)
+      real(wp) :: norm, rho, rho_start, rho_next, ratio, descent, total(5)
       real(sp) :: alpha, beta
       integer :: done
-      logical :: pauses
+      logical :: pauses, drifts
 
       pauses = .false.
       norm = self%residual%r_norm
@@ -167,10 +208,15 @@ contains
       rho_start = 0
       !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
       !$omp shared(self, norm, x, reduction, last, pause, iterations) &
-      !$omp private(rho, rho_next, ratio, total) firstprivate(alpha, beta, rho_start, done, pauses)
+      !$omp private(rho, rho_next, ratio, descent, drifts, total) firstprivate(alpha, beta, rho_start, done, pauses)
       call start_pass(self, 1/norm)
+      if (self%is_deflated) call start_coarse(self, 1/norm, rho_start)
       do
-         call sweep(self, alpha, beta)
+         if (self%is_deflated) then
+            call sweep_deflated(self, alpha, beta)
+         else
+            call sweep(self, alpha, beta)
+         end if
          total = sum(self%sums, dim=2)
          done = done + 1
          !$omp master
@@ -180,9 +226,14 @@ contains
          rho = total(1)
          if (.not. rho_start > 0) rho_start = rho
          alpha = 0
-         if (total(2) > least_curvature*rho) alpha = real(rho/total(2), sp)
+         descent = rho
+         if (self%is_deflated) descent = total(5)
+         if (total(2) > least_curvature*rho) alpha = real(descent/total(2), sp)
          rho_next = rho - 2*alpha*total(3) + real(alpha, wp)**2*total(4)
+         ! the first directions contain that of the pass before
+         drifts = descent < least_share*rho .and. done > iterations + 2
          if (.not. (rho_next > reduction**2*rho_start .and. rho_next < divergence*rho_start)) exit
+         if (drifts) exit
          if (rho_next <= pause**2*rho_start) then
             ratio = 0.5_wp*log(rho_next/rho_start)
             pauses = is_long(done - iterations, -ratio, ratio - log(last))
@@ -196,7 +247,8 @@ contains
       iterations = done
       self%pauses = pauses
       self%direction_factor = 0
-      if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start) self%direction_factor = norm*rho_next/rho
+      if (alpha > 0 .and. rho_next > 0 .and. rho_next < rho_start .and. .not. drifts) &
+         self%direction_factor = norm*rho_next/rho
       !$omp end single
       !$omp end parallel
    end subroutine correct
@@ -238,15 +290,15 @@ contains
          do phase = 3, 2, -1
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call sweep_backward(m, c, alpha, beta, self%q, self%d, self%r, self%p, self%t, self%back_sum, &
-                                   self%sums(1, c))
+               call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
+               call sweep_backward(m, c, self%p, self%t, self%back_sum)
             end do
             !$omp end do
          end do
          !$omp do schedule(static)
          do c = order%phase(1), order%phase(2) - 1
-            call sweep_backward(m, c, alpha, beta, self%q, self%d, self%r, self%p, self%t, self%back_sum, &
-                                self%sums(1, c))
+            call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
+            call sweep_backward(m, c, self%p, self%t, self%back_sum)
             if (m%has_sweeps) call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
          end do
          !$omp end do
@@ -259,6 +311,78 @@ contains
          end do
       end associate
    end subroutine sweep
+
+   !> Begin a deflated pass with the exact correction in the coarse space, d := Z a. Called by all threads.
+   subroutine start_coarse(self, weight, square)
+      class(pcg_solver_type), intent(inout) :: self
+      real(wp), intent(in) :: weight      !! of the residual
+      real(wp), intent(out) :: square     !! r r before
+      integer :: phase, c, g
+      associate (m => self%preconditioner, order => self%preconditioner%order)
+         !$omp do schedule(static)
+         do g = 1, self%deflation%n_groups
+            call self%deflation%restrict_residual(order, self%residual%r, weight, g)
+         end do
+         !$omp end do
+         !$omp single
+         call self%deflation%solve_coarse(-1.0_wp)
+         !$omp end single
+         do phase = 1, 3
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               associate (first => order%first(c), last => order%first(c + 1) - 1)
+                  self%sums(1, c) = sum(real(self%r(:, first:last), wp)**2)
+                  self%s(:, first:last) = 0
+                  call subtract_coarse(m, self%deflation, c, self%d, self%s)
+                  call sweep_forward(m, c, self%r, self%s, self%d, self%q, self%sums(2:4, c))
+                  self%r(:, first:last) = self%r(:, first:last) - (self%q(:, first:last) + self%d(:, first:last))
+               end associate
+            end do
+            !$omp end do
+         end do
+      end associate
+      square = sum(self%sums(1, :))
+      !$omp barrier
+   end subroutine start_coarse
+
+   !> `sweep` for directions without motions of the coarse space: s = (I + L)^-T r, then t := s + beta t - Z a and p so
+   !> that t = (I + L)^-T p. Called by all threads.
+   subroutine sweep_deflated(self, alpha, beta)
+      class(pcg_solver_type), intent(inout) :: self
+      real(sp), intent(in) :: alpha, beta    !! step length, factor of the last direction
+      integer :: phase, c, g
+      associate (m => self%preconditioner, order => self%preconditioner%order)
+         do phase = 3, 1, -1
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
+               call sweep_backward(m, c, self%r, self%s, self%back_sum)
+            end do
+            !$omp end do
+         end do
+         !$omp do schedule(static)
+         do g = 1, self%deflation%n_groups
+            call self%deflation%restrict_sweep(self%s, g)
+         end do
+         !$omp end do
+         !$omp single
+         call self%deflation%solve_coarse(1.0_wp)
+         !$omp end single
+         do phase = 1, 3
+            !$omp do schedule(static)
+            do c = order%phase(phase), order%phase(phase + 1) - 1
+               associate (first => order%first(c), last => order%first(c + 1) - 1)
+                  self%t(:, first:last) = self%s(:, first:last) + beta*self%t(:, first:last)
+               end associate
+               call subtract_coarse(m, self%deflation, c, self%t, self%p)
+               self%sums(5, c) = sum(real(self%r(:, order%first(c):order%first(c + 1) - 1), wp) &
+                                     *self%p(:, order%first(c):order%first(c + 1) - 1))
+               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+            end do
+            !$omp end do
+         end do
+      end associate
+   end subroutine sweep_deflated
 
    !> x := x + norm G^-T (d + alpha t). Called by all threads.
    subroutine add_correction(self, norm, alpha, x)
@@ -315,97 +439,10 @@ contains
             self%d(:, first:last) = 0
             if (.not. self%direction_factor > 0) self%p(:, first:last) = 0
             self%q(:, first:last) = 0
-            self%t(:, first:last) = 0
+            if (.not. (self%is_deflated .and. self%direction_factor > 0)) self%t(:, first:last) = 0
          end associate
       end associate
    end subroutine start_chunk
-
-   !> In one chunk: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p and t := (I + L)^-T p.
-   pure subroutine sweep_backward(s, c, alpha, beta, q, d, r, p, t, back_sum, square)
-      type(preconditioner_type), intent(in) :: s
-      integer, intent(in) :: c                     !! chunk
-      real(sp), intent(in) :: alpha, beta
-      real(sp), intent(in) :: q(6, *)
-      real(sp), intent(inout) :: d(6, *), r(6, *), p(6, *), t(6, *)
-      real(sp), intent(inout) :: back_sum(12, *)     !! work
-      real(wp), intent(out) :: square              !! sum of r r
-      real(sp) :: b(6), sums(4, 3), twice(4, 3)
-      real(wp) :: lane(6)
-      integer :: first, last, i
-      first = s%order%first(c)
-      last = s%order%first(c + 1) - 1
-      square = 0
-      if (first > last) return
-      lane = 0
-      call cg_update(6*(last - first + 1), alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
-      do i = first, last
-         lane = lane + real(r(:, i), wp)**2
-      end do
-      square = sum(lane)
-      if (.not. s%has_sweeps) then
-         t(:, first:last) = p(:, first:last)
-         return
-      end if
-      back_sum(:, first:last) = 0
-      do i = last, first, -1
-         b = p(:, i) + (back_sum(1:11:2, i) + back_sum(2:12:2, i))
-         if (s%upper_start(i) < s%upper_start(i - 1)) then
-            sums = 0
-            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
-            b = b + row_sum(sums)
-         end if
-         t(:, i) = b
-         twice(1:2, 1) = b(1:2)
-         twice(3:4, 1) = b(1:2)
-         twice(1:2, 2) = b(3:4)
-         twice(3:4, 2) = b(3:4)
-         twice(1:2, 3) = b(5:6)
-         twice(3:4, 3) = b(5:6)
-         call subtract_transposed(s%own_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, twice, back_sum)
-      end do
-   end subroutine sweep_backward
-
-   !> In one chunk: q := (I + L)^-1 (p + N t).
-   pure subroutine sweep_forward(s, c, r, p, t, q, total)
-      type(preconditioner_type), intent(in) :: s
-      integer, intent(in) :: c                     !! chunk
-      real(sp), intent(in) :: r(6, *), p(6, *), t(6, *)
-      real(sp), intent(inout) :: q(6, *)
-      real(wp), intent(out) :: total(3)            !! p v, r v, v v with v = q + t
-      real(sp) :: sums(4, 3)
-      real(wp) :: v(6), lane(6, 3)
-      integer :: i
-      do i = s%order%first(c), s%order%first(c + 1) - 1
-         sums = 0
-         if (s%has_sweeps) then
-            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
-            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, q, sums)
-         else
-            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, t, sums)
-            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
-            sums = -sums
-            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
-         end if
-         q(:, i) = p(:, i) + row_sum(sums)
-      end do
-      lane = 0
-      do i = s%order%first(c), s%order%first(c + 1) - 1
-         v = real(q(:, i) + t(:, i), wp)
-         lane(:, 1) = lane(:, 1) + real(p(:, i), wp)*v
-         lane(:, 2) = lane(:, 2) + real(r(:, i), wp)*v
-         lane(:, 3) = lane(:, 3) + v*v
-      end do
-      total = sum(lane, dim=1)
-   end subroutine sweep_forward
-
-   !> The vector that lanes add up to.
-   pure function row_sum(sums) result(b)
-      real(sp), intent(in) :: sums(4, 3)
-      real(sp) :: b(6)
-      b(1:2) = sums(1:2, 1) + sums(3:4, 1)
-      b(3:4) = sums(1:2, 2) + sums(3:4, 2)
-      b(5:6) = sums(1:2, 3) + sums(3:4, 3)
-   end function row_sum
 
    !> Name as in the options.
    pure function name_pcg(self) result(name)

@@ -32,7 +32,7 @@ module rockdda_linear_preconditioner
    use rockdda_linear_kernels, only : sp, pack_block, pack_transposed
    implicit none
    private
-   public :: preconditioner_type
+   public :: preconditioner_type, take, scale_rows
 
    type :: preconditioner_type
       integer :: n = 0

@@ -26,6 +26,7 @@ module rockdda_linear_solver
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
       !> equilibrium the loads in f cancel; the sum of their magnitudes is the scale for a small residual.
       real(wp), allocatable :: reference_load(:, :)
+      real(wp), allocatable :: centroid(:, :)   !! (2, n) of the blocks, for coarse spaces; may be absent
       real(wp) :: enough = 0    !! relative residual at which iterative solvers may stop, above their tolerance
       real(wp) :: pause = 0     !! share of its first residual at which a long iteration may pause, 0: never
       logical :: goes_on = .false.   !! the system is that of the last solve, which has paused

@@ -168,6 +168,11 @@ contains
       call self%times%lap(phase%search)
       call self%families%prepare(self%step_context_type, self%equations)
       call self%equations%set_rows(self%state%asleep)
+      if (allocated(self%equations%block_of)) then
+         self%solver%centroid = self%state%centroid(:, self%equations%block_of)
+      else
+         self%solver%centroid = self%state%centroid
+      end if
       call self%times%lap(phase%links)
       pattern_id = self%equations%matrix%pattern_id
       call self%equations%set_graph()

@@ -4,10 +4,16 @@
 import random
 import shutil
 import subprocess
+import sys
 import unittest
+from pathlib import Path
 
 from resume_case import BLOCK, ResumeTest
 from support import h5py
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from works import write_wall
 
 if h5py is not None:
     import checkpoints
@@ -50,6 +56,17 @@ class Bits(ResumeTest):
         self.good("run", model, "-o", "whole.h5", "--steps", "405", *options)
         self.good("run", model, "-o", "out.h5", "--steps", "399", *options)
         self.good("resume", "out.ckpt.h5", "--steps", "6", "--threads", "1", "--quiet")
+        self.assertSame("whole.h5", "out.h5")
+
+    def test_with_a_coarse_space(self):
+        # soft for its long steps: PCG with groups of blocks, which are made anew from the places in each step
+        files = write_wall(Path(self.path("wall")), 3200, 2000.0)
+        model = (*files, "--dialect", "g0", "--solver", "auto")
+        options = ("--save-every", "1", "--quiet")
+        self.good("run", *model, "-o", "whole.h5", "--steps", "2", "--threads", "1", *options)
+        self.assertIn("pcg: with a coarse space", Path(self.path("whole.log")).read_text())
+        self.good("run", *model, "-o", "out.h5", "--steps", "1", "--threads", "2", *options)
+        self.good("resume", "out.ckpt.h5", "--steps", "1", "--threads", "3", "--quiet")
         self.assertSame("whole.h5", "out.h5")
 
     def test_while_blocks_sleep(self):
@@ -282,7 +299,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: this program reads checkpoints of format version 14, not 99; start the run again",
+            "block.ckpt.h5: error: this program reads checkpoints of format version 15, not 99; start the run again",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))

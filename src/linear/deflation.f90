@@ -1,0 +1,419 @@
+! SPDX-License-Identifier: MIT
+!> A coarse space for conjugate gradients: groups of blocks that move like one larger block.
+!>
+!> Each group has six unknowns, rigid motion and uniform strain about its centre (columns of Z). The iteration is kept
+!> free of these motions, which it would find slowest (deflation, Nicolaides 1987, SIAM J. Numer. Anal. 24, 355-365): a
+!> direction s = M^-1 r becomes
+!>
+!>     s - Z a,    (Z^T K Z) a = (K Z)^T s,
+!>
+!> so that it does no work on them, and each pass begins with their exact correction Z (Z^T K Z)^-1 Z^T r.
+!>
+!> In the scaled variables of rockdda_linear_preconditioner (^ marks scaled blocks, K^ = G^-1 K G^-T) three arrays are
+!> needed, of which a row has one block for itself and, near the border of its group, one for each group beside:
+!>
+!>     own      Z^ = G^T Z                  of each block, for its own group
+!>     later    L^T Z^                      row i: couplings with blocks of later places
+!>     forces   (K^ Z^)^T                   group by group: blocks of the group and their neighbours
+!>
+!> Any division into groups makes a valid coarse space. It is made of the centroids, so that it is the same after a
+!> restart of the run, and for any number of threads; sums are taken group by group.
+module rockdda_linear_deflation
+   use rockdda_base_kinds, only : wp
+   use rockdda_linear_matrix, only : block_matrix_type
+   use rockdda_linear_graph, only : graph_type, reverse_cuthill_mckee
+   use rockdda_linear_chunk_order, only : chunk_order_type
+   use rockdda_linear_preconditioner, only : preconditioner_type, take, scale_rows
+   use rockdda_linear_small_blocks, only : invert_lower
+   use rockdda_linear_aggregates, only : divide_by_place
+   use rockdda_linear_coarse_factor, only : coarse_factor_type
+   use rockdda_linear_kernels, only : sp, pack_block, pack_transposed, subtract_products
+   implicit none
+   private
+   public :: deflation_type
+
+   !> Blocks in a group, about, and the largest number of groups.
+   integer, parameter :: group_size = 48, max_groups = 1000
+
+   type :: deflation_type
+      integer :: n_groups = 0
+      integer, allocatable :: group(:)          !! (n) of the block in each place of the new order
+      integer, allocatable :: later_start(:)    !! (n + 1) rows of `later`
+      integer, allocatable :: later_group(:)    !! group of each of its blocks
+      real(sp), allocatable :: own(:, :)        !! (36, n), packed as in rockdda_linear_kernels
+      real(sp), allocatable :: later(:, :)      !! (36, ...)
+      real(sp), allocatable :: a(:, :)          !! (6, groups) minus the unknowns of the last coarse solve
+      integer, allocatable, private :: member_start(:), member(:)  !! places of the blocks of each group
+      integer, allocatable, private :: slot_start(:)   !! (n + 1) groups that a block touches, its own first:
+      integer, allocatable, private :: slot_group(:)
+      integer, allocatable, private :: slot_force(:)   !! place in `forces`
+      integer, allocatable, private :: slot_later(:)   !! place in `later`, 0: none
+      integer, allocatable, private :: force_start(:), force_row(:)   !! (groups + 1); place of each block
+      real(sp), allocatable, private :: forces(:, :)   !! (36, ...)
+      real(wp), allocatable, private :: arm(:, :)      !! (2, n) centroid less the centre of the group
+      real(wp), allocatable, private :: load(:, :)     !! (6, groups)
+      real(wp), allocatable, private :: centroid(:, :) !! (2, n) of which the groups were made
+      integer, private :: graph_id = 0                 !! graph that the lists belong to, 0: none
+      type(coarse_factor_type), private :: factor
+   contains
+      procedure :: set_pattern
+      procedure :: set_values
+      procedure :: restrict_residual
+      procedure :: restrict_sweep
+      procedure :: solve_coarse
+   end type deflation_type
+
+contains
+
+   !> Divide the blocks into groups and list what touches what, unless nothing is new.
+   subroutine set_pattern(self, graph, graph_id, order, centroid, is_new)
+      class(deflation_type), intent(inout) :: self
+      type(graph_type), intent(in) :: graph
+      integer, intent(in) :: graph_id          !! number of the graph, > 0
+      type(chunk_order_type), intent(in) :: order
+      real(wp), intent(in) :: centroid(:, :)   !! (2, n) [length]
+      logical, intent(out) :: is_new
+      integer, allocatable :: group(:), place(:)
+      integer :: i
+      logical :: same
+      same = self%graph_id == graph_id
+      if (same) same = size(self%centroid, 2) == graph%n
+      if (same) same = all(abs(self%centroid - centroid) <= 0)
+      is_new = .not. same
+      if (same) return
+      self%graph_id = graph_id
+      self%centroid = centroid
+      block
+         character(8) :: w
+         integer :: gs, st
+         call get_environment_variable('GS', w, status=st)
+         gs = group_size
+         if (st == 0) read (w, *) gs
+         self%n_groups = max(1, min(max_groups, graph%n/gs))
+      end block
+      allocate (group(graph%n), place(self%n_groups))
+      call divide_by_place(centroid, self%n_groups, group)
+      call order_groups(graph, group, self%n_groups, place)
+      self%group = [(place(group(order%block(i))), i=1, graph%n)]
+      call list_members(self, order)
+      call list_slots(self, graph, order)
+      call list_forces(self)
+   end subroutine set_pattern
+
+   !> Places of the groups in an order that keeps those in contact close.
+   subroutine order_groups(graph, group, n_groups, place)
+      type(graph_type), intent(in) :: graph
+      integer, intent(in) :: group(:)     !! (n) of each block
+      integer, intent(in) :: n_groups
+      integer, intent(out) :: place(:)    !! (groups)
+      type(graph_type) :: between
+      logical, allocatable :: touch(:, :)
+      integer, allocatable :: order(:)
+      integer :: i, k, g
+      allocate (touch(n_groups, n_groups), source=.false.)
+      do i = 1, graph%n
+         do k = graph%start(i), graph%start(i + 1) - 1
+            touch(group(graph%neighbour(k)), group(i)) = .true.
+         end do
+      end do
+      allocate (between%start(n_groups + 1), between%neighbour(count(touch)), order(n_groups))
+      between%n = n_groups
+      between%start(1) = 1
+      do g = 1, n_groups
+         touch(g, g) = .false.
+         between%start(g + 1) = between%start(g) + count(touch(:, g))
+         between%neighbour(between%start(g):between%start(g + 1) - 1) = pack([(i, i=1, n_groups)], touch(:, g))
+      end do
+      call reverse_cuthill_mckee(between, order)
+      place(order) = [(g, g=1, n_groups)]
+   end subroutine order_groups
+
+   !> Blocks of each group, and their arms.
+   subroutine list_members(self, order)
+      class(deflation_type), intent(inout) :: self
+      type(chunk_order_type), intent(in) :: order
+      real(wp), allocatable :: centre(:, :)
+      integer :: i, g
+      call count_into(self%group, self%n_groups, self%member_start, self%member)
+      allocate (centre(2, self%n_groups))
+      do g = 1, self%n_groups
+         centre(:, g) = 0
+         do i = self%member_start(g), self%member_start(g + 1) - 1
+            centre(:, g) = centre(:, g) + self%centroid(:, order%block(self%member(i)))
+         end do
+         centre(:, g) = centre(:, g)/max(1, self%member_start(g + 1) - self%member_start(g))
+      end do
+      if (allocated(self%arm)) deallocate (self%arm)
+      allocate (self%arm(2, order%n))
+      do i = 1, order%n
+         self%arm(:, i) = self%centroid(:, order%block(i)) - centre(:, self%group(i))
+      end do
+   end subroutine list_members
+
+   !> Numbers 1, 2, ... sorted by their keys, equal ones ascending: those of key g are item(start(g):start(g+1)-1).
+   pure subroutine count_into(key, n_keys, start, item)
+      integer, intent(in) :: key(:)      !! 1 to n_keys
+      integer, intent(in) :: n_keys
+      integer, allocatable, intent(out) :: start(:)   !! (n_keys + 1)
+      integer, allocatable, intent(out) :: item(:)    !! (size(key))
+      integer :: next(n_keys), i
+      allocate (start(n_keys + 1), item(size(key)))
+      start = 0
+      do i = 1, size(key)
+         start(key(i) + 1) = start(key(i) + 1) + 1
+      end do
+      start(1) = 1
+      do i = 1, n_keys
+         start(i + 1) = start(i + 1) + start(i)
+      end do
+      next = start(1:n_keys)
+      do i = 1, size(key)
+         item(next(key(i))) = i
+         next(key(i)) = next(key(i)) + 1
+      end do
+   end subroutine count_into
+
+   !> Groups that each block touches, and rows of `later`.
+   subroutine list_slots(self, graph, order)
+      class(deflation_type), intent(inout) :: self
+      type(graph_type), intent(in) :: graph
+      type(chunk_order_type), intent(in) :: order
+      integer :: i, j, k, g, block, n_slots, n_later, most
+      most = order%n + size(graph%neighbour)
+      if (allocated(self%slot_start)) deallocate (self%slot_start, self%slot_group, self%slot_later, self%later_start, &
+         self%later_group, self%later, self%own)
+      allocate (self%slot_start(order%n + 1), self%slot_group(most), self%slot_later(most), &
+                self%later_start(order%n + 1), self%later_group(most))
+      n_slots = 0
+      n_later = 0
+      do i = 1, order%n
+         self%slot_start(i) = n_slots + 1
+         self%later_start(i) = n_later + 1
+         block = order%block(i)
+         call touch(self%group(i), .false.)
+         do k = graph%start(block), graph%start(block + 1) - 1
+            j = order%place(graph%neighbour(k))
+            call touch(self%group(j), j > i)
+         end do
+      end do
+      self%slot_start(order%n + 1) = n_slots + 1
+      self%later_start(order%n + 1) = n_later + 1
+      self%slot_group = self%slot_group(1:n_slots)
+      self%slot_later = self%slot_later(1:n_slots)
+      self%later_group = self%later_group(1:n_later)
+      allocate (self%later(36, n_later), self%own(36, order%n))
+
+   contains
+
+      !> Block i touches a group, with a block of a later place or not.
+      subroutine touch(touched, is_later)
+         integer, intent(in) :: touched
+         logical, intent(in) :: is_later
+         do g = self%slot_start(i), n_slots
+            if (self%slot_group(g) == touched) exit
+         end do
+         if (g > n_slots) then
+            n_slots = g
+            self%slot_group(g) = touched
+            self%slot_later(g) = 0
+         end if
+         if (self%slot_later(g) /= 0 .or. .not. is_later) return
+         n_later = n_later + 1
+         self%slot_later(g) = n_later
+         self%later_group(n_later) = touched
+      end subroutine touch
+
+   end subroutine list_slots
+
+   !> Rows of `forces`, and the pattern of the coarse matrix.
+   subroutine list_forces(self)
+      class(deflation_type), intent(inout) :: self
+      integer, allocatable :: slot(:), first(:)
+      integer :: i, k
+      call count_into(self%slot_group, self%n_groups, self%force_start, slot)
+      allocate (first(self%n_groups))
+      first = [(i, i=1, self%n_groups)]
+      if (allocated(self%slot_force)) deallocate (self%slot_force, self%force_row, self%forces, self%load, self%a)
+      allocate (self%slot_force(size(slot)), self%force_row(size(slot)), self%forces(36, size(slot)), &
+                self%load(6, self%n_groups), self%a(6, self%n_groups))
+      do k = 1, size(slot)
+         self%slot_force(slot(k)) = k
+      end do
+      do i = 1, size(self%group)
+         do k = self%slot_start(i), self%slot_start(i + 1) - 1
+            self%force_row(self%slot_force(k)) = i
+            first(self%group(i)) = min(first(self%group(i)), self%slot_group(k))
+         end do
+      end do
+      call self%factor%set_pattern(first)
+   end subroutine list_forces
+
+   !> Products with a new matrix, prepared in the preconditioner, and the factor of the coarse matrix.
+   subroutine set_values(self, matrix, graph, preconditioner, changed_rows_only, ok)
+      class(deflation_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      type(graph_type), intent(in) :: graph
+      type(preconditioner_type), intent(in) :: preconditioner
+      logical, intent(in) :: changed_rows_only !! the values present are those of the matrix base_id
+      logical, intent(out) :: ok               !! the coarse matrix is positive definite
+      integer :: g
+      !$omp parallel do default(none) shared(self, matrix, graph, preconditioner, changed_rows_only) private(g) &
+      !$omp schedule(static) if (preconditioner%order%n_chunks > 3)
+      do g = 1, self%n_groups
+         if (changed_rows_only) then
+            associate (members => self%member(self%member_start(g):self%member_start(g + 1) - 1))
+               if (.not. any(matrix%changed(preconditioner%order%block(members)))) cycle
+            end associate
+         end if
+         call multiply_group(self, matrix, graph, preconditioner, g)
+      end do
+      !$omp end parallel do
+      call self%factor%factorize(ok)
+   end subroutine set_values
+
+   !> Products of the rows of one group.
+   subroutine multiply_group(self, matrix, graph, preconditioner, g)
+      class(deflation_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      type(graph_type), intent(in) :: graph
+      type(preconditioner_type), intent(in) :: preconditioner
+      integer, intent(in) :: g
+      real(wp), allocatable :: all_of(:, :, :), later(:, :, :)
+      integer :: m, i, k, most
+      associate (coarse => self%factor)
+         coarse%values(:, :, coarse%offset(g) + coarse%first(g):coarse%offset(g) + g) = 0
+         most = 1
+         do m = self%member_start(g), self%member_start(g + 1) - 1
+            most = max(most, self%slot_start(self%member(m) + 1) - self%slot_start(self%member(m)))
+         end do
+         allocate (all_of(6, 6, most), later(6, 6, most))
+         do m = self%member_start(g), self%member_start(g + 1) - 1
+            i = self%member(m)
+            call multiply_row(self, matrix, graph, preconditioner%order, i, all_of, later)
+            do k = self%slot_start(i), self%slot_start(i + 1) - 1
+               associate (product => all_of(:, :, k - self%slot_start(i) + 1))
+                  if (self%slot_group(k) <= g) call add_from_left( &
+                     product, self%arm(:, i), coarse%values(:, :, coarse%offset(g) + self%slot_group(k)))
+                  call scale_rows(preconditioner%scale(:, :, i), product)
+                  call pack_transposed(product, self%forces(:, self%slot_force(k)))
+               end associate
+               if (self%slot_later(k) == 0) cycle
+               call scale_rows(preconditioner%scale(:, :, i), later(:, :, k - self%slot_start(i) + 1))
+               call pack_block(later(:, :, k - self%slot_start(i) + 1), self%later(:, self%slot_later(k)))
+            end do
+            call pack_own(preconditioner%scale(:, :, i), self%arm(:, i), self%own(:, i))
+         end do
+      end associate
+   end subroutine multiply_group
+
+   !> Row i of K Z, and of its part with blocks of later places, one block for each group that it touches.
+   subroutine multiply_row(self, matrix, graph, order, i, all_of, later)
+      class(deflation_type), intent(in) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      type(graph_type), intent(in) :: graph
+      type(chunk_order_type), intent(in) :: order
+      integer, intent(in) :: i
+      real(wp), intent(inout) :: all_of(6, 6, *), later(6, 6, *)   !! one for each slot
+      real(wp) :: b(6, 6)
+      integer :: block, j, k, s
+      s = self%slot_start(i + 1) - self%slot_start(i)
+      later(:, :, 1:s) = 0
+      all_of(:, :, 2:s) = 0
+      block = order%block(i)
+      all_of(:, :, 1) = matrix%values(:, :, matrix%row_start(block))
+      call times_modes(all_of(:, :, 1), self%arm(:, i))
+      do k = graph%start(block), graph%start(block + 1) - 1
+         j = order%place(graph%neighbour(k))
+         call take(matrix, merge(graph%place(k), -graph%place(k), graph%neighbour(k) > block), b)
+         call times_modes(b, self%arm(:, j))
+         s = 1
+         do while (self%slot_group(self%slot_start(i) + s - 1) /= self%group(j))
+            s = s + 1
+         end do
+         all_of(:, :, s) = all_of(:, :, s) + b
+         if (j > i) later(:, :, s) = later(:, :, s) + b
+      end do
+   end subroutine multiply_row
+
+   !> a := a R: R is the motion of a block for rigid motion and strain of its group about a point at -arm.
+   pure subroutine times_modes(a, arm)
+      real(wp), intent(inout) :: a(6, 6)
+      real(wp), intent(in) :: arm(2)
+      a(:, 3) = a(:, 3) + (arm(1)*a(:, 2) - arm(2)*a(:, 1))
+      a(:, 4) = a(:, 4) + arm(1)*a(:, 1)
+      a(:, 5) = a(:, 5) + arm(2)*a(:, 2)
+      a(:, 6) = a(:, 6) + 0.5_wp*(arm(2)*a(:, 1) + arm(1)*a(:, 2))
+   end subroutine times_modes
+
+   !> c := c + R^T a.
+   pure subroutine add_from_left(a, arm, c)
+      real(wp), intent(in) :: a(6, 6), arm(2)
+      real(wp), intent(inout) :: c(6, 6)
+      integer :: j
+      do j = 1, 6
+         c(1:2, j) = c(1:2, j) + a(1:2, j)
+         c(3, j) = c(3, j) + (a(3, j) + (arm(1)*a(2, j) - arm(2)*a(1, j)))
+         c(4, j) = c(4, j) + (a(4, j) + arm(1)*a(1, j))
+         c(5, j) = c(5, j) + (a(5, j) + arm(2)*a(2, j))
+         c(6, j) = c(6, j) + (a(6, j) + 0.5_wp*(arm(2)*a(1, j) + arm(1)*a(2, j)))
+      end do
+   end subroutine add_from_left
+
+   !> G^T R of a block.
+   pure subroutine pack_own(scale, arm, packed)
+      real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
+      real(wp), intent(in) :: arm(2)
+      real(sp), intent(out) :: packed(36)
+      real(wp) :: l(6, 6), g(6, 6)
+      integer :: j
+      l = scale
+      do j = 1, 6
+         l(j, j) = 1/l(j, j)
+      end do
+      call invert_lower(l, g)
+      g = transpose(g)
+      call times_modes(g, arm)
+      call pack_block(g, packed)
+   end subroutine pack_own
+
+   !> Load of a group by forces on its blocks, Z^T r times a weight.
+   pure subroutine restrict_residual(self, order, r, weight, g)
+      class(deflation_type), intent(inout) :: self
+      type(chunk_order_type), intent(in) :: order
+      real(wp), intent(in) :: r(:, :)     !! (6, n) by number of the block
+      real(wp), intent(in) :: weight
+      integer, intent(in) :: g
+      real(wp) :: b(6)
+      integer :: m
+      b = 0
+      do m = self%member_start(g), self%member_start(g + 1) - 1
+         associate (f => r(:, order%block(self%member(m))), arm => self%arm(:, self%member(m)))
+            b = b + (f + [0.0_wp, 0.0_wp, arm(1)*f(2) - arm(2)*f(1), arm(1)*f(1), arm(2)*f(2), &
+                          0.5_wp*(arm(2)*f(1) + arm(1)*f(2))])
+         end associate
+      end do
+      self%load(:, g) = weight*b
+   end subroutine restrict_residual
+
+   !> Load of a group by the motion s of all blocks, (K^ Z^)^T s.
+   pure subroutine restrict_sweep(self, s, g)
+      class(deflation_type), intent(inout) :: self
+      real(sp), intent(in) :: s(6, *)
+      integer, intent(in) :: g
+      real(sp) :: sums(4, 3)
+      sums = 0
+      call subtract_products(self%force_start(g), self%force_start(g + 1) - 1, self%force_row, self%forces, s, sums)
+      self%load(1:2, g) = -real(sums(1:2, 1) + sums(3:4, 1), wp)
+      self%load(3:4, g) = -real(sums(1:2, 2) + sums(3:4, 2), wp)
+      self%load(5:6, g) = -real(sums(1:2, 3) + sums(3:4, 3), wp)
+   end subroutine restrict_sweep
+
+   !> Solve for the coarse unknowns of the loads; a := sign times them.
+   pure subroutine solve_coarse(self, sign)
+      class(deflation_type), intent(inout) :: self
+      real(wp), intent(in) :: sign
+      call self%factor%solve(self%load)
+      self%a = real(sign*self%load, sp)
+   end subroutine solve_coarse
+
+end module rockdda_linear_deflation
