@@ -46,6 +46,7 @@ module rockdda_interaction_contacts
       procedure :: keep
       procedure :: shorten
       procedure :: lawful_forces
+      procedure :: lawful_forces_of
       procedure :: measure_placement
       procedure :: judge
       procedure :: take_back
@@ -227,6 +228,23 @@ contains
          force(:, self%first_link + c) = self%trial%factor(self%trial%start(c))*force(:, self%first_link + c)
       end do
    end subroutine lawful_forces
+
+   !> `lawful_forces` of runs of rows.
+   subroutine lawful_forces_of(self, runs, fraction, force)
+      class(contacts_type), intent(in) :: self
+      integer, intent(in) :: runs(:, :)                    !! (2, n) first and last row, at most a piece of them
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)
+      integer :: c, i
+      call self%trial%forces_of(runs, self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
+                                force(:, self%first_link + 1:self%first_link + self%table%n))
+      if (abs(self%settings%impact - 1) <= 0) return
+      do i = 1, size(runs, 2)
+         do c = runs(1, i), runs(2, i)
+            force(:, self%first_link + c) = self%trial%factor(c)*force(:, self%first_link + c)
+         end do
+      end do
+   end subroutine lawful_forces_of
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
    subroutine measure_placement(self, context, equations)

@@ -253,14 +253,21 @@ contains
       end do
    end subroutine shorten
 
-   !> Forces that all links would have at such a motion if they followed their laws there.
-   subroutine lawful_forces(self, fraction, force)
+   !> Forces that all links would have at such a motion if they followed their laws there, or, of contacts, those of
+   !> some runs of rows.
+   subroutine lawful_forces(self, fraction, force, runs)
       class(families_type), intent(in), target :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)   !! (2, >= links)
+      integer, intent(in), optional :: runs(:, :)          !! (2, n) first and last row, at most a piece of them
       class(interaction_type), pointer :: item
-      integer :: i
-      do i = 1, self%count()
+      integer :: i, first
+      first = 1
+      if (present(runs)) then
+         call self%contacts%lawful_forces_of(runs, fraction, force)
+         first = 2
+      end if
+      do i = first, self%count()
          item => self%family(i)
          call item%lawful_forces(fraction, force)
       end do

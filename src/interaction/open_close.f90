@@ -50,6 +50,7 @@ module rockdda_interaction_open_close
       procedure :: foresee
       procedure :: count_unsettled
       procedure :: forces_between
+      procedure :: forces_of
       procedure :: friction_limit
       procedure :: find_ends
       procedure :: gap_at_end
@@ -390,6 +391,25 @@ contains
       end do
       !$omp end parallel do
    end subroutine forces_between
+
+   !> `forces_between` of runs of rows that do not overlap.
+   subroutine forces_of(self, runs, table, laws, settings, a, gap, slip, force)
+      class(open_close_type), intent(in) :: self
+      integer, intent(in) :: runs(:, :)               !! (2, n) first and last row, at most a piece of them
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: a
+      real(wp), intent(in), contiguous :: gap(:), slip(:)
+      real(wp), intent(inout), contiguous :: force(:, :)
+      integer :: i
+      !$omp parallel do default(none) private(i) schedule(static) if (table%n > 8*parallel_contacts) &
+      !$omp shared(self, runs, table, laws, settings, a, gap, slip, force)
+      do i = 1, size(runs, 2)
+         call find_forces(runs(1, i), runs(2, i), self, table, laws, settings, a, gap, slip, force)
+      end do
+      !$omp end parallel do
+   end subroutine forces_of
 
    !> `forces_between` for some of the rows, with its arguments.
    pure subroutine find_forces(first, last, self, table, laws, settings, a, gap, slip, force)

@@ -32,6 +32,7 @@ module rockdda_linear_block_norm
       procedure :: factorize_diagonal
       procedure :: factorize_blocks
       procedure :: norm
+      procedure :: norm_of_part
       procedure :: norm_of_sums
       procedure :: chunk_square
    end type block_norm_type
@@ -129,6 +130,22 @@ contains
       norm = self%norm_of_sums()
    end function norm
 
+   !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
+   pure real(wp) function norm_of_part(self, v, group, stride) result(norm)
+      class(block_norm_type), intent(in) :: self
+      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
+      integer, intent(in) :: group, stride
+      real(wp) :: total
+      integer :: first, i
+      total = 0
+      do first = 1, size(v, 2), stride
+         do i = first, min(first + group - 1, size(v, 2))
+            total = total + square(self%factor(:, i), v(:, i))
+         end do
+      end do
+      norm = sqrt(total)
+   end function norm_of_part
+
    !> The norm from the squares of all chunks in `partial`.
    pure real(wp) function norm_of_sums(self)
       class(block_norm_type), intent(in) :: self
@@ -140,14 +157,20 @@ contains
       class(block_norm_type), intent(in) :: self
       integer, intent(in) :: c                      !! chunk
       real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      real(wp) :: b(6)
       integer :: i
       total = 0
       do i = self%first(c), self%first(c + 1) - 1
-         b = v(:, i)
-         call solve_packed(self%factor(:, i), b)
-         total = total + dot_product(b, b)
+         total = total + square(self%factor(:, i), v(:, i))
       end do
    end function chunk_square
+
+   !> r^T D^-1 r of one block.
+   pure real(wp) function square(factor, r)
+      real(wp), intent(in) :: factor(n_packed), r(6)
+      real(wp) :: b(6)
+      b = r
+      call solve_packed(factor, b)
+      square = dot_product(b, b)
+   end function square
 
 end module rockdda_linear_block_norm

@@ -11,7 +11,8 @@
 !> to the best of a falling sequence of fractions.
 !>
 !> |R|^2 is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness
-!> (rockdda_linear_block_norm). No solve is needed for it.
+!> (rockdda_linear_block_norm). No solve is needed for it. Whether it is below a share of another one is mostly clear
+!> from a few of the blocks of that: their part of the sum is a lower bound.
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
@@ -29,6 +30,11 @@ module rockdda_stepping_line_search
    real(wp), parameter :: shorter = 0.6_wp
    integer, parameter :: most_trials = 12
 
+   !> A lower bound of |R| is found from the first `group` of each `stride` blocks; rounding of sums is less than the
+   !> share `margin`.
+   integer, parameter :: group = 8, stride = 64
+   real(wp), parameter :: margin = 1.0e-9_wp
+
    !> The motion that the last round ended with, and scratch.
    type :: line_search_type
       private
@@ -36,13 +42,15 @@ module rockdda_stepping_line_search
       type(block_norm_type) :: weights              !! K_ii
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
+      integer, allocatable :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
    contains
       procedure :: keep
       procedure :: search
-      procedure :: compare
+      procedure :: is_better
       procedure :: find_norm
       procedure :: go_back
       procedure, private :: measure
+      procedure, private :: measure_part
    end type line_search_type
 
 contains
@@ -72,8 +80,9 @@ contains
       call make_room(self, equations)
       call self%weights%factorize_diagonal(equations%matrix, bad)
       if (bad > 0) return
-      at_start = self%measure(0.0_wp, families, equations)
       least = self%measure(1.0_wp, families, equations)
+      if (least <= enough*self%measure_part(0.0_wp, families, equations)) return
+      at_start = self%measure(0.0_wp, families, equations)
       if (least <= enough*at_start) return
       if (least <= negligible*norm_of_loads(self, equations)) return
       a = 1
@@ -92,16 +101,16 @@ contains
       call families%shorten(fraction)
    end subroutine search
 
-   !> |R| at the present motion, over that at the motion that was kept. There need not be a matrix yet: blocks are
-   !> weighed with their own terms.
-   subroutine compare(self, families, equations, ratio)
+   !> Is |R| at the present motion below a share of that at the motion that was kept? There need not be a matrix yet:
+   !> blocks are weighed with their own terms.
+   logical function is_better(self, families, equations, share)
       class(line_search_type), intent(inout) :: self
       type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
-      real(wp), intent(out) :: ratio                       !! huge where there is none
+      real(wp), intent(in) :: share
       real(wp) :: kept, present
       integer :: bad
-      ratio = huge(1.0_wp)
+      is_better = .false.
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
       if (allocated(equations%block_of)) then
@@ -110,10 +119,12 @@ contains
          call self%weights%factorize_blocks(equations%block_matrix, bad)
       end if
       if (bad > 0) return
-      kept = self%measure(0.0_wp, families, equations)
       present = self%measure(1.0_wp, families, equations)
-      if (kept > 0) ratio = present/kept
-   end subroutine compare
+      is_better = present < share*self%measure_part(0.0_wp, families, equations)
+      if (is_better) return
+      kept = self%measure(0.0_wp, families, equations)
+      if (kept > 0) is_better = present/kept < share
+   end function is_better
 
    !> |R| at the present motion; a motion must have been kept.
    subroutine find_norm(self, families, equations, norm)
@@ -155,6 +166,76 @@ contains
       !$omp end parallel do
       measure = self%weights%norm(self%r)
    end function measure
+
+   !> Lower bound of |R| at the fraction a of the way, by a few of the blocks.
+   real(wp) function measure_part(self, a, families, equations) result(least)
+      class(line_search_type), intent(inout) :: self
+      real(wp), intent(in) :: a
+      type(families_type), intent(in) :: families
+      type(equations_type), intent(in) :: equations
+      integer :: first, i, k, n
+      call list_contacts(self%runs, families%contacts%first_link, families%contacts%table%n, equations, n)
+      call families%lawful_forces(a, self%force, self%runs(:, 1:n))
+      !$omp parallel do default(none) private(first, i, k) shared(self, a, equations) schedule(static) &
+      !$omp if (equations%n_rows() > 8*parallel_blocks)
+      do first = 1, equations%n_rows(), stride
+         do k = first, min(first + group - 1, equations%n_rows())
+            i = k
+            if (allocated(equations%block_of)) i = equations%block_of(k)
+            call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, k))
+         end do
+      end do
+      !$omp end parallel do
+      least = (1 - margin)*self%weights%norm_of_part(self%r, group, stride)
+   end function measure_part
+
+   !> Contacts of these blocks, each once, as runs of rows.
+   pure subroutine list_contacts(runs, first_link, n_contacts, equations, n)
+      integer, allocatable, intent(inout) :: runs(:, :)   !! (2, >= n)
+      integer, intent(in) :: first_link, n_contacts       !! contact c is the link first_link + c
+      type(equations_type), intent(in) :: equations
+      integer, intent(out) :: n
+      integer :: c, first, i, k, l
+      if (allocated(runs)) then
+         if (size(runs, 2) < n_contacts + 1) deallocate (runs)
+      end if
+      if (.not. allocated(runs)) allocate (runs(2, n_contacts + n_contacts/4 + 1))
+      n = 0
+      do first = 1, equations%n_rows(), stride
+         do k = first, min(first + group - 1, equations%n_rows())
+            i = k
+            if (allocated(equations%block_of)) i = equations%block_of(k)
+            do l = equations%start(i) + 1, equations%start(i + 1)
+               c = abs(equations%incident(l)) - first_link
+               if (c < 1 .or. c > n_contacts) cycle
+               ! as its second block: unless it is listed at the first one
+               if (equations%incident(l) < 0) then
+                  if (is_listed(equations%pair(1, first_link + c))) cycle
+               end if
+               if (n > 0) then
+                  if (runs(2, n) == c - 1 .and. c - runs(1, n) < piece) then
+                     runs(2, n) = c
+                     cycle
+                  end if
+               end if
+               n = n + 1
+               runs(:, n) = c
+            end do
+         end do
+      end do
+
+   contains
+
+      !> Is it the number of a block whose contacts are listed?
+      pure logical function is_listed(block)
+         integer, intent(in) :: block
+         integer :: row
+         row = block
+         if (allocated(equations%row_of) .and. block > 0) row = equations%row_of(block)
+         is_listed = row > 0 .and. mod(row - 1, stride) < group
+      end function is_listed
+
+   end subroutine list_contacts
 
    !> |f| of the magnitudes of all loads.
    real(wp) function norm_of_loads(self, equations) result(norm)

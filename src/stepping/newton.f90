@@ -291,16 +291,16 @@ contains
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       type(phase_times_type), intent(inout) :: times
-      real(wp) :: ratio
-      ratio = 0
+      logical :: is_good
+      is_good = .true.
       call families%predict(equations)
       if (self%may_predict) then
          call self%line%keep(families, equations)
          equations%x = 2*context%dt*context%state%velocity - equations%x
          call families%predict(equations)
-         call self%line%compare(families, equations, ratio)
+         is_good = self%line%is_better(families, equations, good_prediction)
       end if
-      if (ratio < good_prediction) then
+      if (is_good) then
          call families%contacts%foresee()
       else
          call self%line%go_back(equations)
