@@ -170,8 +170,9 @@ contains
 
    !> Take away what closed contacts hold. Less than `least` waits until it has become more.
    pure subroutine keep_contacts(of_blocks, context, table, least)
-      real(wp), intent(inout), contiguous :: of_blocks(:, :)
       type(step_context_type), intent(in) :: context
+      ! of constant shape: the place of a column is worked out many times
+      real(wp), intent(inout) :: of_blocks(n_rows, context%blocks%n_blocks)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: least                        !! [length]
       real(wp) :: line(3, 2), weight(3, 2), arms(2, 2), along(2), give(2)
@@ -181,25 +182,27 @@ contains
       do c = 1, table%n
          if (table%state(c) == contact_state%open .or. table%tied(c)) cycle
          pair = [table%block_a(c), table%block_b(c)]
-         give(1) = of_blocks(at_give, pair(1))
-         give(2) = of_blocks(at_give, pair(2))
-         if (.not. sum(give) > 0) cycle
-         do k = 1, 2
-            arms(:, k) = (table%point(:, c) - context%state%centroid(:, pair(k)))*of_blocks(at_inertia, pair(k))
-         end do
-         line = lines(arms, table%normal(:, c))
-         along = [difference(of_blocks, pair, at_drift, line), difference(of_blocks, pair, at_sum, line)]
-         if (turn_of_q .or. max(context%dt*abs(along(1)), abs(along(2))) > least) then
-            weight = weights(give, line)
-            call take_away(of_blocks, pair, at_drift, along(1), weight)
-            call take_away(of_blocks, pair, at_sum, along(2), weight)
-            if (turn_of_q) call level_q(of_blocks, pair, line, weight)
-         end if
-         if (table%state(c) /= contact_state%locked) cycle
-         line = lines(arms, [-table%normal(2, c), table%normal(1, c)])
-         along(2) = difference(of_blocks, pair, at_sum, line)
-         if (abs(along(2)) > least) call take_away(of_blocks, pair, at_sum, along(2), &
-                                                   weights(give, line))
+         associate (a => of_blocks(:, pair(1)), b => of_blocks(:, pair(2)), drift => at_drift + 1, total => at_sum + 1)
+            give = [a(at_give), b(at_give)]
+            if (.not. sum(give) > 0) cycle
+            do k = 1, 2
+               arms(:, k) = (table%point(:, c) - context%state%centroid(:, pair(k)))*of_blocks(at_inertia, pair(k))
+            end do
+            line = lines(arms, table%normal(:, c))
+            along = [difference(a(drift:drift + 2), b(drift:drift + 2), line), &
+                     difference(a(total:total + 2), b(total:total + 2), line)]
+            if (turn_of_q .or. max(context%dt*abs(along(1)), abs(along(2))) > least) then
+               weight = weights(give, line)
+               call take_away(a(drift:drift + 2), b(drift:drift + 2), along(1), weight)
+               call take_away(a(total:total + 2), b(total:total + 2), along(2), weight)
+               if (turn_of_q) call level_q(of_blocks, pair, line, weight)
+            end if
+            if (table%state(c) /= contact_state%locked) cycle
+            line = lines(arms, [-table%normal(2, c), table%normal(1, c)])
+            along(2) = difference(a(total:total + 2), b(total:total + 2), line)
+            if (abs(along(2)) > least) call take_away(a(total:total + 2), b(total:total + 2), along(2), &
+                                                      weights(give, line))
+         end associate
       end do
    end subroutine keep_contacts
 
@@ -225,23 +228,19 @@ contains
       weight(:, 2) = (impulse*give(2))*line(:, 2)
    end function weights
 
-   !> By how much the vectors at `at` of two blocks differ along a line.
-   pure real(wp) function difference(of_blocks, pair, at, line)
-      real(wp), intent(in), contiguous :: of_blocks(:, :)
-      integer, intent(in) :: pair(2), at
+   !> By how much the vectors a and b of two blocks differ along a line.
+   pure real(wp) function difference(a, b, line)
+      real(wp), intent(in) :: a(3), b(3)
       real(wp), intent(in) :: line(3, 2)
-      associate (a => of_blocks(at + 1:at + 3, pair(1)), b => of_blocks(at + 1:at + 3, pair(2)))
-         difference = line(1, 1)*(a(1) - b(1)) + line(2, 1)*(a(2) - b(2)) + line(3, 1)*a(3) + line(3, 2)*b(3)
-      end associate
+      difference = line(1, 1)*(a(1) - b(1)) + line(2, 1)*(a(2) - b(2)) + line(3, 1)*a(3) + line(3, 2)*b(3)
    end function difference
 
    !> Take that away.
-   pure subroutine take_away(of_blocks, pair, at, along, weight)
-      real(wp), intent(inout), contiguous :: of_blocks(:, :)
-      integer, intent(in) :: pair(2), at
+   pure subroutine take_away(a, b, along, weight)
+      real(wp), intent(inout) :: a(3), b(3)
       real(wp), intent(in) :: along, weight(3, 2)
-      of_blocks(at + 1:at + 3, pair(1)) = of_blocks(at + 1:at + 3, pair(1)) - along*weight(:, 1)
-      of_blocks(at + 1:at + 3, pair(2)) = of_blocks(at + 1:at + 3, pair(2)) - along*weight(:, 2)
+      a = a - along*weight(:, 1)
+      b = b - along*weight(:, 2)
    end subroutine take_away
 
    !> Reduce the larger Q of two blocks along a line to the mean of both by mass. The smaller one stays, so that no Q
