@@ -133,8 +133,8 @@ contains
          c = self%friction%rows(i)
          l = self%first_link + c
          call equations%set_link(l, equations%stiffness(:, l), &
-                                 [equations%force(1, l), -self%trial%factor(self%trial%start(c))*self%trial%joint(c)%slip_sign* &
-                                  self%trial%joint(c)%friction])
+                                 [equations%force(1, l), -self%trial%factor(self%trial%start(c))* &
+                                  self%trial%joint(c)%slip_sign*self%trial%joint(c)%friction])
       end do
       !$omp end parallel do
    end subroutine add_friction
@@ -146,8 +146,8 @@ contains
       integer :: c
       !$omp parallel do default(none) shared(self, equations) private(c) if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, self%first_link + c, &
-                              self%trial%gap(c), self%trial%slip(c))
+         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, &
+                              self%first_link + c, self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
    end subroutine predict
@@ -160,8 +160,8 @@ contains
       !$omp parallel do default(none) shared(self, equations) private(c, i) if (self%friction%n > parallel_contacts)
       do i = 1, self%friction%n
          c = self%friction%rows(i)
-         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, self%first_link + c, &
-                              self%trial%gap(c), self%trial%slip(c))
+         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, &
+                              self%first_link + c, self%trial%gap(c), self%trial%slip(c))
       end do
       !$omp end parallel do
    end subroutine predict_sliding
@@ -236,8 +236,8 @@ contains
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
       integer :: c, i
-      call self%trial%forces_of(runs, self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
-                                force(:, self%first_link + 1:self%first_link + self%table%n))
+      call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
+                                     force(:, self%first_link + 1:self%first_link + self%table%n), runs)
       if (abs(self%settings%impact - 1) <= 0) return
       do i = 1, size(runs, 2)
          do c = runs(1, i), runs(2, i)

@@ -30,7 +30,7 @@ module rockdda_interaction_open_close
       type(joint_type), allocatable :: joint(:) !! memory with trial state, slip direction, friction force and bond
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
-      integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial state)
+      integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial's)
       integer(i1), allocatable :: sign_used(:)    !! slip direction in the last solve
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       logical(l1), allocatable :: bonded_used(:)  !! bond of the last solve
@@ -50,7 +50,6 @@ module rockdda_interaction_open_close
       procedure :: foresee
       procedure :: count_unsettled
       procedure :: forces_between
-      procedure :: forces_of
       procedure :: friction_limit
       procedure :: find_ends
       procedure :: gap_at_end
@@ -373,9 +372,9 @@ contains
       end do
    end subroutine count_unsettled
 
-   !> Forces that all contacts would have at the fraction a of the way from a motion to the present one if they followed
-   !> their laws there, whatever their trial states.
-   subroutine forces_between(self, table, laws, settings, a, gap, slip, force)
+   !> Forces that all contacts, or runs of them, would have at the fraction a of the way from a motion to the present
+   !> one if they followed their laws there, whatever their trial states.
+   subroutine forces_between(self, table, laws, settings, a, gap, slip, force, runs)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
@@ -383,33 +382,19 @@ contains
       real(wp), intent(in) :: a
       real(wp), intent(in), contiguous :: gap(:), slip(:)     !! (>= contacts) of the motion at a = 0 [length]
       real(wp), intent(inout), contiguous :: force(:, :)      !! (2, >= contacts) along the lines of the links
-      integer :: p
-      !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(self, table, laws, settings, a, gap, slip, force)
-      do p = 1, n_pieces(table%n)
-         call find_forces((p - 1)*piece + 1, min(p*piece, table%n), self, table, laws, settings, a, gap, slip, force)
+      integer, intent(in), optional :: runs(:, :)             !! (2, n) first and last row, at most a piece of them
+      integer :: n, p, run(2)
+      n = n_pieces(table%n)
+      if (present(runs)) n = size(runs, 2)
+      !$omp parallel do default(none) private(p, run) schedule(static) if (table%n > parallel_contacts) &
+      !$omp shared(self, table, laws, settings, a, gap, slip, force, runs, n)
+      do p = 1, n
+         run = [(p - 1)*piece + 1, min(p*piece, table%n)]
+         if (present(runs)) run = runs(:, p)
+         call find_forces(run(1), run(2), self, table, laws, settings, a, gap, slip, force)
       end do
       !$omp end parallel do
    end subroutine forces_between
-
-   !> `forces_between` of runs of rows that do not overlap.
-   subroutine forces_of(self, runs, table, laws, settings, a, gap, slip, force)
-      class(open_close_type), intent(in) :: self
-      integer, intent(in) :: runs(:, :)               !! (2, n) first and last row, at most a piece of them
-      type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)
-      type(joint_settings_type), intent(in) :: settings
-      real(wp), intent(in) :: a
-      real(wp), intent(in), contiguous :: gap(:), slip(:)
-      real(wp), intent(inout), contiguous :: force(:, :)
-      integer :: i
-      !$omp parallel do default(none) private(i) schedule(static) if (table%n > 8*parallel_contacts) &
-      !$omp shared(self, runs, table, laws, settings, a, gap, slip, force)
-      do i = 1, size(runs, 2)
-         call find_forces(runs(1, i), runs(2, i), self, table, laws, settings, a, gap, slip, force)
-      end do
-      !$omp end parallel do
-   end subroutine forces_of
 
    !> `forces_between` for some of the rows, with its arguments.
    pure subroutine find_forces(first, last, self, table, laws, settings, a, gap, slip, force)
