@@ -7,8 +7,8 @@ module rockdda_io_hdf5_file
       H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_SCOPE_GLOBAL_F, &
       H5F_CLOSE_STRONG_F, H5P_FILE_ACCESS_F, H5P_DEFAULT_F, H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_STRING, &
       h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
-      h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5screate_f, h5screate_simple_f, &
-      h5tcopy_f, h5tset_cset_f
+      h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
+      h5screate_f, h5screate_simple_f, h5tcopy_f, h5tset_cset_f
    use rockdda_base_kinds, only : i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
@@ -19,6 +19,9 @@ module rockdda_io_hdf5_file
    implicit none
    private
    public :: hdf5_handle_type, hdf5_version, new_space, new_text_type, new_fixed_text_type, take_text
+
+   !> Cache of each dataset: chunks (a prime number), bytes.
+   integer(size_t), parameter :: cached_chunks = 11, cached_bytes = 1048576
 
    type :: hdf5_handle_type
       character(len=:), allocatable :: path
@@ -257,7 +260,8 @@ contains
    end subroutine new_fixed_text_type
 
    !> Start the library and make the access properties of every file: no file locking (readers may read while a run
-   !> writes; rockdda_io_output_lock excludes a second run), all objects closed with the file.
+   !> writes; rockdda_io_output_lock excludes a second run), all objects closed with the file, a small cache for each
+   !> dataset (tables grow chunk by chunk, and each opening clears the index of its cache).
    subroutine start_library(in_commits, access, status)
       logical, intent(in) :: in_commits
       integer(hid_t), intent(out) :: access
@@ -267,6 +271,7 @@ contains
       if (status == 0) call h5eset_auto_f(0, status)
       if (status == 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
       if (status == 0) call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+      if (status == 0) call h5pset_cache_f(access, 0, cached_chunks, cached_bytes, 0.75, status)
       if (status == 0 .and. in_commits) then
          call use_driver(int(access, i8), status)
       else if (status == 0) then
