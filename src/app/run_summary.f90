@@ -9,7 +9,7 @@ module rockdda_app_run_summary
    use rockdda_model_stage_options, only : stage_name
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_run_outcome, only : done_share
+   use rockdda_run_outcome, only : done_share, share_after_strikes
    use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
@@ -64,6 +64,8 @@ contains
       call json%put('done_share', done_share(run%sim))
       call json%put('unbalanced', run%sim%record%unbalanced)
       call json%put('time_error', run%sim%record%time_error)
+      call json%put('struck_blocks', run%sim%control%strikes%count_struck())
+      call json%put('motion_after_strikes', share_after_strikes(run%sim))
       call json%put('stage', stage_name(run%sim%parameters%stages, run%sim%record%stage + 1))
       call json%open('{', 'cuts')
       do i = 1, n_cut_reasons

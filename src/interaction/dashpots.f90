@@ -18,7 +18,7 @@ module rockdda_interaction_dashpots
    use rockdda_interaction_joint_law, only : joint_type
    implicit none
    private
-   public :: set_dashpots, dashpots_of, dashpot_coefficient
+   public :: set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
 
 contains
 

@@ -14,7 +14,7 @@ module rockdda_run_log
    use rockdda_io_timestamp, only : utc_now
    use rockdda_run_frame_plan, only : frame_plan_type
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text
+   use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text, strikes_text
    implicit none
    private
    public :: run_log_type
@@ -137,8 +137,8 @@ contains
       planned = 'none, the stages decide'
       if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
       if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
-      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim)// &
-                                                                              ', impacts not counted', error)
+      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
+      if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
    end subroutine write_outcome
 
 end module rockdda_run_log

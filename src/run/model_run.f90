@@ -26,7 +26,7 @@ module rockdda_run_model_run
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
-      time_error_warning, overlaps_warning
+      time_error_warning, strikes_warning, overlaps_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -308,7 +308,6 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error   !! of the run so far
       type(error_type), allocatable :: output_error, no_checkpoint
-      character(len=:), allocatable :: short
       logical :: wanted
 
       if (allocated(self%warning)) deallocate (self%warning)
@@ -319,18 +318,10 @@ contains
       if (.not. allocated(output_error) .and. self%log%last_step /= self%sim%state%step .and. &
           self%sim%state%step > 0) call self%log%write_step(self%sim, output_error)
       call keep_first(output_error)
-      short = ''
-      if (self%reason == 'finished' .and. .not. allocated(error)) short = short_run_warning(self%sim)
-      if (len(short) > 0) call self%warn(short, output_error)
-      call keep_first(output_error)
-      short = ''
-      if (self%reason == 'finished' .and. .not. allocated(error)) short = skipped_stages_warning(self%sim, .true.)
-      if (len(short) > 0) call self%warn(short, output_error)
-      call keep_first(output_error)
-      short = ''
-      if (self%reason == 'finished' .and. .not. allocated(error)) short = time_error_warning(self%sim)
-      if (len(short) > 0) call self%warn(short, output_error)
-      call keep_first(output_error)
+      call warn_of(short_run_warning(self%sim))
+      call warn_of(skipped_stages_warning(self%sim, .true.))
+      call warn_of(time_error_warning(self%sim))
+      call warn_of(strikes_warning(self%sim))
       call self%log%write_outcome(self%sim, output_error)
       call keep_first(output_error)
       call self%results%close(self%reason == 'finished', self%reason, output_error, self%sim%planned_time())
@@ -338,6 +329,14 @@ contains
       call keep_first(no_checkpoint)
 
    contains
+
+      !> Warn at the end of a run that has finished.
+      subroutine warn_of(text)
+         character(len=*), intent(in) :: text   !! '': of nothing
+         if (self%reason /= 'finished' .or. allocated(error) .or. len(text) == 0) return
+         call self%warn(text, output_error)
+         call keep_first(output_error)
+      end subroutine warn_of
 
       !> Keep the first failure.
       subroutine keep_first(other)

@@ -10,12 +10,16 @@ module rockdda_run_outcome
    implicit none
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
-   public :: time_error_text, time_error_warning, overlaps_warning
+   public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
+   public :: overlaps_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
    !> Warn of an estimated error in time above this share of the largest displacement.
    real(wp), parameter :: much_error = 0.05_wp
+   !> Warn of motion after strikes of this many blocks, and above this share of the largest displacement.
+   integer, parameter :: many_struck = 5
+   real(wp), parameter :: much_after = 0.1_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
                                                               'contacts did not settle', &
@@ -128,6 +132,36 @@ contains
       if (sim%record%time_error > much_error) text = 'the answer may depend on the time step: '// &
                                                      time_error_text(sim)//'; compare with half of dt_max'
    end function time_error_warning
+
+   !> Largest displacement of a block after it struck another one, over the largest displacement.
+   pure real(wp) function share_after_strikes(sim) result(share)
+      type(simulation_type), intent(in) :: sim
+      share = 0
+      if (sim%control%time_error%largest > 0) share = sim%control%strikes%way_after(sim%state)/ &
+                                                      sim%control%time_error%largest
+   end function share_after_strikes
+
+   !> Blocks that struck others, and how far they moved on; '' without. The estimated error leaves it out.
+   pure function strikes_text(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      integer :: n
+      text = ''
+      n = sim%control%strikes%count_struck()
+      if (n > 0) text = counted(n, 'block')//' struck others and then moved by up to '// &
+                        to_string(share_after_strikes(sim), 2)//' of the largest displacement'
+   end function strikes_text
+
+   !> Warning about motion after many strikes, which depends on each step; '' otherwise.
+   pure function strikes_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (sim%control%strikes%count_struck() < many_struck) return
+      if (.not. share_after_strikes(sim) > much_after) return
+      text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
+             strikes_text(sim)//'; compare with half of dt_max'
+   end function strikes_warning
 
    !> Forces of the boundaries on the blocks, a line for each.
    function reactions_text(sim) result(text)

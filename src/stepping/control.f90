@@ -15,6 +15,7 @@ module rockdda_stepping_control
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
+   use rockdda_stepping_strikes, only : strikes_type
    use rockdda_stepping_time_error, only : time_error_type
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
@@ -81,6 +82,7 @@ module rockdda_stepping_control
       logical, allocatable :: released(:)   !! (nf) fixed points let go so far
       integer :: cuts(n_cut_reasons) = 0    !! steps cut so far, by reason
       type(time_error_type) :: time_error   !! of dynamic steps
+      type(strikes_type) :: strikes         !! of blocks on others in them
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
@@ -115,6 +117,7 @@ contains
       control%dt = parameters%dt_max
       allocate (control%released(n_fixed), source=.false.)
       call control%time_error%init()
+      call control%strikes%init()
       if (.not. is_given(parameters%base%stage)) return
       if (stage_number(parameters%stages, parameters%base%stage) > 1) control%motion_start = huge(1.0_wp)
    end subroutine new_step_control

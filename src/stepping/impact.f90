@@ -2,20 +2,17 @@
 !> The law of impact: the motion of a step in which contacts with a coefficient of restitution close.
 !>
 !> A contact that lasts less than a step rebounds with whatever the place of the impact within the step makes of it.
-!> Where
-!> contacts of joints with `restitution` e close in a step, their blocks therefore get a motion of their own (Newton's
-!> law,
-!> blocks rigid in the impact): the impulses of the springs of these contacts are taken back, the blocks go on freely
-!> until the gap closes, and there such impulses act that they leave each other at each contact with e times the normal
-!> speed at which they meet,
+!> Where contacts of joints with `restitution` e close in a step, their blocks therefore get a motion of their own
+!> (Newton's law, blocks rigid in the impact): the impulses of the springs of these contacts are taken back, the blocks
+!> go on freely until the gap closes, and there such impulses act that they leave each other at each contact with e
+!> times the normal speed at which they meet,
 !>
 !>     v+ = -e v-,    P >= 0,    |Q| <= mu P,
 !>
 !> P the normal and Q the shear impulse, which stops the slip or is limited by friction. Contacts that close together
-!> are
-!> solved for together (Gauss-Seidel). After the impact the blocks move on for the rest of the step; the contacts are
-!> open at its end. Blocks with two fixed points take part as immovable, blocks with one as turning about it. No set of
-!> impulses may give energy: they are scaled down to what the blocks had.
+!> are solved for together (Gauss-Seidel). After the impact the blocks move on for the rest of the step; the contacts
+!> are open at its end. Blocks with two fixed points take part as immovable, blocks with one as turning about it. No set
+!> of impulses may give energy: they are scaled down to what the blocks had.
 !>
 !> Springs decide where loads change the velocity in a step by half the speed of approach, so that the contact comes to
 !> rest, and where a block that is not held touches others in the step as well, or hangs on a bolt: their forces answer

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a run says at its end about energy that came from nowhere and about time that it did not compute."""
 
+import math
 import unittest
 from pathlib import Path
 
@@ -166,6 +167,56 @@ class ErrorInTime(ProgramTest):
         self.assertEqual(outcome.json["time_error"], errors[-1])
         # steps of g1/16 slide by 0.43 % more
         self.assertTrue(0.0025 < errors[-1] < 0.01, errors[-1])
+
+    def test_motion_after_strikes_is_warned_of(self):
+        """Five blocks fall on a slope of 30 degrees, from 0.3 above it, and slide on with 20 degrees of friction."""
+        way, height = math.radians(-30), 0.3
+
+        def turned(*corners):
+            turn = complex(math.cos(way), math.sin(way))
+            return [turn * complex(*corner) for corner in corners]
+
+        boxes = [turned((-2, -2), (60, -2), (60, 0), (-2, 0))]
+        for k in range(5):
+            x, y = 2.5 * k, height
+            boxes.append(turned((x, y), (x + 1, y), (x + 1, y + 0.5), (x, y + 0.5)))
+        lines = [
+            "rockdda-blocks 1",
+            "e0 0.001",
+            "blocks 6",
+            "vertices 24",
+            "fixed 2",
+            "loading 0",
+            "measured 0",
+            "bolts 0",
+        ]
+        for k, box in enumerate(boxes, start=1):
+            lines += [f"block {k} 1 4", *(f"{z.real!r} {z.imag!r} 1" for z in box)]
+        lines += ["fixed_points", *(f"{z.real!r} {z.imag!r} 1" for z in boxes[0][:2])]
+        self.write("hail.blk", "\n".join([*lines, "loading_points", "measured_points", "bolt_list", "end", ""]))
+        self.write(
+            "hail.nml",
+            "&model geometry = 'hail.blk' /\n"
+            "&block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /\n"
+            "&joint_material number = 1, friction = 20, normal_stiffness = 1e10 /\n&load gravity = 9.81 /\n"
+            "&stage name = 'fall', kind = 'dynamic', duration = 1 /\n",
+        )
+        outcome = self.run_program("run", "hail.nml", "--json")
+        self.assertEqual((outcome.code, outcome.json["warnings"], outcome.json["struck_blocks"]), (0, 1, 6))
+        # they fall freely to the slope, where the impulse across it comes with that of friction, and slide on
+        g, friction = 9.81, math.tan(math.radians(20))
+        fall = math.sqrt(2 * height / (g * math.cos(way)))
+        driving = g * (math.sin(-way) - friction * math.cos(way))
+        after = driving * fall * (1 - fall) + 0.5 * driving * (1 - fall) ** 2
+        whole = math.hypot(0.5 * g * math.sin(-way) * fall**2 + after, height)
+        # the strike is counted at the start of its step, a hundredth of the time away
+        self.assertAlmostEqual(outcome.json["motion_after_strikes"], after / whole, delta=0.04)
+        self.assertIn("where blocks end may depend on the time step", outcome.err)
+        self.assertIn("# 6 blocks struck others and then moved by up to", self.path("hail.log").read_text())
+        self.run_program("run", "hail.nml", "-o", "part.h5", "--steps", "40", "--threads", "2")
+        rest = self.run_program("resume", "part.ckpt.h5", "--t-end", "1", "--json").json
+        for name in ("struck_blocks", "motion_after_strikes"):
+            self.assertEqual(rest[name], outcome.json[name], name)
 
     def test_threads_and_a_stop_change_nothing(self):
         rows = []

@@ -119,6 +119,8 @@ contains
          call archive%item('error_relative', time_error%relative)
          call archive%item('error_of_blocks', time_error%of_blocks)
       end associate
+      call archive%item('strikes_fastest', control%strikes%fastest)
+      call archive%item('strikes_of_blocks', control%strikes%of_blocks)
    end subroutine exchange_control
 
    !> Save or load what stages build: blocks of their regions.

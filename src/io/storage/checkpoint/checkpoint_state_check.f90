@@ -110,6 +110,12 @@ contains
          if (check%passed()) call check%is_finite(reshape(time_error%of_blocks, [size(time_error%of_blocks)]), &
                                                   'error_of_blocks')
       end associate
+      associate (strikes => control%strikes)
+         call check%is_finite([strikes%fastest], 'strikes_fastest')
+         call check%has_shape(strikes%has_shape(blocks%n_blocks), 'strikes_of_blocks')
+         if (check%passed()) call check%is_finite(reshape(strikes%of_blocks, [size(strikes%of_blocks)]), &
+                                                  'strikes_of_blocks')
+      end associate
    end subroutine check_control
 
    !> Check energies.
