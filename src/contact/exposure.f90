@@ -25,7 +25,8 @@ module rockdda_contact_exposure
 
    type :: exposure_type
       real(wp) :: tolerance = 0                      !! of all edges [length]
-      real(wp), allocatable :: own(:)                !! (nv) and of those of its block, where it is larger [length]
+      real(wp), allocatable :: own(:)                !! (nv) and of those of its block, where it is larger [length];
+                                                     !! not allocated: nowhere
       logical, allocatable :: is_borne(:)            !! (nv) another block's edge lies against the edge
       real(wp), allocatable :: low(:), high(:)       !! (nv) stretch of the edge that is covered; low > high: none
    contains
@@ -47,10 +48,13 @@ contains
       integer, intent(in), optional :: block(:)    !! (nv) owner of each vertex
       self%tolerance = tolerance
       if (.not. allocated(self%is_borne)) then
-         allocate (self%is_borne(n_vertices), self%low(n_vertices), self%high(n_vertices), self%own(n_vertices))
+         allocate (self%is_borne(n_vertices), self%low(n_vertices), self%high(n_vertices))
       end if
-      self%own = 0
-      if (present(sunk) .and. present(block)) self%own = sunk(block)
+      if (present(sunk) .and. present(block)) then
+         self%own = sunk(block)
+      else if (allocated(self%own)) then
+         deallocate (self%own)
+      end if
       self%is_borne = .false.
       self%low = huge(1.0_wp)
       self%high = -huge(1.0_wp)
@@ -60,7 +64,8 @@ contains
    pure real(wp) function between(self, f, e)
       class(exposure_type), intent(in) :: self
       integer, intent(in) :: f, e
-      between = max(self%tolerance, self%own(f), self%own(e))
+      between = self%tolerance
+      if (allocated(self%own)) between = max(between, self%own(f), self%own(e))
    end function between
 
    !> Edges f and e face each other on an interval.

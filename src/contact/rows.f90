@@ -108,8 +108,8 @@ contains
       !$omp parallel do default(none) schedule(static) private(p) if (table%n > parallel_contacts) &
       !$omp shared(blocks, topology, outlines, vertices, limits, others, start, table)
       do p = 1, n_pieces(table%n)
-         call fill_rows((p - 1)*piece + 1, min(p*piece, table%n), blocks, topology, outlines, vertices, limits, others, &
-                        start, table)
+         call fill_rows((p - 1)*piece + 1, min(p*piece, table%n), blocks, topology, outlines, vertices, limits, &
+                        others, start, table)
       end do
       !$omp end parallel do
    end subroutine fill_table

@@ -28,6 +28,7 @@ module rockdda_interaction_context
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
       type(time_scheme_type) :: scheme          !! of its integration in time
+      ! with a scheme of second order
       real(wp), allocatable :: jump(:, :)       !! (6, nb) of velocities, by contacts that close in the step
       real(wp), allocatable :: turning(:, :)    !! (6, nb) loads that turn forces from mid-step to where they act
       real(wp) :: gravity = 1                   !! factor on all weights
@@ -118,8 +119,6 @@ contains
       if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks), &
                                                   self%moved(self%blocks%n_blocks), &
                                                   self%renewed(self%blocks%n_blocks))
-      if (.not. allocated(self%jump)) allocate (self%jump(6, self%blocks%n_blocks), &
-                                                self%turning(6, self%blocks%n_blocks), source=0.0_wp)
       self%renewed = .true.
    end subroutine renew_all
 

@@ -32,7 +32,7 @@
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
 !> otherwise change states for ever.
 module rockdda_interaction_joint_law
-   use rockdda_base_kinds, only : wp, i1
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, cohesion_at, &
@@ -71,11 +71,11 @@ module rockdda_interaction_joint_law
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
       real(wp) :: friction             !! friction force of the solve while sliding, >= 0
-      integer :: state                 !! contact_state%...
-      integer :: slip_sign             !! direction of the slip while sliding, +1/-1
-      logical :: bonded                !! has peak cohesion and tensile strength, not those without a bond
-      logical :: tied = .false.        !! intact rock: neither slides nor opens within a step
-      logical :: worn = .false.        !! has opened and closed again and again: friction alone in this attempt
+      integer(i1) :: state             !! contact_state%...
+      integer(i1) :: slip_sign         !! direction of the slip while sliding, +1/-1
+      logical(l1) :: bonded            !! has peak cohesion and tensile strength, not those without a bond
+      logical(l1) :: tied = .false.    !! intact rock: neither slides nor opens within a step
+      logical(l1) :: worn = .false.    !! has opened and closed again and again: friction alone in this attempt
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -127,7 +127,7 @@ contains
       if (joint%tied) then
          limit = huge(limit)
       else
-         limit = strength(law, settings, joint, -joint%k_n*gap, joint%bonded, slip)
+         limit = strength(law, settings, joint, -joint%k_n*gap, logical(joint%bonded), slip)
       end if
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
@@ -178,7 +178,7 @@ contains
          if (joint(c)%state /= contact_state%locked .or. joint(c)%tied) cycle
          if (.not. gap(c) <= settings%open_tolerance) cycle
          if (laws(law(c))%law /= contact_law%coulomb .or. .not. laws(law(c))%friction > 0) cycle
-         limit = coulomb_strength(laws(law(c)), joint(c), -joint(c)%k_n*gap(c), joint(c)%bonded)
+         limit = coulomb_strength(laws(law(c)), joint(c), -joint(c)%k_n*gap(c), logical(joint(c)%bonded))
          trial = elastic_shear(joint(c), slip(c))
          held(c) = abs(trial) <= limit + joint(c)%k_s*settings%round_off
          if (present(force)) force(:, c) = [-pressing_force(joint(c), gap(c)), trial]
@@ -208,7 +208,7 @@ contains
       if (state == contact_state%sliding) due = slip_sign*friction
       miss = abs(due - used)
       ! the normal spring came or went
-      if (min(state, joint%state) == contact_state%open) miss = miss + joint%k_n*abs(gap)
+      if (min(state, int(joint%state)) == contact_state%open) miss = miss + joint%k_n*abs(gap)
    end function miss_of_joint
 
    !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
@@ -234,7 +234,7 @@ contains
    !> slip direction and friction force are those of the solve, which the joint may have left since.
    pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
       type(joint_type), intent(in) :: joint
-      integer, intent(in) :: state, slip_sign
+      integer(i1), intent(in) :: state, slip_sign
       real(wp), intent(in) :: friction             !! [force]
       real(wp), intent(in) :: gap, slip            !! [length]
       type(joint_end_type), intent(out) :: last
@@ -263,7 +263,7 @@ contains
       integer :: c
       do c = 1, n
          if (state(c) /= contact_state%open) &
-            call end_joint(joint(c), int(state(c)), int(slip_sign(c)), friction(c), gap(c), slip(c), last(c))
+            call end_joint(joint(c), state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
       end do
    end subroutine end_joints
 
@@ -280,7 +280,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       opening_gap = settings%open_tolerance
-      opening_gap = opening_gap + tension_at(law, joint%total_slip, joint%bonded)*joint%tension_share* &
+      opening_gap = opening_gap + tension_at(law, joint%total_slip, logical(joint%bonded))*joint%tension_share* &
                     joint%length/joint%k_n
    end function opening_gap
 

@@ -198,8 +198,8 @@ contains
       type(open_close_type), intent(inout) :: self
       integer, intent(in) :: c
       associate (joint => self%joint(c))
-         self%state_used(c) = int(joint%state, i1)
-         self%sign_used(c) = int(joint%slip_sign, i1)
+         self%state_used(c) = joint%state
+         self%sign_used(c) = joint%slip_sign
          self%friction_used(c) = joint%friction
          self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
@@ -225,8 +225,8 @@ contains
       logical :: is_closed
       associate (joint => self%joint(c), friction_used => self%friction_used(c), sign_used => self%sign_used(c))
          old = joint%state
-         self%state_used(c) = int(old, i1)
-         sign_used = int(joint%slip_sign, i1)
+         self%state_used(c) = joint%state
+         sign_used = joint%slip_sign
          friction_used = joint%friction
          self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
@@ -277,8 +277,8 @@ contains
             end if
             if (self%changes(c) < huge(1_i2)) self%changes(c) = self%changes(c) + 1_i2
          end if
-         joint%state = new
-         joint%slip_sign = new_sign
+         joint%state = int(new, i1)
+         joint%slip_sign = int(new_sign, i1)
       end associate
    end subroutine judge_contact
 
@@ -328,8 +328,8 @@ contains
       joint%normal_drag = 0
       joint%drag = 0
       joint%friction = 0
-      joint%state = table%state(c)
-      joint%slip_sign = table%slip_sign(c)
+      joint%state = int(table%state(c), i1)
+      joint%slip_sign = int(table%slip_sign(c), i1)
       joint%bonded = table%bonded(c)
       joint%tied = table%tied(c)
       joint%worn = .false.

@@ -271,7 +271,7 @@ contains
          text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
                 to_string(table%block_b(c))//' at '//at(table%point(:, c) + state%datum)//': '// &
                 to_string(int(trial%changes(c)))// &
-                ' changes, now '//state_name(trial%joint(c)%state)//', gap '//to_string(trial%gap(c))// &
+                ' changes, now '//state_name(int(trial%joint(c)%state))//', gap '//to_string(trial%gap(c))// &
                 ', force residual '//to_string(trial%miss(c))
          thinnest = thinner(blocks, state, thinnest, table%block_a(c))
          thinnest = thinner(blocks, state, thinnest, table%block_b(c))

@@ -277,6 +277,8 @@ contains
       class(trial_step_type), intent(inout) :: self
       type(time_scheme_type) :: scheme
       call self%renew_all()
+      if (.not. allocated(self%jump)) allocate (self%jump(6, self%blocks%n_blocks), &
+                                                self%turning(6, self%blocks%n_blocks), source=0.0_wp)
       self%turning = 0
       scheme = self%scheme
       if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
