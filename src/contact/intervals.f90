@@ -21,7 +21,8 @@ module rockdda_contact_intervals
    use rockdda_contact_outlines, only : outlines_type, outward
    implicit none
    private
-public :: stretch_type, interval_type, station_type, measure_interval, station_of, station_share, is_facing, most_points
+   public :: stretch_type, interval_type, station_type
+   public :: measure_interval, station_of, station_share, is_facing, most_points
 
    !> Stations of an interval, at most.
    integer, parameter :: most_points = 5

@@ -83,14 +83,7 @@ contains
       if (same) return
       self%graph_id = graph_id
       self%centroid = centroid
-      block
-         character(8) :: w
-         integer :: gs, st
-         call get_environment_variable('GS', w, status=st)
-         gs = group_size
-         if (st == 0) read (w, *) gs
-         self%n_groups = max(1, min(max_groups, graph%n/gs))
-      end block
+      self%n_groups = max(1, min(max_groups, graph%n/group_size))
       allocate (group(graph%n), place(self%n_groups))
       call divide_by_place(centroid, self%n_groups, group)
       call order_groups(graph, group, self%n_groups, place)
