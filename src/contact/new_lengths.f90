@@ -1,12 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Joints that come to bear on more of their edges: springs that grow while they are compressed keep their energy.
 module rockdda_contact_new_lengths
-   use, intrinsic :: iso_fortran_env, only : int64
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_table, only : contact_table_type, contact_state
-!$ use omp_lib, only : omp_get_max_threads
    implicit none
    private
    public :: new_lengths_type, free_new_lengths
@@ -44,15 +42,14 @@ contains
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
       type(new_lengths_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer :: p, n_ranges
+      integer :: p, ends(2), ranges
       if (allocated(work%stored)) then
          if (size(work%stored, 2) < table%n) deallocate (work%stored)
       end if
       if (.not. allocated(work%stored)) allocate (work%stored(2, table%n + table%n/4))
       ! every range of edges adds up its own sums, in the order of the rows
-      n_ranges = 1
-!$    if (table%n > parallel_contacts) n_ranges = omp_get_max_threads()
-      !$omp parallel default(none) shared(previous, source, is_taken, pressed, work, table, n_ranges) private(p) &
+      ranges = n_ranges(table%n > parallel_contacts)
+      !$omp parallel default(none) shared(previous, source, is_taken, pressed, work, table, ranges) private(p, ends) &
       !$omp if (table%n > parallel_contacts)
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
@@ -60,9 +57,9 @@ contains
       end do
       !$omp end do
       !$omp do schedule(static)
-      do p = 1, n_ranges
-         associate (first => int((p - 1)*int(size(work%before), int64)/n_ranges) + 1, &
-                    last => int(p*int(size(work%before), int64)/n_ranges))
+      do p = 1, ranges
+         ends = range_of(p, ranges, size(work%before))
+         associate (first => ends(1), last => ends(2))
             call add_up(first, last, previous, is_taken, table, work%stored, work%before(first:last), &
                         work%now(first:last), work%gained(first:last), work%lost(first:last))
          end associate

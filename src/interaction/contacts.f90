@@ -5,7 +5,7 @@
 !> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
 module rockdda_interaction_contacts
    use rockdda_base_kinds, only : wp, i2
-   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -346,27 +346,42 @@ contains
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
+      integer :: p, ranges
+      ranges = n_ranges(self%table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(self, context, forces, ranges) private(p) schedule(static) if (ranges > 1)
+      do p = 1, ranges
+         call add_forces_to(range_of(p, ranges, context%blocks%n_blocks), self%table, context, forces)
+      end do
+      !$omp end parallel do
+   end subroutine add_forces
+
+   !> `add_forces` for a range of blocks.
+   pure subroutine add_forces_to(ends, table, context, forces)
+      integer, intent(in) :: ends(2)                 !! first and last block
+      type(contact_table_type), intent(in) :: table
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
       real(wp) :: force(2, piece), point(2, piece)
       integer :: a(piece), b(piece), c, k, p
-      associate (table => self%table)
-         do p = 1, n_pieces(table%n)
-            k = 0
-            do c = (p - 1)*piece + 1, min(p*piece, table%n)
-               if (table%state(c) == contact_state%open) cycle
-               k = k + 1
-               a(k) = table%block_a(c)
-               b(k) = table%block_b(c)
-               force(:, k) = force_on_a(table, c)
-               if (table%station(c) == 0) then
-                  point(:, k) = context%state%vertices(:, table%vertex(c))
-               else
-                  point(:, k) = table%point(:, c)
-               end if
-            end do
-            call forces%add_pairs(k, a, b, force, point, context%state%centroid)
+      do p = 1, n_pieces(table%n)
+         k = 0
+         do c = (p - 1)*piece + 1, min(p*piece, table%n)
+            if (table%state(c) == contact_state%open) cycle
+            if (max(table%block_a(c), table%block_b(c)) < ends(1)) cycle
+            if (min(table%block_a(c), table%block_b(c)) > ends(2)) cycle
+            k = k + 1
+            a(k) = table%block_a(c)
+            b(k) = table%block_b(c)
+            force(:, k) = force_on_a(table, c)
+            if (table%station(c) == 0) then
+               point(:, k) = context%state%vertices(:, table%vertex(c))
+            else
+               point(:, k) = table%point(:, c)
+            end if
          end do
-      end associate
-   end subroutine add_forces
+         call forces%add_pairs(k, a, b, force, point, context%state%centroid, ends)
+      end do
+   end subroutine add_forces_to
 
    !> Share of friction in the work of the contacts in the step that has just been committed.
    pure real(wp) function slip_share(self) result(share)
