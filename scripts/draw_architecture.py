@@ -58,6 +58,7 @@ DEPTH = 5
 INTERACTION = "interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the first step, which is that of each step
+NOT_DRAWN |= {"judge_accuracy", "measure_error"}  # the error of a step in time
 NOT_DRAWN |= {"start_with_stress", "stress_contacts", "pressure_on_contacts"}  # the first step only
 NOT_DRAWN |= {"bring_back"}  # the first step of a stage that places rock
 NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after an excavation

@@ -1,16 +1,22 @@
 ! SPDX-License-Identifier: MIT
-!> Materials and tables of points: those of the analysis file with what the options say about them.
+!> Materials and tables of points: those of the analysis file with what the options say about them; the end of the run
+!> and the bounds of its steps.
 module rockdda_model_given_materials
+   use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_joint_options, only : take_joint_options
    use rockdda_model_material_options, only : take_block_options, take_point_tables
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_stage_options, only : has_end
+   use rockdda_model_stage_options, only : has_end, seeks_equilibrium, stage_k01
    implicit none
    private
-   public :: put_materials_together, put_tables_together
+   public :: put_materials_together, put_tables_together, settle_accuracy
+
+   !> Steps of a wanted accuracy are no longer than these shares of the run and of the period of a harmonic motion of
+   !> the base.
+   real(wp), parameter :: most_of_run = 0.02_wp, most_of_period = 0.05_wp
 
 contains
 
@@ -42,6 +48,50 @@ contains
       call take_point_tables('fixed point', options%fixed_points, parameters%fixed_tables, messages)
       call take_point_tables('loading point', options%loading_points, parameters%loading_tables, messages)
    end subroutine put_tables_together
+
+   !> With a wanted accuracy g1 is only the first step: the run ends at the time that the number of steps of the analysis
+   !> file reaches with g1, and steps are no longer than an explicit dt_max, a fiftieth of the run and a twentieth of a harmonic's period, the
+   !> last two unless g1 is.
+   subroutine settle_accuracy(analysis, options, parameters, messages)
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      logical :: by_steps, is_dynamic
+      integer :: i
+      if (.not. parameters%accuracy > 0) return
+      by_steps = .false.
+      is_dynamic = .not. (parameters%k01 < 1 .or. parameters%ends_with_stages)
+      do i = 1, size(parameters%stages)
+         associate (stage => parameters%stages(i))
+            by_steps = by_steps .or. seeks_equilibrium(stage) .or. is_set(stage%until_step)
+            is_dynamic = is_dynamic .or. .not. stage_k01(stage, parameters%k01) < 1
+         end associate
+      end do
+      if (.not. is_dynamic) then
+         call messages%add(severity%note, 'accuracy has no effect: it is that of dynamic steps (k01 = 1), and there '// &
+                           'are none', options%accuracy_origin)
+         parameters%accuracy = 0
+         return
+      end if
+      if (is_set(options%dt_max)) then
+         parameters%dt_bound = parameters%dt_max
+         if (analysis%dt_max > 0) parameters%dt_max = min(parameters%dt_max, analysis%dt_max)
+      end if
+      if (parameters%n_steps < huge(1) .and. .not. (by_steps .or. is_set(options%steps))) then
+         parameters%t_end = min(parameters%t_end, parameters%n_steps*parameters%dt_max)
+         parameters%n_steps = huge(1)
+      end if
+      if (parameters%t_end < huge(1.0_wp)) parameters%dt_bound = min(parameters%dt_bound, &
+         max(parameters%dt_max, most_of_run*parameters%t_end))
+      if (.not. allocated(parameters%base%harmonics)) return
+      do i = 1, size(parameters%base%harmonics, 2)
+         associate (frequency => abs(parameters%base%harmonics(3, i)))
+            if (frequency > 0) parameters%dt_bound = min(parameters%dt_bound, &
+                                                         max(parameters%dt_max, most_of_period/frequency))
+         end associate
+      end do
+   end subroutine settle_accuracy
 
    !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
    subroutine find_extent(options, parameters, messages)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The log of a run: files, model, messages, every number of the run with the value that it has, steps, and the end.
 module rockdda_run_log
+   use rockdda_base_kinds, only : wp
 !$ use omp_lib, only : omp_get_max_threads
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -14,7 +15,7 @@ module rockdda_run_log
    use rockdda_io_timestamp, only : utc_now
    use rockdda_run_frame_plan, only : frame_plan_type
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text, strikes_text
+   use rockdda_run_outcome, only : accuracy_text, cuts_text, reactions_text, time_error_text, strikes_text
    implicit none
    private
    public :: run_log_type
@@ -98,6 +99,8 @@ contains
       integer :: every
       every = 1
       if (sim%parameters%n_steps < huge(1)) every = max(1, sim%parameters%n_steps/log_lines)
+      if (sim%parameters%accuracy > 0) &
+         every = max(every, int(min(sim%planned_time()/sim%parameters%dt_max, 1.0e9_wp))/log_lines)
       is_line_due = has_frame .or. sim%state%step == 1 .or. mod(sim%state%step, every) == 0 .or. &
                     sim%record%attempts > 1
    end function is_line_due
@@ -139,6 +142,7 @@ contains
       if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
       if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
       if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
+      if (.not. allocated(error) .and. len(accuracy_text(sim)) > 0) call self%put('# '//accuracy_text(sim), error)
    end subroutine write_outcome
 
 end module rockdda_run_log

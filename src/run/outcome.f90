@@ -11,7 +11,7 @@ module rockdda_run_outcome
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
-   public :: overlaps_warning
+   public :: accuracy_text, overlaps_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -20,11 +20,16 @@ module rockdda_run_outcome
    !> Warn of motion after strikes of this many blocks, and above this share of the largest displacement.
    integer, parameter :: many_struck = 5
    real(wp), parameter :: much_after = 0.1_wp
+   !> Share of the steps in which friction turned without being followed.
+   real(wp), parameter :: much_passed = 0.1_wp
+   !> Unbalanced force of loads that act at once.
+   real(wp), parameter :: much_unbalanced = 0.1_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
                                                               'contacts did not settle', &
                                                               'the equations could not be solved', &
-                                                              'a block would have inverted or vanished']
+                                                              'a block would have inverted or vanished', &
+                                                              'accelerations changed suddenly']
 
 contains
 
@@ -124,13 +129,60 @@ contains
                                             ' of the largest displacement'
    end function time_error_text
 
-   !> Warning about an answer that depends on the time step; '' otherwise.
-   pure function time_error_warning(sim) result(text)
+   !> What the control of steps by a wanted accuracy has done; '' without one, or when it was nothing unusual.
+   pure function accuracy_text(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (sim%record%time_error > much_error) text = 'the answer may depend on the time step: '// &
-                                                     time_error_text(sim)//'; compare with half of dt_max'
+      if (.not. sim%parameters%accuracy > 0) return
+      associate (accuracy => sim%control%accuracy)
+         if (accuracy%n_kinks > 0) text = '; sudden loads and turns of friction were followed in short steps '// &
+                                          counted(accuracy%n_kinks, 'time')
+         if (accuracy%n_passed > 0) text = text//'; not followed: turns of friction soon after others, in '// &
+                                           counted(accuracy%n_passed, 'step')
+         if (accuracy%n_held > 0) text = text//'; shorter steps made no smaller errors '// &
+                                         counted(accuracy%n_held, 'time')//', first at time '// &
+                                         to_string(accuracy%first_held, 5)//': steps were held'
+      end associate
+      if (len(text) > 0) text = 'accuracy '//to_string(sim%parameters%accuracy, 2)//text
+   end function accuracy_text
+
+   !> Warning about an answer that depends on the time step, or about an accuracy that is not reached or cannot be
+   !> promised; '' otherwise.
+   pure function time_error_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: unseen
+      text = ''
+      associate (error => sim%record%time_error, wanted => sim%parameters%accuracy, accuracy => sim%control%accuracy)
+         if (.not. wanted > 0) then
+            if (error > much_error) text = 'the answer may depend on the time step: '//time_error_text(sim)// &
+                                           '; compare with half of dt_max'
+            return
+         end if
+         if (error > wanted) then
+            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is not reached: '//time_error_text(sim)// &
+                   ' at time '//to_string(sim%state%time, 5)
+            if (accuracy%n_held > 0) text = text//'; from time '//to_string(accuracy%first_held, 5)// &
+                                            ' on shorter steps made no smaller errors'
+         end if
+         unseen = ''
+         if (accuracy%sudden_load > much_unbalanced) unseen = 'at time '//to_string(accuracy%begin, 5)// &
+            ' loads act at once (unbalanced '//to_string(accuracy%sudden_load, 2)//') on bolts or joints without '// &
+            'damping'
+         if (accuracy%n_passed > much_passed*sim%state%step) then
+            if (len(unseen) > 0) unseen = unseen//', and '
+            unseen = unseen//'friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed'
+         end if
+         if (len(unseen) > 0) then
+            if (len(text) > 0) text = text//'. '
+            text = text//'accuracy cannot be promised: '//unseen//'; the estimate does not see what friction does there'
+         end if
+         if (len(text) > 0) then
+            text = text//'. Give joints a damping_ratio, or begin with a static stage'
+            if (.not. sim%parameters%second_order) text = text//", or take integrator = 'generalized_alpha'"
+         end if
+      end associate
    end function time_error_warning
 
    !> Largest displacement of a block after it struck another one, over the largest displacement.

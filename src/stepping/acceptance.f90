@@ -7,6 +7,7 @@ module rockdda_stepping_acceptance
    use rockdda_contact_merging, only : merge_resting
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_stepping_accuracy, only : dynamic_step_type, rest_steps
    use rockdda_stepping_equilibrium, only : varies_with_time
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -42,8 +43,7 @@ contains
       if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
       call step%families%commit(step%step_context_type, step%equations%x)
-      call step%control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, &
-                                       .not. k01 < 1)
+      call measure_error(step, report, .not. k01 < 1)
       call move(step)
       if (impact%happened) then
          call impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
@@ -53,6 +53,7 @@ contains
       call forces%clear(step%blocks%n_blocks)
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
+      call note_sudden_load(step, record%unbalanced)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven)
       step%control%releases = step%families%held%is_releasing()
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
@@ -75,6 +76,39 @@ contains
       step%times%solver_iterations = step%times%solver_iterations + report%iterations
       call step%times%lap(phase%update)
    end subroutine accept_step
+
+   !> Estimate the error of the step in time; with a wanted accuracy choose the next step by it.
+   subroutine measure_error(step, report, is_dynamic)
+      type(trial_step_type), intent(inout) :: step
+      type(trial_report_type), intent(in) :: report
+      logical, intent(in) :: is_dynamic
+      associate (control => step%control, p => step%parameters)
+         call control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, is_dynamic)
+         if (.not. control%follows_error(p)) return
+         if (report%was_sudden) then
+            control%accuracy%regrow = max(control%accuracy%regrow, control%dt)
+         else if (report%attempts > 1 .and. .not. report%kink_end > 0) then
+            control%accuracy%rest = rest_steps
+         end if
+         call control%accuracy%next_step(p%accuracy, dynamic_step_type( &
+            merge(2, 1, step%scheme%second_order), p%dt_max, merge(control%dt, step%dt, report%attempts == 1), &
+            step%state%time + step%dt, control%dynamic_length(p), control%time_error%error, &
+            control%time_error%reference(p), step%change, step%at_kinks, report%kink_end, control%dt))
+      end associate
+   end subroutine measure_error
+
+   !> Note how far closed contacts without dashpots, or bolts, are from balance in the first step of a dynamic part:
+   !> they will vibrate.
+   subroutine note_sudden_load(step, unbalanced)
+      type(trial_step_type), intent(inout) :: step
+      real(wp), intent(in) :: unbalanced   !! force at the end of the step over the mean force
+      associate (control => step%control, contacts => step%families%contacts%table)
+         if (.not. control%follows_error(step%parameters) .or. step%state%time > control%accuracy%begin) return
+         if (any(contacts%state(1:contacts%n) /= contact_state%open) .and. &
+             any(.not. step%parameters%joint_materials%damping_ratio > 0) .or. step%blocks%bolts%n > 0) &
+            control%accuracy%sudden_load = unbalanced
+      end associate
+   end subroutine note_sudden_load
 
    !> Let blocks at rest sleep in dynamic steps while all that acts on them stays as it is; wake them otherwise.
    subroutine let_sleep(step, forces, ledger, k01)

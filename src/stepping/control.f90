@@ -7,7 +7,8 @@
 !> shorten one step to land on them without changing the dt that follows.
 !>
 !> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
-!> open-close iteration needs few rounds, and back when it needs many.
+!> open-close iteration needs few rounds, and back when it needs many. With `&time accuracy` dynamic steps are as long
+!> as their error allows (rockdda_stepping_accuracy).
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -16,6 +17,7 @@ module rockdda_stepping_control
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
    use rockdda_stepping_strikes, only : strikes_type
+   use rockdda_stepping_accuracy, only : accuracy_type, step_to_row
    use rockdda_stepping_time_error, only : time_error_type
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
@@ -30,12 +32,13 @@ module rockdda_stepping_control
       integer :: contacts = 2       !! contacts still change after the last open-close round
       integer :: solver = 3         !! the equations could not be solved
       integer :: ruined_block = 4   !! a block would invert or vanish
+      integer :: accuracy = 5       !! an acceleration changes too suddenly for the wanted accuracy
    end type cut_reason_enum
    type(cut_reason_enum), parameter :: cut_reason = cut_reason_enum()
-   integer, parameter :: n_cut_reasons = 4
+   integer, parameter :: n_cut_reasons = 5
    !> Names for programs.
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
-                                                             'solver', 'ruined_block']
+                                                             'solver', 'ruined_block', 'accuracy']
 
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
@@ -83,10 +86,13 @@ module rockdda_stepping_control
       integer :: cuts(n_cut_reasons) = 0    !! steps cut so far, by reason
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
+      type(accuracy_type) :: accuracy       !! their length by it
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
       procedure :: scheme
+      procedure :: follows_error
+      procedure :: dynamic_length
       procedure :: gravity
       procedure :: water
       procedure :: step_size
@@ -138,6 +144,38 @@ contains
       if (parameters%second_order .and. .not. self%k01(parameters) < 1) &
          scheme = generalized_alpha(parameters%rho_infinity)
    end function scheme
+
+   !> Are steps as long as the wanted accuracy allows?
+   pure logical function follows_error(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      follows_error = parameters%accuracy > 0 .and. .not. self%k01(parameters) < 1
+   end function follows_error
+
+   !> Length of the present dynamic part: to the next static stage or the end of the run; huge: not known.
+   pure real(wp) function dynamic_length(self, parameters) result(length)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: end_of_stage
+      integer :: i
+      length = parameters%t_end
+      end_of_stage = self%first_time
+      do i = self%stage, size(parameters%stages)
+         associate (stage => parameters%stages(i))
+            if (stage_k01(stage, parameters%k01) < 1) exit
+            if (is_set(stage%until_time)) then
+               end_of_stage = max(end_of_stage, stage%until_time)
+            else if (is_set(stage%duration)) then
+               end_of_stage = end_of_stage + stage%duration
+            else
+               end_of_stage = huge(1.0_wp)
+               exit
+            end if
+         end associate
+      end do
+      if (i <= size(parameters%stages) .or. parameters%ends_with_stages) length = min(length, end_of_stage)
+      if (length < huge(1.0_wp)) length = length - self%accuracy%begin
+   end function dynamic_length
 
    !> Does a static stage search equilibrium with steps that may grow?
    pure logical function is_static_search(self, parameters)
@@ -253,6 +291,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: target
       dt = self%dt
+      if (self%follows_error(parameters)) dt = step_to_row(parameters, self%motion_start, time, dt, self%last_dt)
       target = parameters%t_end
       if (self%stage <= size(parameters%stages)) then
          associate (stage => parameters%stages(self%stage))
@@ -279,8 +318,9 @@ contains
       self%last_displacement = displacement
       self%last_k01 = k01_used
       limit = parameters%displacement_ratio*parameters%w0
-      if (shortened) return
+      if (shortened .and. .not. self%follows_error(parameters)) return
       wanted = min(parameters%dt_max, growth*dt)
+      if (self%follows_error(parameters)) wanted = min(parameters%dt_bound, self%accuracy%wanted)
       if (present(may_grow) .and. present(rounds)) then
          if (may_grow) wanted = grown_step(self, parameters, dt, rounds)
       end if
@@ -346,7 +386,8 @@ contains
          end if
          self%balanced = 0
          ! a static stage may have grown its steps; another one goes on with them
-         if (.not. self%is_static_search(parameters)) self%dt = min(self%dt, parameters%dt_max)
+         if (.not. (self%is_static_search(parameters) .or. self%follows_error(parameters) .and. &
+                    .not. self%last_k01 < 1)) self%dt = min(self%dt, parameters%dt_max)
       end do
 
    contains

@@ -33,6 +33,7 @@ module rockdda_stepping_failure
       integer :: thrown = 6          !! a vertex moves by more than w0 in the smallest step
       integer :: interrupted = 7     !! a stop was requested
       integer :: too_far = 8         !! a vertex moves by more than g2 w0
+      integer :: inaccurate = 9      !! with a wanted accuracy: an acceleration changes suddenly
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 

@@ -27,6 +27,8 @@ module rockdda_stepping_time_error
    use rockdda_model_state, only : block_state_type, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_kinematics, only : displacement_at
+   use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
    public :: time_error_type
@@ -56,6 +58,8 @@ module rockdda_stepping_time_error
       procedure :: init
       procedure :: add
       procedure :: has_shape
+      procedure :: reference
+      procedure :: find_changes
    end type time_error_type
 
 contains
@@ -124,6 +128,92 @@ contains
       self%error = error
       self%relative = error/reference(self, context%parameters)
    end subroutine add
+
+   !> Largest change of the acceleration of a corner in a step that is not accepted yet, and that of blocks of which a
+   !> closed contact begins or ends to slide, or turns its slip [length/time**2]; 0 in the first one of Shi's scheme.
+   subroutine find_changes(self, context, x, table, trial, largest, at_kinks)
+      class(time_error_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: x(:, :)          !! (6, nb) motion
+      type(contact_table_type), intent(in) :: table        !! with the states of the step's start
+      type(open_close_type), intent(in) :: trial           !! and of its end
+      real(wp), intent(out) :: largest, at_kinks
+      integer :: i, c
+      largest = 0
+      at_kinks = 0
+      if (.not. self%counts) then
+         if (.not. context%scheme%second_order) return
+         ! accelerations at the start are known
+         call begin(self, context%state)
+         call context%blocks%count_holds(self%of_blocks(at_fixed, :), context%released, context%held)
+      end if
+      !$omp parallel do default(none) shared(self, context, x) private(i) reduction(max:largest) schedule(static) &
+      !$omp if (size(x, 2) > parallel_blocks)
+      do i = 1, size(x, 2)
+         largest = max(largest, change_of(i))
+      end do
+      !$omp end parallel do
+      do c = 1, table%n
+         if (table%state(c) == contact_state%open .or. trial%joint(c)%state == contact_state%open .or. &
+             trial%opened(c) .or. table%tied(c)) cycle
+         if (has_kink(c)) then
+            at_kinks = max(at_kinks, change_of(table%block_a(c)), change_of(table%block_b(c)))
+         else if (table%state(c) == contact_state%sliding) then
+            at_kinks = max(at_kinks, 2*turned_speed(c)/context%dt)
+         end if
+      end do
+
+   contains
+
+      !> Does a contact begin or end to slide, or turn its slip?
+      pure logical function has_kink(c)
+         integer, intent(in) :: c       !! row
+         has_kink = trial%joint(c)%state /= table%state(c) .or. &
+                    (table%state(c) == contact_state%sliding .and. trial%joint(c)%slip_sign /= table%slip_sign(c))
+      end function has_kink
+
+      !> Speed of the slip at the end of a step that has turned it, although the way of the step is still that of the
+      !> old slip, and so is friction; 0: it has not turned. The velocity is wrong by as much.
+      pure real(wp) function turned_speed(c)
+         integer, intent(in) :: c       !! row of a contact that slides
+         real(wp) :: tangent(2), v(6), speed(2)   !! along the slip, at the start and the end
+         integer :: side, i
+         associate (n => table%normal(:, c), scheme => context%scheme, dt => context%dt, state => context%state)
+            tangent = table%slip_sign(c)*[-n(2), n(1)]
+            speed = 0
+            do side = 1, 2
+               i = merge(table%block_a(c), table%block_b(c), side == 1)
+               if (self%of_blocks(at_fixed, i) > 1) cycle
+               v = state%velocity(:, i)
+               speed(1) = speed(1) + sign(1.0_wp, 1.5_wp - side)* &
+                          dot_product(tangent, displacement_at(v, table%point(:, c), state%centroid(:, i)))
+               if (scheme%second_order) then
+                  v = v + scheme%velocity_change(state%acceleration(:, i), scheme%new_acceleration( &
+                                                 x(:, i), v, state%acceleration(:, i), context%jump(:, i), dt), &
+                                                 context%jump(:, i), dt)
+               else
+                  v = (2/dt)*x(:, i) - v
+               end if
+               speed(2) = speed(2) + sign(1.0_wp, 1.5_wp - side)* &
+                          dot_product(tangent, displacement_at(v, table%point(:, c), state%centroid(:, i)))
+            end do
+         end associate
+         turned_speed = 0
+         if (speed(1) > 0) turned_speed = max(0.0_wp, -speed(2))
+      end function turned_speed
+
+      !> Change of the acceleration of a block's corner.
+      pure real(wp) function change_of(i)
+         integer, intent(in) :: i       !! block
+         real(wp) :: factors(3), a(3), change(3)
+         change_of = 0
+         if (.not. context%state%active(i) .or. self%of_blocks(at_fixed, i) > 1) return
+         factors = [1.0_wp, 1.0_wp, radius_of_inertia(context%state, i)]
+         call find_change(self%of_blocks(:, i), context, i, x(1:3, i), .false., factors, a, change)
+         change_of = size_of(change)
+      end function change_of
+
+   end subroutine find_changes
 
    !> A dynamic part begins.
    pure subroutine begin(self, state)

@@ -41,6 +41,10 @@ module rockdda_stepping_trial_step
       type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
+      real(wp) :: change = 0, at_kinks = 0      !! of accelerations, as of time_error%find_changes
+      real(wp), private :: kink_end = 0         !! end of the last attempt that was cut for a kink; 0: none [time]
+      logical, private :: is_sudden = .false.   !! an attempt was cut for a sudden change
+      real(wp), private :: shorter = 0          !! step to try after one that is not accurate enough
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
       logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
@@ -53,12 +57,15 @@ module rockdda_stepping_trial_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
+      procedure, private :: judge_accuracy
       procedure, private :: shorten_step
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
    type :: trial_report_type
       logical :: interrupted = .false.   !! a stop was requested; nothing has changed
+      logical :: was_sudden = .false.    !! a longer step was not accurate enough: accelerations changed suddenly
+      real(wp) :: kink_end = 0           !! end of the shortest step that was cut for a kink; 0: none was [time]
       logical :: shortened = .false.     !! dt was shortened to land on an end
       real(wp) :: displacement = 0       !! largest of any vertex [length]
       integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
@@ -91,6 +98,8 @@ contains
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
       self%cuts = 0
+      self%kink_end = 0
+      self%is_sudden = .false.
       sleepers = 0
       is_first = .true.
       do
@@ -133,6 +142,8 @@ contains
          end select
       end do
       report%rounds = of_attempt%rounds
+      report%was_sudden = self%is_sudden
+      report%kink_end = self%kink_end
       report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
       self%control%cuts = self%control%cuts + self%cuts
       call self%times%lap(phase%other)
@@ -215,6 +226,8 @@ contains
       if (report%outcome /= attempt%converged) return
       call judge_motion(self%blocks, self%parameters, self%state, self%equations%x, reach, at_floor, displacement, &
                         report%outcome)
+      if (report%outcome /= attempt%converged .or. .not. self%control%follows_error(self%parameters)) return
+      call self%judge_accuracy(at_floor, report%outcome)
    end subroutine try_step
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d: motion
@@ -308,6 +321,32 @@ contains
       call self%equations%assemble()
    end subroutine assemble_start
 
+   !> Do accelerations change more than the wanted accuracy allows? Then the step is to be shorter.
+   subroutine judge_accuracy(self, at_floor, outcome)
+      class(trial_step_type), intent(inout) :: self
+      logical, intent(in) :: at_floor
+      integer, intent(inout) :: outcome           !! one of attempt%...
+      logical :: is_kink, is_sudden
+      associate (p => self%parameters, control => self%control, step => self%control%accuracy%attempt)
+         if (.not. control%time_error%counts) call control%accuracy%begin_part(self%state%time)
+         call control%time_error%find_changes(self%step_context_type, self%equations%x, self%families%contacts%table, &
+                                              self%families%contacts%trial, self%change, self%at_kinks)
+         if (at_floor) return
+         step%first_dt = p%dt_max
+         step%dt = self%dt
+         step%time = self%state%time + self%dt
+         step%length = control%dynamic_length(p)
+         step%largest = control%time_error%reference(p)
+         step%change = self%change
+         step%at_kink = self%at_kinks
+         call control%accuracy%judge_step(p%accuracy, p%cut_factor, step, is_kink, is_sudden, &
+                                          self%shorter)
+         if (is_kink .or. is_sudden) outcome = attempt%inaccurate
+         if (is_kink) self%kink_end = step%time
+         self%is_sudden = self%is_sudden .or. is_sudden
+      end associate
+   end subroutine judge_accuracy
+
    !> A shorter step after a failed attempt; count why.
    pure subroutine shorten_step(self, outcome, displacement)
       class(trial_step_type), intent(inout) :: self
@@ -321,11 +360,15 @@ contains
          reason = cut_reason%ruined_block
       case (attempt%no_solution)
          reason = cut_reason%solver
+      case (attempt%inaccurate)
+         reason = cut_reason%accuracy
       case default
          reason = cut_reason%contacts
       end select
       self%cuts(reason) = self%cuts(reason) + 1
-      if (outcome == attempt%too_far) then
+      if (outcome == attempt%inaccurate) then
+         self%dt = max(self%parameters%dt_min, self%shorter)
+      else if (outcome == attempt%too_far) then
          self%dt = cut_for_displacement(self%parameters, self%dt, displacement)
       else
          self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)

@@ -317,6 +317,8 @@ contains
       character(len=*), intent(in) :: quantity
       real(wp), intent(inout) :: value
       character(len=*), intent(in), optional :: name
+      ! a bound that there is not
+      if (.not. value < huge(1.0_wp)) return
       call self%line(quantity, number(value))
       associate (unused => present(name))
       end associate

@@ -116,6 +116,8 @@ contains
          if (check%passed()) call check%is_finite(reshape(strikes%of_blocks, [size(strikes%of_blocks)]), &
                                                   'strikes_of_blocks')
       end associate
+      call check%is_finite(control%accuracy%values(), 'accuracy')
+      call check%holds(all(control%accuracy%values() >= 0), 'accuracy')
    end subroutine check_control
 
    !> Check energies.
