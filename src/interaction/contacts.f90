@@ -220,13 +220,9 @@ contains
       class(contacts_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
-      integer :: c
       call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
                                      force(:, self%first_link + 1:self%first_link + self%table%n))
-      if (abs(self%settings%impact - 1) <= 0) return
-      do c = 1, self%table%n
-         force(:, self%first_link + c) = self%trial%factor(self%trial%start(c))*force(:, self%first_link + c)
-      end do
+      call weigh_impacts(self, 1, self%table%n, force)
    end subroutine lawful_forces
 
    !> `lawful_forces` of runs of rows.
@@ -235,16 +231,25 @@ contains
       integer, intent(in) :: runs(:, :)                    !! (2, n) first and last row, at most a piece of them
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
-      integer :: c, i
+      integer :: i
       call self%trial%forces_between(self%table, self%laws, self%settings, fraction, self%kept_gap, self%kept_slip, &
                                      force(:, self%first_link + 1:self%first_link + self%table%n), runs)
-      if (abs(self%settings%impact - 1) <= 0) return
       do i = 1, size(runs, 2)
-         do c = runs(1, i), runs(2, i)
-            force(:, self%first_link + c) = self%trial%factor(c)*force(:, self%first_link + c)
-         end do
+         call weigh_impacts(self, runs(1, i), runs(2, i), force)
       end do
    end subroutine lawful_forces_of
+
+   !> Multiply the forces of some rows by their factors in the equations.
+   pure subroutine weigh_impacts(self, first, last, force)
+      class(contacts_type), intent(in) :: self
+      integer, intent(in) :: first, last                   !! rows
+      real(wp), intent(inout), contiguous :: force(:, :)   !! (2, >= links)
+      integer :: c
+      if (abs(self%settings%impact - 1) <= 0) return
+      do c = first, last
+         force(:, self%first_link + c) = self%trial%factor(self%trial%start(c))*force(:, self%first_link + c)
+      end do
+   end subroutine weigh_impacts
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
    subroutine measure_placement(self, context, equations)
