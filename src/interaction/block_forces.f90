@@ -74,17 +74,19 @@ contains
          associate (f => force(:, k), p => point(:, k), i => a(k), j => b(k))
             size_of_force = sqrt(f(1)**2 + f(2)**2)
             if (i >= ends(1) .and. i <= ends(2)) &
-               call add_to_block(f, p - centroid(:, i), size_of_force, self%resultant(:, i), self%magnitude(i))
+               call add_to_block(f, p, centroid(:, i), size_of_force, self%resultant(:, i), self%magnitude(i))
             if (j >= ends(1) .and. j <= ends(2)) &
-               call add_to_block(-f, p - centroid(:, j), size_of_force, self%resultant(:, j), self%magnitude(j))
+               call add_to_block(-f, p, centroid(:, j), size_of_force, self%resultant(:, j), self%magnitude(j))
          end associate
       end do
    end subroutine add_pairs
 
    !> Add a force to the sums of one block.
-   pure subroutine add_to_block(force, arm, size_of_force, resultant, magnitude)
-      real(wp), intent(in) :: force(2), arm(2), size_of_force
+   pure subroutine add_to_block(force, point, centroid, size_of_force, resultant, magnitude)
+      real(wp), intent(in) :: force(2), point(2), centroid(2), size_of_force
       real(wp), intent(inout) :: resultant(3), magnitude
+      real(wp) :: arm(2)
+      arm = point - centroid
       resultant(1:2) = resultant(1:2) + force
       resultant(3) = resultant(3) + (arm(1)*force(2) - arm(2)*force(1))
       magnitude = magnitude + size_of_force
