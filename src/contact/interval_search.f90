@@ -44,8 +44,8 @@ contains
       !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          if (limits%by_length) then
-            call search_listed_edges(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, limits, &
-                               previous, history, found(part))
+            call search_listed_edges(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, &
+                                     limits, previous, history, found(part))
          else
             call search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
                               found(part))
@@ -154,7 +154,8 @@ contains
    end subroutine search_close
 
    !> Intervals of one part of the pairs by length: of the edges listed, as far as they are close to the other block.
-   pure subroutine search_listed_edges(part, pairs, vertices, topology, outlines, joint, limits, previous, history, list)
+   pure subroutine search_listed_edges(part, pairs, vertices, topology, outlines, joint, limits, previous, history, &
+                                       list)
       type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       real(wp), intent(in), contiguous :: vertices(:, :)

@@ -217,7 +217,8 @@ contains
       real(wp), intent(in) :: gap, s            !! by `place_on_edge`
       real(wp), intent(in) :: length            !! of the edge
       type(search_limits_type), intent(in) :: limits
-      is_off_edge = gap > limits%reach .or. gap < -limits%penetration .or. s < -limits%zone .or. s > length + limits%zone
+      is_off_edge = gap > limits%reach .or. gap < -limits%penetration .or. &
+                    s < -limits%zone .or. s > length + limits%zone
    end function is_off_edge
 
    !> Do both ends of an edge, or a vertex, lie beyond one side of a box that is widened by the reach?

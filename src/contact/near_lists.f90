@@ -26,9 +26,9 @@ module rockdda_contact_near_lists
    public :: near_lists_type, near_part_type, near_pair_type, edges_with_edges, corners_with_corners, &
              vertices_of_first, vertices_of_second
 
-   !> Kinds of entries of a pair, in the order in which they are stored: edges that may face each other, corners that may
-   !> meet, vertices of the first block that may strike edges of the second, and the other way round. Each entry has two
-   !> numbers, of the first block and of the second, or vertex and edge.
+   !> Kinds of entries of a pair, in the order in which they are stored: edges that may face each other, corners that
+   !> may meet, vertices of the first block that may strike edges of the second, and the other way round. Each entry has
+   !> two numbers, of the first block and of the second, or vertex and edge.
    integer, parameter :: edges_with_edges = 1, corners_with_corners = 2, vertices_of_first = 3, vertices_of_second = 4
    integer, parameter :: n_kinds = 4
 
@@ -171,7 +171,8 @@ contains
             head = list%n
             call append(list, [k, spread(0, 1, n_kinds)])
             call list_faces(near, vertices, outlines, limits, allowance, turn, list, n(edges_with_edges))
-            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n(corners_with_corners))
+            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, &
+                              n(corners_with_corners))
             call list_vertices(near%near_a, near%n_near_a, near%edges_b, near%n_edges_b, vertices, topology, outlines, &
                                limits, allowance, turn, list, n(vertices_of_first))
             call list_vertices(near%near_b, near%n_near_b, near%edges_a, near%n_edges_a, vertices, topology, outlines, &

@@ -49,9 +49,9 @@ contains
       call take_point_tables('loading point', options%loading_points, parameters%loading_tables, messages)
    end subroutine put_tables_together
 
-   !> With a wanted accuracy g1 is only the first step: the run ends at the time that the number of steps of the analysis
-   !> file reaches with g1, and steps are no longer than an explicit dt_max, a fiftieth of the run and a twentieth of a harmonic's period, the
-   !> last two unless g1 is.
+   !> With a wanted accuracy g1 is only the first step: the run ends at the time that the number of steps of the
+   !> analysis file reaches with g1. Steps are no longer than an explicit dt_max, a fiftieth of the run, and a twentieth
+   !> of a harmonic's period, the last two unless g1 is.
    subroutine settle_accuracy(analysis, options, parameters, messages)
       type(analysis_input_type), intent(in) :: analysis
       type(run_options_type), intent(in) :: options
@@ -69,8 +69,8 @@ contains
          end associate
       end do
       if (.not. is_dynamic) then
-         call messages%add(severity%note, 'accuracy has no effect: it is that of dynamic steps (k01 = 1), and there '// &
-                           'are none', options%accuracy_origin)
+         call messages%add(severity%note, 'accuracy has no effect: it is that of dynamic steps (k01 = 1), and '// &
+                           'there are none', options%accuracy_origin)
          parameters%accuracy = 0
          return
       end if

@@ -230,8 +230,8 @@ contains
       call self%judge_accuracy(at_floor, report%outcome)
    end subroutine try_step
 
-   !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d: motion
-   !> of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
+   !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
+   !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
    subroutine expect_motion(self, is_first)
       class(trial_step_type), intent(inout) :: self
       logical, intent(in) :: is_first   !! x is the motion of the last step
