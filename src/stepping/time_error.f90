@@ -251,7 +251,7 @@ contains
             speed = size_of(factors*((2/dt)*x - context%state%velocity(1:3, i)))
             rows(at_speed) = max(speed, fading*rows(at_speed))
             drift = rows(at_drift + 1:at_drift + 3) + 0.5_wp*dt*change
-            drift = drift*min(1.0_wp, rows(at_speed)/max(size_of(drift), tiny(1.0_wp)))
+            if (size_of(drift) > rows(at_speed)) drift = drift*(rows(at_speed)/size_of(drift))
             rows(at_drift + 1:at_drift + 3) = drift
             sum = sum + drift*dt
          end if

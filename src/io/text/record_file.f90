@@ -197,7 +197,7 @@ contains
             if (name(1:1) == '"' .and. name(len(name):) == '"') name = name(2:len(name) - 1)
          end if
          if (len(name) == 0 .and. separator == ' ') cycle
-         names = [names, [character(len=name_length) :: name]]
+         names = [character(len=name_length) :: names, name]
       end do
    end subroutine split_header
 
