@@ -36,6 +36,7 @@ module rockdda_contact_inheritance
    type :: inheritance_work_type
       integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
       logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
+      logical :: same_rows = .false.               !! rows are those of the last step, each goes on with itself
       !> (nv) Row of the last step that is compressed most, of each edge on which a row begins; 0 none, < 0 not sought.
       integer, allocatable :: pressed(:)
       type(new_lengths_type) :: new_lengths
@@ -56,9 +57,9 @@ contains
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer :: k, p, row
+      integer :: p
       call make_room(work, previous%n, table%n, size(topology%block))
-      call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
+      call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken, work%same_rows)
       if (limits%by_length .or. limits%corrected) &
          call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
       !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
@@ -69,8 +70,16 @@ contains
       end do
       !$omp end parallel do
       if (limits%by_length) &
-         call free_new_lengths(previous, work%source, work%is_taken, work%pressed, work%new_lengths, table)
-      ! of two partners at most one is closed: the one with the larger gap stays
+         call free_new_lengths(previous, work%source, work%same_rows, work%is_taken, work%pressed, work%new_lengths, &
+                               table)
+      ! rows have partners where vertices meet edges only
+      if (size(others) > 0) call part_partners(table)
+   end subroutine hand_on_history
+
+   !> Of two partners at most one is closed: the one with the larger gap stays.
+   pure subroutine part_partners(table)
+      type(contact_table_type), intent(inout) :: table
+      integer :: k, row
       do k = 1, table%n
          row = table%partner(k)
          if (row <= k) cycle
@@ -81,7 +90,7 @@ contains
             call table%open_row(k)
          end if
       end do
-   end subroutine hand_on_history
+   end subroutine part_partners
 
    !> `hand_on_history` for some of the rows, each by itself, with its arguments.
    pure subroutine begin_rows(first, last, previous, topology, outlines, limits, first_step, touch, work, table)
@@ -96,7 +105,8 @@ contains
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
       logical :: is_own, touches
-      do k = first, last
+      if (work%same_rows) call go_on(first, last, previous, limits, table)
+      do k = merge(last + 1, first, work%same_rows), last
          row = abs(work%source(k))
          is_own = work%source(k) > 0
          if (row > 0) then
@@ -124,6 +134,32 @@ contains
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
    end subroutine begin_rows
+
+   !> `begin_rows` where each row goes on with itself, by length: whole runs of rows are copied.
+   pure subroutine go_on(first, last, previous, limits, table)
+      integer, intent(in) :: first, last
+      type(contact_table_type), intent(in) :: previous
+      type(search_limits_type), intent(in) :: limits
+      type(contact_table_type), intent(inout) :: table
+      integer :: k
+      table%state(first:last) = previous%state(first:last)
+      table%shear(first:last) = previous%shear(first:last)
+      table%normal_force(first:last) = previous%normal_force(first:last)
+      table%shear_force(first:last) = previous%shear_force(first:last)
+      table%bonded(first:last) = previous%bonded(first:last)
+      table%tied(first:last) = previous%tied(first:last)
+      table%k_n(first:last) = previous%k_n(first:last)
+      table%k_s(first:last) = previous%k_s(first:last)
+      table%slip_sign(first:last) = previous%slip_sign(first:last)
+      table%total_slip(first:last) = previous%total_slip(first:last)
+      table%energy(first:last) = previous%energy(first:last)
+      table%offset(first:last) = previous%offset(first:last)
+      do k = first, last
+         call keep_energy(previous, k, .true., limits, k, table)
+         table%distance(k) = table%gap(k)
+         table%gap(k) = table%gap(k) - table%offset(k)
+      end do
+   end subroutine go_on
 
    !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
    !> but for presets.
@@ -154,7 +190,7 @@ contains
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
    !> row goes on twice.
-   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken)
+   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken, same_rows)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
@@ -162,10 +198,12 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       integer, intent(inout) :: source(:)        !! (>= rows)
-      logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work
+      logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work; as it was with `same_rows`
+      logical, intent(out) :: same_rows          !! by length: rows are those of the last step, each goes on with itself
       integer :: k, row, alias
+      same_rows = limits%by_length .and. previous%n == table%n
       !$omp parallel do default(none) private(k, row, alias) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, history, limits, others, table, source)
+      !$omp shared(previous, history, limits, others, table, source) reduction(.and.:same_rows)
       do k = 1, table%n
          alias = 0
          if (size(others) > 0) alias = others(k)%alias_vertex
@@ -182,9 +220,10 @@ contains
             if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
          end if
          source(k) = row
+         same_rows = same_rows .and. row == k
       end do
       !$omp end parallel do
-      if (.not. limits%by_length) return
+      if (same_rows .or. .not. limits%by_length) return
       is_taken = .false.
       is_taken(source(1:table%n)) = .true.
       is_taken(0) = .false.
@@ -371,6 +410,7 @@ contains
       integer, intent(inout) :: pressed(:)   !! (nv)
       integer :: c, f, k
       pressed = -1
+      if (all(source(1:table%n) /= 0)) return
       do k = 1, table%n
          if (source(k) /= 0) cycle
          f = facing_edge(table, k, topology, outlines, limits)

@@ -35,10 +35,11 @@ contains
    !> What the joints of both edges bear more than in the last step begins free of force: the length by which both have
    !> grown, and the energy that a spring has more, by its length and its new place, than springs of one of its edges
    !> have lost. Where a block slides from one to the next its edge bears as much as before, and nothing changes.
-   subroutine free_new_lengths(previous, source, is_taken, pressed, work, table)
+   subroutine free_new_lengths(previous, source, same_rows, is_taken, pressed, work, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: source(:)          !! (>= rows) row of the last step that goes on, 0 none
-      logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it goes on
+      logical, intent(in) :: same_rows          !! each row goes on with itself, and there were no others
+      logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it goes on; not set with `same_rows`
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
       type(new_lengths_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
@@ -49,8 +50,8 @@ contains
       if (.not. allocated(work%stored)) allocate (work%stored(2, table%n + table%n/4))
       ! every range of edges adds up its own sums, in the order of the rows
       ranges = n_ranges(table%n > parallel_contacts)
-      !$omp parallel default(none) shared(previous, source, is_taken, pressed, work, table, ranges) private(p, ends) &
-      !$omp if (table%n > parallel_contacts)
+      !$omp parallel default(none) shared(previous, source, same_rows, is_taken, pressed, work, table, ranges) &
+      !$omp private(p, ends) if (table%n > parallel_contacts)
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
          call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, table, work%stored)
@@ -60,8 +61,13 @@ contains
       do p = 1, ranges
          ends = range_of(p, ranges, size(work%before))
          associate (first => ends(1), last => ends(2))
-            call add_up(first, last, previous, is_taken, table, work%stored, work%before(first:last), &
-                        work%now(first:last), work%gained(first:last), work%lost(first:last))
+            if (same_rows) then
+               call add_up_both(first, last, previous, table, work%stored, work%before(first:last), &
+                                work%now(first:last), work%gained(first:last), work%lost(first:last))
+            else
+               call add_up(first, last, previous, is_taken, table, work%stored, work%before(first:last), &
+                           work%now(first:last), work%gained(first:last), work%lost(first:last))
+            end if
          end associate
       end do
       !$omp end do
@@ -127,6 +133,35 @@ contains
          end associate
       end do
    end subroutine add_up
+
+   !> `add_up` where each row goes on with itself: a row that bears has borne, and none was lost.
+   pure subroutine add_up_both(first, last, previous, table, energy, before, now, gained, lost)
+      integer, intent(in) :: first, last        !! edges
+      type(contact_table_type), intent(in) :: previous
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: energy(:, :)
+      real(wp), intent(out) :: before(first:last), now(first:last), gained(first:last), lost(first:last)
+      integer :: k, side, edge
+      before = 0
+      now = 0
+      gained = 0
+      lost = 0
+      do k = 1, table%n
+         if (energy(1, k) < -1) cycle
+         do side = 1, 2
+            edge = merge(table%vertex(k), table%edge(k), side == 1)
+            if (edge < first .or. edge > last) cycle
+            now(edge) = now(edge) + table%length(k)
+            before(edge) = before(edge) + previous%length(k)
+            if (energy(1, k) < 0) cycle
+            if (energy(2, k) - energy(1, k) > 0) then
+               gained(edge) = gained(edge) + (energy(2, k) - energy(1, k))
+            else
+               lost(edge) = lost(edge) - (energy(2, k) - energy(1, k))
+            end if
+         end do
+      end do
+   end subroutine add_up_both
 
    !> Add to the sums of two edges, if they are among some of the edges.
    pure subroutine add(f, e, what, first, last, sums)

@@ -125,14 +125,16 @@ contains
       type(other_rows_type), intent(in) :: others(:)
       integer, intent(in) :: start(:)
       type(contact_table_type), intent(inout) :: table
-      type(interval_type) :: interval
-      type(station_type) :: station
       type(corner_type) :: corner
-      integer :: k, v, e, row, measured(2)
-      measured = 0
-      do k = first, last
+      integer :: k, v, e, row
+      k = first
+      do while (k <= last)
          v = table%vertex(k)
          e = table%edge(k)
+         if (table%station(k) > 0 .and. table%station(k) /= corner_station) then
+            call fill_interval(v, e, last, blocks, topology, outlines, vertices, limits, k, table)
+            cycle
+         end if
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
@@ -145,18 +147,7 @@ contains
             table%normal(:, k) = corner%normal
             table%gap(k) = corner%gap
             table%length(k) = corner%weight
-            cycle
-         else if (table%station(k) > 0) then
-            ! the stations of an interval follow one another
-            if (any(measured /= [v, e])) call measure_interval(v, e, vertices, topology, outlines, interval)
-            measured = [v, e]
-            table%joint(k) = joint_of(v, e, blocks%edge_joint)
-            station = station_of(interval, table%station(k), limits%points(table%joint(k)), v, e, vertices, outlines)
-            table%point(:, k) = station%point
-            table%share(k) = station%share
-            table%normal(:, k) = station%normal
-            table%gap(k) = station%gap
-            table%length(k) = station%weight
+            k = k + 1
             cycle
          end if
          if (size(others) > 0) then
@@ -171,8 +162,43 @@ contains
                            table%point(:, k), table%gap(k), table%length(k))
          if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
                                                                limits%cosine)
+         k = k + 1
       end do
    end subroutine fill_rows
+
+   !> The stations of an interval of edges v and e from row k on, as far as they follow one another up to row `last`;
+   !> k becomes the row after them. Many arguments: those of `fill_rows`.
+   pure subroutine fill_interval(v, e, last, blocks, topology, outlines, vertices, limits, k, table)
+      integer, intent(in) :: v, e, last
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      integer, intent(inout) :: k
+      type(contact_table_type), intent(inout) :: table
+      type(interval_type) :: interval
+      type(station_type) :: station
+      integer :: joint, points
+      call measure_interval(v, e, vertices, topology, outlines, interval)
+      joint = joint_of(v, e, blocks%edge_joint)
+      points = limits%points(joint)
+      do
+         station = station_of(interval, table%station(k), points, v, e, vertices, outlines)
+         table%block_a(k) = topology%block(v)
+         table%block_b(k) = topology%block(e)
+         table%joint(k) = joint
+         table%partner(k) = 0
+         table%point(:, k) = station%point
+         table%share(k) = station%share
+         table%normal(:, k) = station%normal
+         table%gap(k) = station%gap
+         table%length(k) = station%weight
+         k = k + 1
+         if (k > last) return
+         if (table%vertex(k) /= v .or. table%edge(k) /= e .or. table%station(k) == corner_station) return
+      end do
+   end subroutine fill_interval
 
    !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
    !> vertex that lies face to face with it; zero for a lone vertex.

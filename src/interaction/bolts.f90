@@ -151,15 +151,15 @@ contains
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      integer :: c, l
+      integer :: c, l, pair(2)
       do l = 1, self%n
          c = self%first_link + l
-         equations%pair(:, c) = context%blocks%bolts%blocks(:, l)
-         ! both ends in one block: it holds nothing together, only the block's own strain would change it
-         if (equations%pair(1, c) == equations%pair(2, c)) equations%pair(:, c) = 0
+         pair = context%blocks%bolts%blocks(:, l)
          self%force(l) = present_force(self, context, l)
-         self%acts(l) = all(is_there(context%state%active, context%blocks%bolts%blocks(:, l)))
-         if (.not. self%acts(l)) equations%pair(:, c) = 0
+         self%acts(l) = all(is_there(context%state%active, pair))
+         ! both ends in one block: it holds nothing together, only the block's own strain would change it
+         if (pair(1) == pair(2) .or. .not. self%acts(l)) pair = 0
+         call equations%join(c, pair)
       end do
    end subroutine prepare
 

@@ -165,9 +165,11 @@ contains
       !$omp parallel do default(none) shared(table, trial, first_link, context, equations) &
       !$omp private(a, b, c, off, force, scale) schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
-         if (trial%joint(c)%state == contact_state%open) cycle
          a = table%block_a(c)
          b = table%block_b(c)
+         ! most blocks do not turn, and nothing else of the contact is read
+         if (.not. (context%is_turning(a) .or. context%is_turning(b))) cycle
+         if (trial%joint(c)%state == contact_state%open) cycle
          if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
                     abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
          off = contact_lengths(table, c, context%moved(a), context%moved(b)) &

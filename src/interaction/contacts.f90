@@ -77,12 +77,19 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       integer :: c
-      !$omp parallel do default(none) shared(self, equations) private(c) schedule(static) &
+      logical :: is_same
+      is_same = equations%same_pairs
+      !$omp parallel do default(none) shared(self, equations) private(c) reduction(.and.:is_same) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
-         equations%pair(:, self%first_link + c) = [self%table%block_a(c), self%table%block_b(c)]
+         associate (a => equations%pair(1, self%first_link + c), b => equations%pair(2, self%first_link + c))
+            is_same = is_same .and. a == self%table%block_a(c) .and. b == self%table%block_b(c)
+            a = self%table%block_a(c)
+            b = self%table%block_b(c)
+         end associate
       end do
       !$omp end parallel do
+      equations%same_pairs = is_same
       call start_contacts(context, self%laws, self%stiffness_is_new, self%table)
    end subroutine prepare
 

@@ -8,7 +8,7 @@ module rockdda_interaction_context
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, &
+   use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, turns, &
       new_moved_block
    use rockdda_interaction_ground_motion, only : ground_motion_type
    use rockdda_interaction_time_scheme, only : time_scheme_type
@@ -40,6 +40,7 @@ module rockdda_interaction_context
       logical, allocatable :: renewed(:)        !! (nb) for which that is new
       logical, allocatable :: resting(:)        !! (nb) asleep, and close to no block that is awake; no array: none
       type(moved_block_type), allocatable :: moved(:)     !! (nb) blocks with the motion of the last solve
+      logical, allocatable :: is_turning(:)     !! (nb) turned by that motion, or expected to turn
    contains
       procedure :: renew_all
       procedure :: expect
@@ -118,6 +119,7 @@ contains
       class(step_context_type), intent(inout) :: self
       if (.not. allocated(self%moving)) allocate (self%moving(self%blocks%n_blocks), &
                                                   self%moved(self%blocks%n_blocks), &
+                                                  self%is_turning(self%blocks%n_blocks), &
                                                   self%renewed(self%blocks%n_blocks))
       self%renewed = .true.
    end subroutine renew_all
@@ -156,6 +158,7 @@ contains
       !$omp if (self%blocks%n_blocks > parallel_blocks)
       do i = 1, self%blocks%n_blocks
          self%moved(i) = new_moved_block(self%state%centroid(:, i), d(:, i), self%parameters%exact_rotation)
+         self%is_turning(i) = turns(d(:, i)) .or. abs(self%moving(i)%angle) > 0
       end do
       !$omp end parallel do
    end subroutine find_moved

@@ -59,6 +59,7 @@ module rockdda_interaction_equations
       integer, allocatable :: block_of(:)            !! (rows) block of each row, ascending
       integer, allocatable :: row_of(:)              !! (nb) row of each block, 0: none
       ! links that slot, start and incident belong to, and the work of making them
+      logical :: same_pairs = .false.                !! all of `pair` was set since `set_size`, as it was before
       integer, private :: n_pairs = -1, n_begun = 0  !! n_begun: links in use so far; room behind takes no memory
       integer, allocatable, private :: inner(:, :), inner_slot(:)
       type(pattern_work_type), private :: work
@@ -67,6 +68,7 @@ module rockdda_interaction_equations
       procedure :: set_rows
       procedure :: n_rows
       procedure :: disturbance
+      procedure :: join
       procedure :: set_graph
       procedure :: set_link
       procedure :: clear_blocks
@@ -85,6 +87,7 @@ contains
       integer :: m
       self%n_blocks = n_blocks
       self%n_links = n_links
+      self%same_pairs = .false.
       if (.not. allocated(self%f)) then
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), self%block_off(n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
@@ -180,6 +183,14 @@ contains
       if (total > 0) disturbance = norm2(r)/total
    end function disturbance
 
+   !> A link joins two blocks, 0 none.
+   pure subroutine join(self, c, blocks)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: c, blocks(2)
+      self%same_pairs = self%same_pairs .and. all(self%pair(:, c) == blocks)
+      self%pair(:, c) = blocks
+   end subroutine join
+
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
    !> same order, as before.
    subroutine set_graph(self)
@@ -187,6 +198,7 @@ contains
       integer :: c, n, n_inner, n_ends
       self%all_changed = .true.
       n = self%n_links
+      if (self%same_pairs .and. self%n_pairs == n) return
       n_ends = 0
       n_inner = 0
       !$omp parallel do default(none) shared(self, n) private(c) reduction(+:n_ends, n_inner) schedule(static) &

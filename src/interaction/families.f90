@@ -157,9 +157,12 @@ contains
          n_links = n_links + item%n_links
       end do
       call equations%set_size(context%blocks%n_blocks, n_links)
+      equations%same_pairs = .true.
       do i = 1, self%count()
          item => self%family(i)
          call item%prepare(context, equations)
+         ! families of others may set pairs by themselves
+         if (i > n_own .and. item%n_links > 0) equations%same_pairs = .false.
       end do
       if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) call stress_contacts(self, context)
       call self%quiet%field%take_joints(context, self%contacts%laws, self%contacts%table)
