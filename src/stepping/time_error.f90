@@ -115,7 +115,7 @@ contains
          if (context%state%active(i)) call add_error(self%of_blocks(:, i), context, i, x(1:3, i), is_first)
       end do
       !$omp end parallel do
-      call keep_contacts(self%of_blocks, context, table, small*scale)
+      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale)
       error = 0
       largest = 0
       !$omp parallel do default(none) shared(self, context, x, scale) private(i) &
@@ -259,10 +259,11 @@ contains
    end subroutine add_error
 
    !> Take away what closed contacts hold. Less than `least` waits until it has become more.
-   pure subroutine keep_contacts(of_blocks, context, table, least)
-      type(step_context_type), intent(in) :: context
+   pure subroutine keep_contacts(of_blocks, n, context, table, least)
+      integer, intent(in) :: n                             !! blocks
       ! of constant shape: the place of a column is worked out many times
-      real(wp), intent(inout) :: of_blocks(n_rows, context%blocks%n_blocks)
+      real(wp), intent(inout) :: of_blocks(n_rows, n)
+      type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: least                        !! [length]
       real(wp) :: line(3, 2), weight(3, 2), arms(2, 2), along(2), give(2)
