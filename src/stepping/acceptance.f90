@@ -159,8 +159,9 @@ contains
       if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
                                                       step%families%loads%line_blocks, step%state%time, &
                                                       step%control%motion_start)
-      call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
+      call step%control%accepted(step%parameters, step%dt, report%bounded, report%shortened, k01, &
                                  report%rounds*report%attempts, may_grow)
+      step%control%last_displacement = report%displacement
    end subroutine choose_next_dt
 
    !> Energy of the springs between resting blocks.

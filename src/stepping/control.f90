@@ -23,7 +23,7 @@ module rockdda_stepping_control
       confirming_steps
    implicit none
    private
-   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
+   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth, longer_flight
    public :: cut_reason, n_cut_reasons, cut_names
 
    !> Why an attempt at a step is repeated with a shorter step.
@@ -40,6 +40,8 @@ module rockdda_stepping_control
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
                                                              'solver', 'ruined_block', 'accuracy']
 
+   !> With a wanted accuracy blocks in free flight may move by so many times g2 w0, but by no more than w0.
+   real(wp), parameter :: longer_flight = 10.0_wp
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
    !> The same in a static stage until equilibrium, where the step took at most `few_rounds` rounds.

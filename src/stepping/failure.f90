@@ -16,8 +16,10 @@ module rockdda_stepping_failure
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_kinematics, only : displacement_at, displacement_gradient
+   use rockdda_stepping_control, only : longer_flight
    use rockdda_stepping_motion, only : largest_displacement
    implicit none
    private
@@ -81,29 +83,35 @@ contains
    end subroutine find_ruined_block
 
    !> Can the motion of an attempt that has converged be accepted? Else `outcome` says why not.
-   subroutine judge_motion(blocks, parameters, state, d, reach, at_floor, displacement, outcome)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(block_state_type), intent(in) :: state
+   subroutine judge_motion(context, d, reach, at_floor, in_flight, bounded, displacement, outcome)
+      class(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(:, :)          !! (6, nb)
       real(wp), intent(in) :: reach            !! of the search that found the contacts [length]
       logical, intent(in) :: at_floor          !! there is no smaller step to fall back to
+      logical, intent(in) :: in_flight(:)      !! (nb) blocks that may move further than g2 w0; (0): none may
+      real(wp), intent(out) :: bounded         !! displacement that is bounded by g2 w0 [length]
       real(wp), intent(out) :: displacement    !! largest of any vertex [length]
       integer, intent(inout) :: outcome        !! one of attempt%...
       real(wp) :: limit, factor
       integer :: ruined
-      displacement = largest_displacement(blocks, state, d)
-      limit = parameters%displacement_ratio*parameters%w0
-      call find_ruined_block(blocks, parameters, state, d, ruined, factor)
-      if (ruined > 0) then
-         outcome = attempt%ruined
-      else if (.not. displacement <= limit .and. .not. at_floor) then
-         outcome = attempt%too_far
-      else if (.not. displacement <= max(limit, parameters%w0)) then
-         outcome = attempt%thrown
-      else if (2*displacement > reach .and. displacement <= 1.0e3_wp*parameters%w0) then
-         outcome = attempt%search_again
-      end if
+      associate (blocks => context%blocks, parameters => context%parameters, state => context%state)
+         displacement = largest_displacement(blocks, state, d)
+         limit = parameters%displacement_ratio*parameters%w0
+         bounded = displacement
+         if (size(in_flight) > 0) &
+            bounded = max(largest_displacement(blocks, state, d, in_flight), &
+                          displacement/max(1.0_wp, min(longer_flight, parameters%w0/limit)))
+         call find_ruined_block(blocks, parameters, state, d, ruined, factor)
+         if (ruined > 0) then
+            outcome = attempt%ruined
+         else if (.not. bounded <= limit .and. .not. at_floor) then
+            outcome = attempt%too_far
+         else if (.not. displacement <= max(limit, parameters%w0)) then
+            outcome = attempt%thrown
+         else if (2*displacement > reach .and. displacement <= 1.0e3_wp*parameters%w0) then
+            outcome = attempt%search_again
+         end if
+      end associate
    end subroutine judge_motion
 
    !> Area of a block after a motion over that before; negative when the block is inverted.

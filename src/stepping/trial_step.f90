@@ -8,7 +8,7 @@ module rockdda_stepping_trial_step
    use rockdda_base_error, only : error_type, add_context
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_base_strings, only : to_string
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
@@ -49,6 +49,7 @@ module rockdda_stepping_trial_step
       real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
       logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
       real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
+      logical, allocatable, private :: in_flight(:)                    !! (nb) with accuracy, work; else none
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -68,6 +69,7 @@ module rockdda_stepping_trial_step
       real(wp) :: kink_end = 0           !! end of the shortest step that was cut for a kink; 0: none was [time]
       logical :: shortened = .false.     !! dt was shortened to land on an end
       real(wp) :: displacement = 0       !! largest of any vertex [length]
+      real(wp) :: bounded = 0            !! the same of those that g2 w0 bounds [length]
       integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
       integer :: attempts = 0
       integer :: iterations = 0          !! of the solver, of all attempts
@@ -106,7 +108,7 @@ contains
          report%attempts = report%attempts + 1
          ! the negation: a step that is no number has no smaller one
          at_floor = .not. self%dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
-         call self%try_step(reach, is_first, at_floor, of_attempt, report%displacement, error)
+         call self%try_step(reach, is_first, at_floor, of_attempt, report%bounded, report%displacement, error)
          is_first = .false.
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
@@ -138,7 +140,7 @@ contains
                                    self%equations%x, error)
                return
             end if
-            call self%shorten_step(of_attempt%outcome, report%displacement)
+            call self%shorten_step(of_attempt%outcome, report%bounded)
          end select
       end do
       report%rounds = of_attempt%rounds
@@ -192,15 +194,17 @@ contains
    end subroutine find_contacts
 
    !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
-   subroutine try_step(self, reach, is_first, at_floor, report, displacement, error)
+   subroutine try_step(self, reach, is_first, at_floor, report, bounded, displacement, error)
       class(trial_step_type), intent(inout) :: self
       real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
       logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
       logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
       type(newton_report_type), intent(out) :: report
+      real(wp), intent(out) :: bounded           !! displacement that is bounded by g2 w0 [length]
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
 
+      bounded = 0
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
@@ -224,10 +228,45 @@ contains
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
-      call judge_motion(self%blocks, self%parameters, self%state, self%equations%x, reach, at_floor, displacement, &
-                        report%outcome)
+      call find_flights()
+      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, self%in_flight, bounded, &
+                        displacement, report%outcome)
       if (report%outcome /= attempt%converged .or. .not. self%control%follows_error(self%parameters)) return
       call self%judge_accuracy(at_floor, report%outcome)
+
+   contains
+
+      !> With a wanted accuracy: blocks that neither touch others at the start or the end of the step nor are held.
+      subroutine find_flights()
+         integer :: c, k, n
+         n = merge(self%blocks%n_blocks, 0, self%control%follows_error(self%parameters))
+         if (allocated(self%in_flight)) then
+            if (size(self%in_flight) /= n) deallocate (self%in_flight)
+         end if
+         if (.not. allocated(self%in_flight)) allocate (self%in_flight(n))
+         if (n == 0) return
+         self%in_flight = .true.
+         associate (contacts => self%families%contacts, edges => self%families%boundaries%edges)
+            do c = 1, contacts%table%n
+               if (contacts%table%state(c) == contact_state%open .and. &
+                   contacts%trial%joint(c)%state == contact_state%open) cycle
+               self%in_flight(contacts%table%block_a(c)) = .false.
+               self%in_flight(contacts%table%block_b(c)) = .false.
+            end do
+            do c = 1, size(edges, 2)
+               self%in_flight(edges(2, c)) = .false.
+            end do
+         end associate
+         do c = 1, self%blocks%fixed%n
+            self%in_flight(self%blocks%fixed%block(c)) = .false.
+         end do
+         do c = 1, self%blocks%bolts%n
+            do k = 1, 2
+               if (self%blocks%bolts%blocks(k, c) > 0) self%in_flight(self%blocks%bolts%blocks(k, c)) = .false.
+            end do
+         end do
+      end subroutine find_flights
+
    end subroutine try_step
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
@@ -348,10 +387,10 @@ contains
    end subroutine judge_accuracy
 
    !> A shorter step after a failed attempt; count why.
-   pure subroutine shorten_step(self, outcome, displacement)
+   pure subroutine shorten_step(self, outcome, bounded)
       class(trial_step_type), intent(inout) :: self
       integer, intent(in) :: outcome              !! one of attempt%...
-      real(wp), intent(in) :: displacement        !! largest of any vertex [length]
+      real(wp), intent(in) :: bounded             !! displacement that is bounded by g2 w0 [length]
       integer :: reason
       select case (outcome)
       case (attempt%too_far)
@@ -369,7 +408,7 @@ contains
       if (outcome == attempt%inaccurate) then
          self%dt = max(self%parameters%dt_min, self%shorter)
       else if (outcome == attempt%too_far) then
-         self%dt = cut_for_displacement(self%parameters, self%dt, displacement)
+         self%dt = cut_for_displacement(self%parameters, self%dt, bounded)
       else
          self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)
       end if

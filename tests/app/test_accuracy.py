@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """&time accuracy: its bounds, the end of the run, what it promises, threads and stops."""
 
+import re
 import unittest
 from pathlib import Path
 
@@ -59,9 +60,10 @@ def rigid_way(end):
     return way
 
 
-def write_block(test):
-    """The ground and a block on it."""
-    corners = [((-10, -1), (10, -1), (10, 0), (-10, 0)), ((-1, 0), (0, 0), (0, 1), (-1, 1))]
+def write_block(test, height=0.0):
+    """The ground and a block on it, or above it."""
+    low, high = height, height + 1
+    corners = [((-10, -1), (10, -1), (10, 0), (-10, 0)), ((-1, low), (0, low), (0, high), (-1, high))]
     lines = [
         "rockdda-blocks 1",
         "e0 0.001",
@@ -125,6 +127,36 @@ class Accuracy(ProgramTest):
             # a projectile is exact with every step: 1e-12 m of 5 m is rounding
             moved = (data["frames/vertices"][-1] - data["frames/vertices"][0])[4:8]
             np.testing.assert_allclose(moved, [[4.8, 7.2 - 0.5 * 9.81 * 1.44]] * 4, atol=1e-11)
+
+    def test_blocks_in_flight_move_ten_times_as_far(self):
+        """g2 bounds blocks that touch others; those in free flight, whose motion is exact, ten times its displacement.
+        A block falls 0.5 m on the ground, and ends at 3 m/s: 6 mm a step would be 2 ms."""
+        write_block(self, height=0.5)
+        text = SHAKE.replace(", harmonic = 3,0,1,0,0", "").replace("t_end = 3", "t_end = 0.5")
+        for scheme in ("shi", "generalized_alpha"):
+            with self.subTest(scheme=scheme):
+                option = f"&time accuracy = 1e-2, displacement_ratio = 5e-3, integrator = '{scheme}' /\n"
+                self.write("shake.nml", text + option)
+                outcome = self.run_program("run", "shake.nml", "-o", "out.h5", "--json", "--force")
+                self.assertEqual(outcome.code, 0, outcome.err)
+                limit = 5e-3 * float(re.search(r"reference length w0 += (\S+)", self.path("out.log").read_text())[1])
+                with h5py.File(self.path("out.h5")) as file:
+                    moved = file["history/max_displacement"][()]
+                    touches = file["history/contacts"][:, 1:].sum(axis=1) > 0
+                    velocity = file["frames/velocity"][()]
+                first = np.flatnonzero(touches)[0]
+                self.assertGreater(moved[:first].max(), 2 * limit)
+                self.assertLessEqual(moved[:first].max(), 10 * limit)
+                # the steps in which it lands and those in which it stands on the ground
+                self.assertLessEqual(moved[touches].max(), limit * (1 + 1e-9))
+                self.assertLess(np.abs(velocity[-1][1, :2]).max(), 3.2)
+        # nothing else ends the steps of a projectile: with g2 alone they would be 0.03 m long, 300 of them
+        for options, least, most in ((", accuracy = 1e-3", 1, 60), ("", 200, 1000)):
+            summary, _ = self.run_model(
+                "free_fall", f"&time displacement_ratio = 6.5e-3{options} /\n&run t_end = 1.2 /"
+            )
+            self.assertGreater(summary["steps"], least)
+            self.assertLess(summary["steps"], most)
 
     def test_an_explicit_step_is_the_bound(self):
         _, data = self.run_model("free_fall", "&time accuracy = 1e-3, dt_max = 0.022 /")
