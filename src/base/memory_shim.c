@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Thin POSIX shim: is there memory? Safe in a signal handler. */
+/* Thin POSIX shim: is there memory? Safe in a signal handler. And pages of memory before their first use. */
 #define _DEFAULT_SOURCE
 #include <stddef.h>
+#include <stdint.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 int rockdda_memory_is_there(size_t bytes);
 int rockdda_memory_is_gone(void);
+void rockdda_memory_take(void *from, size_t bytes);
 
 /* Where memory counts as used up [bytes]. */
 enum { NEXT_TO_NOTHING = 16 << 20 };
@@ -23,4 +26,18 @@ int rockdda_memory_is_there(size_t bytes)
 int rockdda_memory_is_gone(void)
 {
    return !rockdda_memory_is_there(NEXT_TO_NOTHING);
+}
+
+/* Take the pages of a part of memory from the system in one call, which else come one by one, each with a fault. Pages
+ * that lie across its ends are left. Does nothing where the system has no such call (Linux before 5.14). */
+void rockdda_memory_take(void *from, size_t bytes)
+{
+#ifdef MADV_POPULATE_WRITE
+   uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+   uintptr_t first = ((uintptr_t)from + page - 1) / page * page, end = ((uintptr_t)from + bytes) / page * page;
+   if (end > first) (void)madvise((void *)first, end - first, MADV_POPULATE_WRITE);
+#else
+   (void)from;
+   (void)bytes;
+#endif
 }

@@ -9,6 +9,7 @@
 !> A vertex-vertex contact with two entrance lines is two rows that name each other in `partner`;
 !> at most one of them is closed.
 module rockdda_contact_table
+   use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -92,31 +93,31 @@ contains
    pure subroutine clear_rows(self, first, last)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: first, last
-      self%block_a(first:last) = 0
-      self%vertex(first:last) = 0
-      self%block_b(first:last) = 0
-      self%edge(first:last) = 0
-      self%station(first:last) = 0
-      self%partner(first:last) = 0
-      self%joint(first:last) = 0
-      self%state(first:last) = 0
-      self%slip_sign(first:last) = 0
+      call set_zero(self%block_a(first:last))
+      call set_zero(self%vertex(first:last))
+      call set_zero(self%block_b(first:last))
+      call set_zero(self%edge(first:last))
+      call set_zero(self%station(first:last))
+      call set_zero(self%partner(first:last))
+      call set_zero(self%joint(first:last))
+      call set_zero(self%state(first:last))
+      call set_zero(self%slip_sign(first:last))
       self%bonded(first:last) = .false.
       self%tied(first:last) = .false.
-      self%shear(first:last) = 0
-      self%normal_force(first:last) = 0
-      self%shear_force(first:last) = 0
-      self%total_slip(first:last) = 0
-      self%energy(first:last) = 0
-      self%offset(first:last) = 0
-      self%k_n(first:last) = 0
-      self%k_s(first:last) = 0
-      self%distance(first:last) = 0
-      self%gap(first:last) = 0
-      self%length(first:last) = 0
-      self%share(first:last) = 0
-      self%normal(:, first:last) = 0
-      self%point(:, first:last) = 0
+      call set_zero(self%shear(first:last))
+      call set_zero(self%normal_force(first:last))
+      call set_zero(self%shear_force(first:last))
+      call set_zero(self%total_slip(first:last))
+      call set_zero(self%energy(first:last))
+      call set_zero(self%offset(first:last))
+      call set_zero(self%k_n(first:last))
+      call set_zero(self%k_s(first:last))
+      call set_zero(self%distance(first:last))
+      call set_zero(self%gap(first:last))
+      call set_zero(self%length(first:last))
+      call set_zero(self%share(first:last))
+      call set_zero(self%normal(:, first:last))
+      call set_zero(self%point(:, first:last))
    end subroutine clear_rows
 
    !> A contact that carries nothing and remembers nothing; its bond stays as it is.

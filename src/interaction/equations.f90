@@ -14,6 +14,7 @@
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
 !> their links in the same order: the numbers are those of a full assembly. So it is where vectors are new.
 module rockdda_interaction_equations
+   use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_interaction_link_lists, only : list_links
@@ -91,7 +92,9 @@ contains
       if (.not. allocated(self%f)) then
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), self%block_off(n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
-                   self%block_matrix(6, 6, n_blocks), source=0.0_wp)
+                   source=0.0_wp)
+         allocate (self%block_matrix(6, 6, n_blocks))
+         call set_zero(self%block_matrix)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
       end if
@@ -109,12 +112,12 @@ contains
       end if
       if (n_links <= self%n_begun) return
       m = self%n_begun + 1
-      self%pair(:, m:n_links) = 0
-      self%changed(m:n_links) = 0
-      self%vector_a(:, :, m:n_links) = 0
-      self%vector_b(:, :, m:n_links) = 0
-      self%stiffness(:, m:n_links) = 0
-      self%force(:, m:n_links) = 0
+      call set_zero(self%pair(:, m:n_links))
+      call set_zero(self%changed(m:n_links))
+      call set_zero(self%vector_a(:, :, m:n_links))
+      call set_zero(self%vector_b(:, :, m:n_links))
+      call set_zero(self%stiffness(:, m:n_links))
+      call set_zero(self%force(:, m:n_links))
       self%n_begun = n_links
    end subroutine set_size
 
@@ -317,16 +320,12 @@ contains
    !> Before `measure_placement` of the families.
    subroutine clear_placement(self)
       class(equations_type), intent(inout) :: self
-      integer :: c, i
+      integer :: i
       self%block_off = 0
       do i = 1, self%n_blocks
          self%block_force(i) = norm2(self%block_load(1:2, i))
       end do
-      !$omp parallel do default(none) shared(self) private(c) schedule(static) if (self%n_links > parallel_contacts)
-      do c = 1, self%n_links
-         self%link_off(c) = 0
-      end do
-      !$omp end parallel do
+      call set_zero(self%link_off(1:self%n_links))
    end subroutine clear_placement
 
    !> Blocks with a term or a link that is off by more than a limit.

@@ -4,7 +4,9 @@
 !> Whether a contact is open follows from its gap, and that of its partner, here; forces and states of closed contacts
 !> come from their law (rockdda_interaction_joint_law). They do not change the contact table.
 module rockdda_interaction_open_close
-   use rockdda_base_kinds, only : wp, i1, i2, l1
+   use, intrinsic :: iso_c_binding, only : c_loc
+   use rockdda_base_first_use, only : set_zero, take_bytes, take_pages
+   use rockdda_base_kinds, only : wp, i1, i2, i8, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
@@ -461,7 +463,7 @@ contains
 
    !> Arrays for at least n contacts.
    pure subroutine make_room(self, n)
-      class(open_close_type), intent(inout) :: self
+      class(open_close_type), intent(inout), target :: self
       integer, intent(in) :: n
       integer :: m
       if (allocated(self%gap)) then
@@ -476,12 +478,18 @@ contains
                    self%friction_used(m))
          self%n_begun = 0
       end if
-      ! what `begin_rows` does not set
+      if (n <= self%n_begun) return
       m = self%n_begun + 1
+      call take_bytes(c_loc(self%joint(m)), int(storage_size(self%joint)/8, i8)*(n - m + 1))
+      call take_pages(self%normal_force(m:n))
+      call take_pages(self%miss(m:n))
+      call take_pages(self%gap(m:n))
+      call take_pages(self%slip(m:n))
+      ! what `begin_rows` does not set
       self%sign_used(m:n) = 0
       self%bonded_used(m:n) = .false.
-      self%friction_used(m:n) = 0
-      self%n_begun = max(n, self%n_begun)
+      call set_zero(self%friction_used(m:n))
+      self%n_begun = n
    end subroutine make_room
 
 end module rockdda_interaction_open_close

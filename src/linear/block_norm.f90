@@ -12,6 +12,7 @@
 !>
 !> For threads the blocks are cut into chunks; sums are taken chunk by chunk, in order.
 module rockdda_linear_block_norm
+   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_small_blocks, only : factorize_block, n_packed, pack_lower, solve_packed
@@ -51,6 +52,7 @@ contains
       if (allocated(self%factor)) deallocate (self%factor, self%partial, self%trouble)
       allocate (self%factor(n_packed, first(self%n_chunks + 1) - 1), self%partial(self%n_chunks), &
                 self%trouble(self%n_chunks))
+      call take_pages(self%factor)
    end subroutine set_chunks
 
    !> Factorise the diagonal blocks of a matrix, as far as they are new; `bad` is the first block that has no factor.

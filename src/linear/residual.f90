@@ -16,6 +16,7 @@
 !> halves of K x are added where no other chunk writes, and sums are taken chunk by chunk, in order.
 module rockdda_linear_residual
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
@@ -145,6 +146,10 @@ contains
       if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
       allocate (self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), self%x_last(6, matrix%n))
+      call take_pages(self%r)
+      call take_pages(self%work)
+      call take_pages(self%f_last)
+      call take_pages(self%x_last)
       n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
       first = [(1 + int(int(c - 1, i8)*matrix%n/n_chunks), c=1, n_chunks + 1)]
       call self%weights%set_chunks(first, n_chunks > few_chunks)

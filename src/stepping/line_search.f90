@@ -14,6 +14,7 @@
 !> (rockdda_linear_block_norm). No solve is needed for it. Whether it is below a share of another one is mostly clear
 !> from a few of the blocks of that: their part of the sum is a lower bound.
 module rockdda_stepping_line_search
+   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_interaction_equations, only : equations_type
@@ -291,12 +292,16 @@ contains
       end if
       if (.not. allocated(self%r)) then
          allocate (self%r(6, n))
+         call take_pages(self%r)
          call self%weights%set_chunks([((p - 1)*piece + 1, p=1, n_pieces(n)), n + 1], n > parallel_blocks)
       end if
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)
       end if
-      if (.not. allocated(self%force)) allocate (self%force(2, equations%n_links + equations%n_links/4))
+      if (.not. allocated(self%force)) then
+         allocate (self%force(2, equations%n_links + equations%n_links/4))
+         call take_pages(self%force(:, 1:equations%n_links))
+      end if
    end subroutine make_room
 
 end module rockdda_stepping_line_search
