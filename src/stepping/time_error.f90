@@ -352,7 +352,8 @@ contains
       end do
       mean = share(2)*along(1) + share(1)*along(2)
       k = merge(1, 2, along(1) > along(2))
-      if (.not. (along(k) > mean .and. share(k) > 0)) return
+      ! rounding may leave a Q below zero
+      if (.not. (along(k) > max(mean, 0.0_wp) .and. share(k) > 0)) return
       factor = (1 - sqrt(max(mean, 0.0_wp)/along(k)))/(1 + line(3, k)**2)
       row(:, k) = row(:, k) - (0.5_wp*factor*(1 + line(3, k)**2)*along(k))*line(:, k)
       call subtract(of_blocks(at_q + 1:at_q + 6, pair(k)), factor*line(:, k), row(:, k))
