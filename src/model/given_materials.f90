@@ -50,14 +50,15 @@ contains
    end subroutine put_tables_together
 
    !> With a wanted accuracy g1 is only the first step: the run ends at the time that the number of steps of the
-   !> analysis file reaches with g1. Steps are no longer than an explicit dt_max, a fiftieth of the run, and a twentieth
-   !> of a harmonic's period, the last two unless g1 is.
+   !> analysis file reaches with g1. Steps are no longer than an explicit dt_max, and than a fiftieth of the run and a
+   !> twentieth of a harmonic's period, or g1 of the analysis file if that is longer.
    subroutine settle_accuracy(analysis, options, parameters, messages)
       type(analysis_input_type), intent(in) :: analysis
       type(run_options_type), intent(in) :: options
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       logical :: by_steps, is_dynamic
+      real(wp) :: given_step           !! g1 of the analysis file, 0: none [time]
       integer :: i
       if (.not. parameters%accuracy > 0) return
       by_steps = .false.
@@ -82,15 +83,18 @@ contains
          parameters%t_end = min(parameters%t_end, parameters%n_steps*parameters%dt_max)
          parameters%n_steps = huge(1)
       end if
+      given_step = merge(parameters%dt_max, 0.0_wp, analysis%dt_max > 0)
       if (parameters%t_end < huge(1.0_wp)) parameters%dt_bound = min(parameters%dt_bound, &
-         max(parameters%dt_max, most_of_run*parameters%t_end))
-      if (.not. allocated(parameters%base%harmonics)) return
-      do i = 1, size(parameters%base%harmonics, 2)
-         associate (frequency => abs(parameters%base%harmonics(3, i)))
-            if (frequency > 0) parameters%dt_bound = min(parameters%dt_bound, &
-                                                         max(parameters%dt_max, most_of_period/frequency))
-         end associate
-      end do
+         max(given_step, most_of_run*parameters%t_end))
+      if (allocated(parameters%base%harmonics)) then
+         do i = 1, size(parameters%base%harmonics, 2)
+            associate (frequency => abs(parameters%base%harmonics(3, i)))
+               if (frequency > 0) parameters%dt_bound = min(parameters%dt_bound, &
+                                                            max(given_step, most_of_period/frequency))
+            end associate
+         end do
+      end if
+      parameters%dt_max = min(parameters%dt_max, parameters%dt_bound)
    end subroutine settle_accuracy
 
    !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
