@@ -12,6 +12,8 @@ module rockdda_app_progress
    integer, parameter :: bar_width = 30
    !> Seconds between updates on a terminal and elsewhere.
    real(wp), parameter :: terminal_interval = 0.2_wp, line_interval = 10
+   !> Longer times that are left are not shown [s].
+   real(wp), parameter :: longest_left = 1.0e8_wp
 
    type :: progress_type
       logical, private :: active = .false., terminal = .false., drawn = .false.
@@ -50,7 +52,8 @@ contains
       tail = text
       if (fraction > 0 .and. fraction < 1) then
          left = (now - self%start)*(1 - fraction)/fraction
-         tail = tail//', '//duration(left)//' left'
+         ! a stage until equilibrium does not know its end
+         if (left < longest_left) tail = tail//', '//duration(left)//' left'
       end if
       if (self%terminal) then
          full = nint(bar_width*min(1.0_wp, max(0.0_wp, fraction)))

@@ -15,11 +15,8 @@ module rockdda_run_outcome
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
-   !> Warn of an estimated error in time above this share of the largest displacement.
+   !> Warn of an estimated error in time, and of motion after strikes, above this share of the largest displacement.
    real(wp), parameter :: much_error = 0.05_wp
-   !> Warn of motion after strikes of this many blocks, and above this share of the largest displacement.
-   integer, parameter :: many_struck = 5
-   real(wp), parameter :: much_after = 0.1_wp
    !> Share of the steps in which friction turned without being followed.
    real(wp), parameter :: much_passed = 0.1_wp
    !> Unbalanced force of loads that act at once.
@@ -153,6 +150,8 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       character(len=:), allocatable :: unseen
+      real(wp) :: compared     !! displacement to which errors are compared [length]
+      logical :: unsettled     !! damping or a static stage would help
       text = ''
       associate (error => sim%record%time_error, wanted => sim%parameters%accuracy, accuracy => sim%control%accuracy)
          if (.not. wanted > 0) then
@@ -166,24 +165,39 @@ contains
             if (accuracy%n_held > 0) text = text//'; from time '//to_string(accuracy%first_held, 5)// &
                                             ' on shorter steps made no smaller errors'
          end if
+         ! errors are compared with at least g2*w0
+         compared = sim%control%time_error%reference(sim%parameters)
+         if (.not. error > wanted .and. error*compared > wanted*sim%control%time_error%largest) &
+            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '//to_string(compared, 3)// &
+                   '; of the largest displacement, '//to_string(sim%control%time_error%largest, 3)// &
+                   ', the estimated time error is '// &
+                   to_string(error*compared/max(tiny(1.0_wp), sim%control%time_error%largest), 2)// &
+                   '; give a smaller displacement_ratio'
          unseen = ''
-         if (accuracy%sudden_load > much_unbalanced) unseen = 'at time '//to_string(accuracy%begin, 5)// &
-            ' loads act at once (unbalanced '//to_string(accuracy%sudden_load, 2)//') on bolts or joints without '// &
-            'damping'
-         if (accuracy%n_passed > much_passed*sim%state%step) then
-            if (len(unseen) > 0) unseen = unseen//', and '
-            unseen = unseen//'friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed'
-         end if
+         if (accuracy%sudden_load > much_unbalanced) call add('at time '//to_string(accuracy%begin, 5)// &
+            ' forces are out of balance at once (by '//to_string(accuracy%sudden_load, 2)//') on bolts or joints '// &
+            'without damping', unseen)
+         if (accuracy%n_passed > much_passed*sim%state%step) &
+            call add('friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed', unseen)
+         unsettled = len(unseen) > 0
+         if (strikes_matter(sim)) call add(strikes_text(sim), unseen)
          if (len(unseen) > 0) then
             if (len(text) > 0) text = text//'. '
-            text = text//'accuracy cannot be promised: '//unseen//'; the estimate does not see what friction does there'
+            text = text//'accuracy cannot be promised: '//unseen//'; the estimate does not see what follows from it'
          end if
-         if (len(text) > 0) then
-            text = text//'. Give joints a damping_ratio, or begin with a static stage'
-            if (.not. sim%parameters%second_order) text = text//", or take integrator = 'generalized_alpha'"
-         end if
+         if (len(text) > 0 .and. unsettled) text = text//'. Give joints a damping_ratio, or begin with a static stage'
+         if (error > wanted .and. .not. sim%parameters%second_order) &
+            text = text//". integrator = 'generalized_alpha' has smaller errors"
       end associate
    end function time_error_warning
+
+   !> Add a reason to those present.
+   pure subroutine add(reason, reasons)
+      character(len=*), intent(in) :: reason
+      character(len=:), allocatable, intent(inout) :: reasons
+      if (len(reasons) > 0) reasons = reasons//', and '
+      reasons = reasons//reason
+   end subroutine add
 
    !> Largest displacement of a block after it struck another one, over the largest displacement.
    pure real(wp) function share_after_strikes(sim) result(share)
@@ -204,13 +218,20 @@ contains
                         to_string(share_after_strikes(sim), 2)//' of the largest displacement'
    end function strikes_text
 
-   !> Warning about motion after many strikes, which depends on each step; '' otherwise.
+   !> Did blocks move on after strikes, so that the answer depends on each step?
+   pure logical function strikes_matter(sim)
+      type(simulation_type), intent(in) :: sim
+      strikes_matter = share_after_strikes(sim) > merge(min(much_error, sim%parameters%accuracy), much_error, &
+                                                        sim%parameters%accuracy > 0)
+   end function strikes_matter
+
+   !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about
+   !> the error in time tells it.
    pure function strikes_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (sim%control%strikes%count_struck() < many_struck) return
-      if (.not. share_after_strikes(sim) > much_after) return
+      if (.not. strikes_matter(sim) .or. sim%parameters%accuracy > 0 .or. sim%record%time_error > much_error) return
       text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
              strikes_text(sim)//'; compare with half of dt_max'
    end function strikes_warning

@@ -158,6 +158,53 @@ class Accuracy(ProgramTest):
             self.assertGreater(summary["steps"], least)
             self.assertLess(summary["steps"], most)
 
+    def test_harmonic_motion_of_the_base_is_followed(self):
+        """Also where steps are chosen by the program, or dt_max is longer: at least twenty in a period."""
+        model = (
+            "&model geometry = 'b.blk' /\n&block_material number = 1, density = 2600, young = 1e12, poisson = 0.2 /\n"
+            "&joint_material number = 1, friction = 45, cohesion = 1e9, tension = 1e9, normal_stiffness = 2e8 /\n"
+            "&load harmonic = 0, 0.1, 40, 0, 0 /\n&run t_end = 0.25 /\n"
+            "&boundary along = -5,-1, 6,-1, kind = 'fixed' /\n"
+            "&time accuracy = 1e-2, integrator = 'generalized_alpha'{} /\n"
+        )
+        rows = [
+            "rockdda-blocks 1",
+            "e0 0.001",
+            "blocks 2",
+            "vertices 8",
+            "fixed 0",
+            "loading 0",
+            "measured 0",
+            "bolts 0",
+        ]
+        rows += [
+            "block 1 1 4",
+            "-5 -1 1",
+            "6 -1 1",
+            "6 0 1",
+            "-5 0 1",
+            "block 2 1 4",
+            "0 0 1",
+            "2 0 1",
+            "2 1 1",
+            "0 1 1",
+        ]
+        rows += ["fixed_points", "loading_points", "measured_points", "bolt_list", "end", ""]
+        self.write("b.blk", "\n".join(rows))
+        for step in ("", ", dt_max = 1"):
+            self.write("b.nml", model.format(step))
+            outcome = self.run_program("run", "b.nml", "-o", "b.h5", "--force", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            with h5py.File(self.path("b.h5")) as file:
+                self.assertLessEqual(file["history/dt"][:].max(), (1 + 1e-9) / 40 / 20)
+            # a motion of some micrometres, errors are compared with g2 w0 of 10 mm
+            self.assertLess(outcome.json["time_error"], 1e-4)
+
+    def test_motion_below_g2_is_told(self):
+        """A block that moves by far less than g2 w0."""
+        summary, _ = self.run_model("incline", "&time accuracy = 1e-2, displacement_ratio = 0.5 /\n&run t_end = 0.02 /")
+        self.assertIn("is that of g2*w0", self.warnings(summary))
+
     def test_an_explicit_step_is_the_bound(self):
         _, data = self.run_model("free_fall", "&time accuracy = 1e-3, dt_max = 0.022 /")
         self.assertLessEqual(data["history/dt"].max(), 0.022 * (1 + 1e-9))
@@ -213,7 +260,9 @@ class Accuracy(ProgramTest):
     def test_what_cannot_be_promised_is_said(self):
         """A weight that is put at once on joints without damping: time and number are named."""
         summary, _ = self.run_model("incline", "&time accuracy = 1e-2 /")
-        self.assertRegex(self.warnings(summary), r"cannot be promised: at time 0 loads act at once \(unbalanced 0\.\d")
+        self.assertRegex(
+            self.warnings(summary), r"cannot be promised: at time 0 forces are out of balance at once \(by 0\.\d"
+        )
         self.assertLess(summary["steps"], 1000)
         summary, _ = self.run_model("pushed_block", "&time accuracy = 1e-6, dt_min = 5e-4 /")
         self.assertRegex(

@@ -138,6 +138,30 @@ class Plausibility(ProgramTest):
         restitution = sleep + "&joint_law material = 1, restitution = 0.5 /\n"
         self.check("no block sleeps in a model with restitution", options=restitution, file="x.nml")
 
+    def test_sleep_that_holds_what_slides(self):
+        sleep = "&run steps = 1 /\n&time sleep = 'on', sleep_tolerance = {} /\n"
+        self.check("blocks sleep that lack this share of the forces", options=sleep.format(0.2), file="x.nml")
+        self.assertEqual(self.warnings(options=sleep.format(0.05)), [])
+
+    def test_steps_that_do_not_follow_the_base(self):
+        # g1 of the analysis file is 0.01
+        harmonic = "&run steps = 1 /\n&load harmonic = 1, 0, {}, 0, 0 /\n"
+        self.check(
+            "do not follow the motion of the base: the base has a period of 0.04; give dt_max, at most 0.004",
+            options=harmonic.format(25),
+            file="x.df",
+        )
+        self.assertEqual(self.warnings(options=harmonic.format(9.5)), [])
+        self.write("x.csv", "t,a\n" + "".join(f"{0.0005 * i},{i % 2}\n" for i in range(50)))
+        record = "&run steps = 1 /\n&quake record = 'x.csv' /\n&time dt_max = {} /\n"
+        self.check(
+            "the record has a row each 0.0005; give dt_max, at most 0.0025", options=record.format(3e-3), file="x.nml"
+        )
+        self.assertEqual(self.warnings(options=record.format(2.4e-3)), [])
+        self.write("x.nml", "&time accuracy = 1e-2 /\n&load harmonic = 1, 0, 2, 0, 0 /\n")
+        checked = self.run_program("check", "x.dc", "x.df", "x.nml")
+        self.assertIn("Shi's scheme damps the vibrations of a harmonic motion", checked.err)
+
     def test_no_false_alarm(self):
         # notes of cutting aside, which name a line
         folders = [path.parent for path in sorted(INPUTS.glob("*/*.df"))]

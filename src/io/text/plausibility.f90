@@ -32,6 +32,11 @@ module rockdda_io_plausibility
    real(wp), parameter :: largest_closure = 0.2_wp
    !> Contact springs may be softer than the rock by this factor without a warning.
    real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
+   !> Fewer steps of g1 in a period of the base's motion than this do not follow it, nor do steps over more than so many
+   !> rows of a record.
+   real(wp), parameter :: least_of_period = 10, most_of_record = 5
+   !> Largest share of the forces that blocks asleep may lack without a warning.
+   real(wp), parameter :: largest_sleep = 0.05_wp
 
    !> What the rules read of a model, and the warnings so far.
    type :: inspection_type
@@ -51,6 +56,7 @@ module rockdda_io_plausibility
       procedure :: check_loads
       procedure :: check_supports
       procedure :: check_sleep
+      procedure :: check_step
    end type inspection_type
 
 contains
@@ -86,6 +92,7 @@ contains
       call inspection%check_loads(blocks, parameters)
       call inspection%check_supports(blocks, parameters)
       call inspection%check_sleep(parameters)
+      call inspection%check_step(parameters, is_set(options%dt_max))
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
 
@@ -366,7 +373,51 @@ contains
       if (allocated(parameters%water)) then
          if (size(parameters%water) > 0) what = 'water'
       end if
+      if (parameters%sleep_tolerance > largest_sleep) call self%warn('sleep_tolerance = '// &
+         to_string(parameters%sleep_tolerance, 3)//': blocks sleep that lack this share of the forces for balance, '// &
+         'and do not begin to slide', .true.)
       if (len(what) > 0) call self%warn("sleep = 'on' has no effect: no block sleeps in a model with "//what, .true.)
    end subroutine check_sleep
+
+   !> Check that steps are short enough to follow the motion of the base. With a wanted accuracy they land on the rows
+   !> of records; that Shi's scheme damps vibrations is not in the estimated error.
+   subroutine check_step(self, parameters, from_options)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      logical, intent(in) :: from_options      !! dt_max is from the options file
+      real(wp) :: longest
+      integer :: i, n
+      character(len=:), allocatable :: what
+      longest = huge(1.0_wp)
+      what = ''
+      if (allocated(parameters%base%harmonics)) then
+         if (parameters%accuracy > 0 .and. .not. parameters%second_order) call self%warn( &
+            "accuracy: Shi's scheme damps the vibrations of a harmonic motion, which the estimated error does not "// &
+            "see; take integrator = 'generalized_alpha'", .true.)
+         do i = 1, size(parameters%base%harmonics, 2)
+            associate (frequency => abs(parameters%base%harmonics(3, i)))
+               if (.not. frequency*parameters%dt_max*least_of_period > 1) cycle
+               if (.not. 1 < longest*least_of_period*frequency) cycle
+               longest = 1/(least_of_period*frequency)
+               what = 'the base has a period of '//to_string(1/frequency, 3)
+            end associate
+         end do
+      end if
+      if (allocated(parameters%quakes) .and. .not. parameters%accuracy > 0) then
+         do i = 1, size(parameters%quakes)
+            if (.not. allocated(parameters%quakes(i)%rows)) cycle
+            n = size(parameters%quakes(i)%rows, 2)
+            if (n < 2) cycle
+            associate (spacing => (parameters%quakes(i)%rows(1, n) - parameters%quakes(i)%rows(1, 1))/(n - 1))
+               if (.not. parameters%dt_max > most_of_record*spacing .or. .not. most_of_record*spacing < longest) cycle
+               longest = most_of_record*spacing
+               what = 'the record has a row each '//to_string(spacing, 3)
+            end associate
+         end do
+      end if
+      if (len(what) > 0) call self%warn('steps of '//to_string(parameters%dt_max, 3)//' (g1, dt_max) do not follow '// &
+                                        'the motion of the base: '//what//'; give dt_max, at most '// &
+                                        to_string(longest, 3), from_options)
+   end subroutine check_step
 
 end module rockdda_io_plausibility
