@@ -66,6 +66,7 @@ contains
       call json%put('time_error', run%sim%record%time_error)
       call json%put('struck_blocks', run%sim%control%strikes%count_struck())
       call json%put('motion_after_strikes', share_after_strikes(run%sim))
+      call json%put('asleep_blocks', count(run%sim%state%asleep))
       call json%put('stage', stage_name(run%sim%parameters%stages, run%sim%record%stage + 1))
       call json%open('{', 'cuts')
       do i = 1, n_cut_reasons

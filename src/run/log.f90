@@ -5,7 +5,7 @@ module rockdda_run_log
 !$ use omp_lib, only : omp_get_max_threads
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_base_version, only : build_description
    use rockdda_model_options, only : run_options_type
    use rockdda_model_resolve, only : length_scale
@@ -142,6 +142,9 @@ contains
       if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
       if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
       if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
+      if (.not. allocated(error) .and. sim%parameters%sleeps) &
+         call self%put('# asleep: '//to_string(count(sim%state%asleep))//' of '// &
+                       counted(sim%blocks%n_blocks, 'block')//'; the unbalanced force is that of the others', error)
       if (.not. allocated(error) .and. len(accuracy_text(sim)) > 0) call self%put('# '//accuracy_text(sim), error)
    end subroutine write_outcome
 
