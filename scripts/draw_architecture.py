@@ -26,7 +26,7 @@ FIGURE = Path("docs/images/one_step.svg")
 FOLDERS = {
     "base": "kinds, errors, messages, texts, random numbers, threads, times",
     "geometry": "polygons, segments, grids",
-    "linear": "the block matrix and the solvers: direct (CHOLMOD), PCG, SOR, automatic",
+    "linear": "the block matrix and the solvers: direct (CHOLMOD, a factor by blocks), PCG, SOR, automatic",
     "model": "what a model is: blocks, materials, options, the numbers of a run, the state of the blocks",
     "lines": "`rockdda lines` (Shi's DL): joints from the statistics of joint sets",
     "cutting": "`rockdda cut` (Shi's DC): blocks from lines",

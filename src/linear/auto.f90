@@ -24,6 +24,10 @@
 !> A factor serves all solves with one matrix, of which the iteration for friction forces needs several; their recent
 !> number enters the estimate, too.
 !>
+!> Systems of up to some hundred blocks have a direct solver of their own (rockdda_linear_block_cholesky). It costs so
+!> little that PCG is not granted more iterations than cost as much, and that after a failure of PCG nothing is counted
+!> until it is tried again.
+!>
 !> The choice depends on counts alone, and `pack` saves its state: the same solve makes the same choice on any machine
 !> and after a restart. When PCG does not converge within its limit, the direct solver takes over. The choice stays as
 !> long as the matrix does (values_id): a present factor is cheaper than any iteration.
@@ -34,6 +38,7 @@ module rockdda_linear_auto
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_direct, only : direct_solver_type
+   use rockdda_linear_block_cholesky, only : most_blocks
    use rockdda_linear_pcg, only : pcg_solver_type, many_iterations
    use rockdda_linear_products, only : n_stored_blocks
    implicit none
@@ -43,7 +48,9 @@ module rockdda_linear_auto
    type, extends(linear_solver_type) :: auto_solver_type
       type(pcg_solver_type) :: pcg
       class(direct_solver_type), allocatable :: direct
+      class(direct_solver_type), allocatable :: other   !! for small systems, or for large ones while `direct` is that
       integer :: direct_limit = huge(1)        !! models with more blocks never go to the direct solver
+      logical, private :: is_small = .false.   !! `direct` is the solver for small systems
       real(wp), allocatable :: row_sum(:)     !! (n) work
       ! saved by `pack`
       real(wp), private :: correction = 1      !! recent iterations of PCG over those expected
@@ -70,16 +77,14 @@ module rockdda_linear_auto
    real(wp), parameter :: per_iteration = 25      !! PCG, for each stored block
    real(wp), parameter :: per_preparation = 350   !! PCG, for each stored block
    real(wp), parameter :: deflated_cost = 2.0_wp  !! both with a coarse space, over those without
-   real(wp), parameter :: per_operation = 0.05_wp !! factorisation
-   real(wp), parameter :: per_fill = 13           !! factorisation and solution, for each entry of the factor
-   real(wp), parameter :: per_backsolve = 2       !! one more solution, for each entry of the factor
    !> Iterations of PCG with the matrix of the solve before, over those of a first solve: the first guess is close.
-   real(wp), parameter :: follow_up = 0.15_wp
+   !> In small systems that change their states in many rounds it is not: of the jointed slope in `inputs` 0.6.
+   real(wp), parameter :: follow_up = 0.15_wp, follow_up_of_small = 0.6_wp
    !> Up to this number of blocks the direct solver takes less than 0.1 ms for any matrix, and is exact to rounding.
    integer, parameter :: few_blocks = 30
    !> The analysis serves many solves. Without one the direct solver is chosen when PCG is expected to cost more than
    !> this for each block and sqrt(block).
-   real(wp), parameter :: analysis_cost = 300
+   real(wp), parameter :: analysis_cost = 300, analysis_of_small = 150
    !> Iterations for a condition of one and a reduction by e.
    real(wp), parameter :: iterations_per_digit = 0.36_wp
    !> A coarse space pays from so many iterations for all digits on, in models of so many blocks, and when with it they
@@ -118,6 +123,7 @@ contains
       logical :: use_direct
       character(len=:), allocatable :: failure
 
+      call take_direct(self, matrix%n)
       call pass_settings(self)
       if (matrix%values_id == 0 .or. matrix%values_id /= self%inertia_id) then
          call measure_inertia(self, matrix, self%inertia)
@@ -153,7 +159,7 @@ contains
          if (report%converged) then
             share = share_of_digits(self, report%residual)
             if (share >= least_share) call remember(report%iterations/(first_guess*share), forget)
-            self%last_wait = 0
+            self%last_wait = merge(self%last_wait/2, 0, self%is_small)
          end if
          if (report%converged .or. matrix%n > self%direct_limit) then
             if (.not. allocated(report%detail)) report%detail = self%choice
@@ -187,6 +193,18 @@ contains
 
    end subroutine solve_auto
 
+   !> Let `direct` be the direct solver for systems of this size.
+   subroutine take_direct(self, n)
+      class(auto_solver_type), intent(inout) :: self
+      integer, intent(in) :: n   !! blocks
+      class(direct_solver_type), allocatable :: last
+      if (.not. allocated(self%other) .or. (self%is_small .eqv. n <= most_blocks)) return
+      call move_alloc(self%direct, last)
+      call move_alloc(self%other, self%direct)
+      call move_alloc(last, self%other)
+      self%is_small = .not. self%is_small
+   end subroutine take_direct
+
    !> Choose the solver and the limit of iterations for PCG.
    subroutine choose(self, matrix, f, expected, x, use_direct, granted)
       class(auto_solver_type), intent(inout) :: self
@@ -207,19 +225,31 @@ contains
          self%choice = self%direct%name()//': few blocks'
          return
       end if
+      if (self%is_small .and. self%waiting > 0) then
+         use_direct = .true.
+         self%waiting = self%waiting - 1
+         return
+      end if
       each = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_iteration
       preparation = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_preparation
-      solves = 1 + follow_up*(self%reuse - 1)
+      solves = 1 + merge(follow_up_of_small, follow_up, self%is_small)*(self%reuse - 1)
       share = 1
       if (self%pause > 0 .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
       work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
       self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
-      if (matrix%n > self%direct_limit .or. work_pcg <= analysis_cost*real(matrix%n, wp)**1.5_wp) return
+      if (matrix%n > self%direct_limit .or. work_pcg <= &
+          merge(analysis_of_small, analysis_cost, self%is_small)*real(matrix%n, wp)**1.5_wp) return
       call self%direct%count_work(matrix, operations, fill, error)
       ! too little memory for the analysis: PCG solves
       if (allocated(error)) return
-      work_direct = per_operation*operations + (per_fill + (self%reuse - 1)*per_backsolve)*fill
-      if (work_pcg <= work_direct) return
+      work_direct = self%direct%per_operation*operations + &
+                    (self%direct%per_fill + (self%reuse - 1)*self%direct%per_backsolve)*fill
+      if (work_pcg <= work_direct) then
+         ! PCG that needs more than that pays no more: in small systems the direct solver is at hand
+         affordable = (work_direct/n_stored_blocks(matrix) - preparation)/(solves*each)
+         if (self%is_small) granted = min(granted, max(1, nint(affordable)))
+         return
+      end if
       call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)

@@ -25,6 +25,10 @@ module rockdda_linear_direct
 
    type, abstract, extends(linear_solver_type) :: direct_solver_type
       real(wp) :: tolerance = 1.0e-10_wp     !! wanted relative residual, see rockdda_linear_residual
+      ! time of the parts of a solve, in the unit of rockdda_linear_auto
+      real(wp) :: per_operation = 0.05_wp    !! factorisation
+      real(wp) :: per_fill = 13              !! factorisation and solution, for each entry of the factor
+      real(wp) :: per_backsolve = 2          !! one more solution, for each entry of the factor
       type(residual_type) :: residual
       integer :: values_id = 0               !! matrix that is factorised, 0 none
       real(wp), allocatable :: correction(:, :) !! (6, n) of the refinement step

@@ -5,7 +5,8 @@ module rockdda_linear_factory
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_solver, only : linear_solver_type
-   use rockdda_linear_dense, only : dense_solver_type, max_dense_blocks
+   use rockdda_linear_dense, only : dense_solver_type
+   use rockdda_linear_block_cholesky, only : new_block_cholesky, most_blocks
    use rockdda_linear_sor, only : sor_solver_type
    use rockdda_linear_pcg, only : pcg_solver_type
    use rockdda_linear_auto, only : auto_solver_type
@@ -110,11 +111,12 @@ contains
       if (allocated(error)) return
 #ifdef ROCKDDA_WITH_CHOLMOD
       allocate (cholmod_solver_type :: auto%direct)
-#else
-      allocate (dense_solver_type :: auto%direct)
-      auto%direct_limit = max_dense_blocks
-#endif
       auto%direct%tolerance = tolerance
+      allocate (auto%other, source=new_block_cholesky(tolerance))
+#else
+      allocate (auto%direct, source=new_block_cholesky(tolerance))
+      auto%direct_limit = most_blocks
+#endif
       call move_alloc(auto, solver)
    end subroutine new_auto
 

@@ -5,7 +5,8 @@ module rockdda_linear_small_blocks
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: factorize_block, solve_lower, solve_block, invert_lower, n_packed, pack_lower, unpack_lower, solve_packed
+   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_lower, n_packed, pack_lower, &
+      unpack_lower, solve_packed
 
    !> Numbers of a lower triangle that is packed column by column.
    integer, parameter :: n_packed = 21

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT */
+/* Products of 6x6 blocks, column by column, for a Cholesky factor by blocks. Processors with AVX take four numbers at a
+ * time, others two: the compiler makes a version for each, of which the loader chooses one. Each entry is computed by
+ * the same operations in the same order in all of them, so that the bits do not depend on the processor. */
+#include <string.h>
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__)
+#define FOR_EACH_PROCESSOR __attribute__((target_clones("avx", "default")))
+#else
+#define FOR_EACH_PROCESSOR
+#endif
+
+typedef double four __attribute__((vector_size(32)));
+typedef double two __attribute__((vector_size(16)));
+
+/* Rows 1 to 4 and 5 to 6 of a column. */
+#define LOAD(c4, c2, from) (memcpy(&(c4), (from), sizeof(four)), memcpy(&(c2), (from) + 4, sizeof(two)))
+#define STORE(c4, c2, to) (memcpy((to), &(c4), sizeof(four)), memcpy((to) + 4, &(c2), sizeof(two)))
+
+/* C_t := C_t - A_q B^T for n blocks A_1, A_2, … that follow one another, t = target[q], counted from 1. */
+FOR_EACH_PROCESSOR
+void rockdda_subtract_products(int n, const int *target, const double *a, const double *b, double *c)
+{
+   for (int q = 0; q < n; ++q, a += 36)
+   {
+      double *out = c + 36 * (long)(target[q] - 1);
+      four a4[6], s4;
+      two a2[6], s2;
+#pragma GCC unroll 6
+      for (int m = 0; m < 6; ++m)
+         LOAD(a4[m], a2[m], a + 6 * m);
+#pragma GCC unroll 6
+      for (int j = 0; j < 6; ++j)
+      {
+         LOAD(s4, s2, out + 6 * j);
+#pragma GCC unroll 6
+         for (int m = 0; m < 6; ++m)
+         {
+            const double x = b[6 * m + j];
+            s4 -= a4[m] * x;
+            s2 -= a2[m] * x;
+         }
+         STORE(s4, s2, out + 6 * j);
+      }
+   }
+}
+
+/* y_i := y_i - A_q x for n blocks that follow one another, i = row[q], counted from 1. */
+FOR_EACH_PROCESSOR
+void rockdda_subtract_column(int n, const int *row, const double *a, const double *x, double *y)
+{
+   for (int q = 0; q < n; ++q, a += 36)
+   {
+      double *out = y + 6 * (long)(row[q] - 1);
+      four c4, s4;
+      two c2, s2;
+      LOAD(s4, s2, out);
+      for (int m = 0; m < 6; ++m)
+      {
+         LOAD(c4, c2, a + 6 * m);
+         s4 -= c4 * x[m];
+         s2 -= c2 * x[m];
+      }
+      STORE(s4, s2, out);
+   }
+}
+
+/* x := x - sum over n blocks that follow one another of A_q^T y_i, i = row[q], counted from 1. */
+FOR_EACH_PROCESSOR
+void rockdda_subtract_row(int n, const int *row, const double *a, const double *y, double *x)
+{
+   four s4[6], a4, y4;
+   two s2[6], a2, y2;
+   for (int j = 0; j < 6; ++j)
+   {
+      s4[j] = (four){0, 0, 0, 0};
+      s2[j] = (two){0, 0};
+   }
+   for (int q = 0; q < n; ++q, a += 36)
+   {
+      LOAD(y4, y2, y + 6 * (long)(row[q] - 1));
+      for (int j = 0; j < 6; ++j)
+      {
+         LOAD(a4, a2, a + 6 * j);
+         s4[j] += a4 * y4;
+         s2[j] += a2 * y2;
+      }
+   }
+   for (int j = 0; j < 6; ++j)
+      x[j] -= ((s4[j][0] + s4[j][2]) + (s4[j][1] + s4[j][3])) + (s2[j][0] + s2[j][1]);
+}
