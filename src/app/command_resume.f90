@@ -6,6 +6,7 @@ module rockdda_app_command_resume
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : is_set
+   use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
@@ -51,8 +52,7 @@ contains
       call run%check_completion(is_complete)
       if (is_complete) then
          exit_code = 0
-         if (.not. line%quiet) call print_error('rockdda: nothing left to do: the run has done all its '// &
-                                             to_string(run%sim%state%step)//' steps; --steps N adds N more')
+         if (.not. line%quiet) call print_error('rockdda: nothing left to do: '//end_of(run%sim))
          call print_summary(line, run, messages, error, exit_code, ok)
          if (.not. ok) exit_code = error_code%output
          return
@@ -92,5 +92,19 @@ contains
       if (is_set(line%max_wall)) run%deadline = run%start + line%max_wall
       run%strict = line%strict
    end subroutine apply_command_line
+
+   !> Why a run is done, and what continues it.
+   pure function end_of(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(:), allocatable :: text
+      if (sim%state%step >= sim%parameters%n_steps) then
+         text = 'the run has done all its '//to_string(sim%state%step)//' steps; --steps N adds N more'
+      else if (.not. sim%state%time < sim%parameters%t_end*(1 - 1.0e-12_wp)) then
+         text = 'the run has reached its end, time '//to_string(sim%state%time)//'; --t-end T continues it'
+      else
+         text = 'the last stage of the run is over, after '//to_string(sim%state%step)//' steps; '// &
+                'to continue, run the model with one more &stage'
+      end if
+   end function end_of
 
 end module rockdda_app_command_resume

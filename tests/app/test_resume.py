@@ -175,6 +175,23 @@ class Command(ResumeTest):
         self.assertEqual((outcome.err, outcome.json["status"], outcome.json["steps"]), ("", "done", 5))
         self.assertEqual(self.path("block.h5").read_bytes(), before)
 
+    def test_a_run_that_has_reached_its_end(self):
+        outcome = self.good("resume", "block.ckpt.h5", "--t-end", "0.05", "--steps", "3")
+        self.assertEqual(
+            outcome.err,
+            "rockdda: nothing left to do: the run has reached its end, time 0.05; --t-end T continues it\n",
+        )
+
+    def test_a_run_whose_stages_are_over(self):
+        self.write("staged.nml", "&stage name = 'one', until_step = 2 /\n")
+        self.good(*BLOCK, "--config", "staged.nml", "-o", "staged.h5", "--quiet")
+        outcome = self.good("resume", "staged.ckpt.h5", "--steps", "3")
+        self.assertEqual(
+            outcome.err,
+            "rockdda: nothing left to do: the last stage of the run is over, after 2 steps; to continue, run the model "
+            "with one more &stage\n",
+        )
+
     def test_json(self):
         summary = self.good("resume", "block.ckpt.h5", "--steps", "2", "--json").json
         self.assertEqual(summary["checkpoint"], "block.ckpt.h5")
