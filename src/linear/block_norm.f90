@@ -15,7 +15,7 @@ module rockdda_linear_block_norm
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_small_blocks, only : factorize_block, n_packed, pack_lower, solve_packed
+   use rockdda_linear_small_blocks, only : factorize_block, n_packed, pack_lower, square_packed
    implicit none
    private
    public :: block_norm_type
@@ -142,7 +142,7 @@ contains
       total = 0
       do first = 1, size(v, 2), stride
          do i = first, min(first + group - 1, size(v, 2))
-            total = total + square(self%factor(:, i), v(:, i))
+            total = total + square_packed(self%factor(:, i), v(:, i))
          end do
       end do
       norm = sqrt(total)
@@ -162,17 +162,8 @@ contains
       integer :: i
       total = 0
       do i = self%first(c), self%first(c + 1) - 1
-         total = total + square(self%factor(:, i), v(:, i))
+         total = total + square_packed(self%factor(:, i), v(:, i))
       end do
    end function chunk_square
-
-   !> r^T D^-1 r of one block.
-   pure real(wp) function square(factor, r)
-      real(wp), intent(in) :: factor(n_packed), r(6)
-      real(wp) :: b(6)
-      b = r
-      call solve_packed(factor, b)
-      square = dot_product(b, b)
-   end function square
 
 end module rockdda_linear_block_norm

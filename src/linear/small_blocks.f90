@@ -6,7 +6,7 @@ module rockdda_linear_small_blocks
    implicit none
    private
    public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_lower, n_packed, pack_lower, &
-      unpack_lower, solve_packed
+      unpack_lower, square_packed
 
    !> Numbers of a lower triangle that is packed column by column.
    integer, parameter :: n_packed = 21
@@ -21,55 +21,57 @@ contains
       real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above; undefined if not ok
       logical, intent(out) :: ok          !! positive definite and finite
       real(wp), parameter :: least = 4*epsilon(1.0_wp)
-      real(wp) :: c1(6), c2(6), c3(3:6), c4(3:6), c5(5:6), c6(5:6), pivot
+      real(wp) :: pivot(6)
+      real(wp) :: c21, c31, c41, c51, c61, c32, c42, c52, c62, c43, c53, c63, c54, c64, c65, rest
       ok = is_finite(a)
       if (.not. ok) return
-      ! columns in pairs of one length, which the compiler keeps in registers; what is computed above the diagonal of
-      ! the second of a pair is discarded
-      c1 = a(:, 1)
-      ok = c1(1) > least*a(1, 1)
+      ! single numbers, which stay in registers: each pivot waits for the root and the quotient of the one before, and
+      ! vectors of numbers that were written one by one would wait for the memory as well
+      rest = a(1, 1)
+      ok = rest > least*a(1, 1)
       if (.not. ok) return
-      pivot = 1/sqrt(c1(1))
-      c1 = c1*pivot
-      c1(1) = pivot
-      c2 = a(:, 2) - c1*c1(2)
-      ok = c2(2) > least*a(2, 2)
+      pivot(1) = 1/sqrt(rest)
+      c21 = a(2, 1)*pivot(1)
+      c31 = a(3, 1)*pivot(1)
+      c41 = a(4, 1)*pivot(1)
+      c51 = a(5, 1)*pivot(1)
+      c61 = a(6, 1)*pivot(1)
+      rest = a(2, 2) - c21*c21
+      ok = rest > least*a(2, 2)
       if (.not. ok) return
-      pivot = 1/sqrt(c2(2))
-      c2 = c2*pivot
-      c2(2) = pivot
-      c3 = (a(3:6, 3) - c1(3:6)*c1(3)) - c2(3:6)*c2(3)
-      ok = c3(3) > least*a(3, 3)
+      pivot(2) = 1/sqrt(rest)
+      c32 = (a(3, 2) - c31*c21)*pivot(2)
+      c42 = (a(4, 2) - c41*c21)*pivot(2)
+      c52 = (a(5, 2) - c51*c21)*pivot(2)
+      c62 = (a(6, 2) - c61*c21)*pivot(2)
+      rest = (a(3, 3) - c31*c31) - c32*c32
+      ok = rest > least*a(3, 3)
       if (.not. ok) return
-      pivot = 1/sqrt(c3(3))
-      c3 = c3*pivot
-      c3(3) = pivot
-      c4 = ((a(3:6, 4) - c1(3:6)*c1(4)) - c2(3:6)*c2(4)) - c3*c3(4)
-      ok = c4(4) > least*a(4, 4)
+      pivot(3) = 1/sqrt(rest)
+      c43 = ((a(4, 3) - c41*c31) - c42*c32)*pivot(3)
+      c53 = ((a(5, 3) - c51*c31) - c52*c32)*pivot(3)
+      c63 = ((a(6, 3) - c61*c31) - c62*c32)*pivot(3)
+      rest = ((a(4, 4) - c41*c41) - c42*c42) - c43*c43
+      ok = rest > least*a(4, 4)
       if (.not. ok) return
-      pivot = 1/sqrt(c4(4))
-      c4 = c4*pivot
-      c4(4) = pivot
-      c5 = (((a(5:6, 5) - c1(5:6)*c1(5)) - c2(5:6)*c2(5)) - c3(5:6)*c3(5)) - c4(5:6)*c4(5)
-      ok = c5(5) > least*a(5, 5)
+      pivot(4) = 1/sqrt(rest)
+      c54 = (((a(5, 4) - c51*c41) - c52*c42) - c53*c43)*pivot(4)
+      c64 = (((a(6, 4) - c61*c41) - c62*c42) - c63*c43)*pivot(4)
+      rest = (((a(5, 5) - c51*c51) - c52*c52) - c53*c53) - c54*c54
+      ok = rest > least*a(5, 5)
       if (.not. ok) return
-      pivot = 1/sqrt(c5(5))
-      c5 = c5*pivot
-      c5(5) = pivot
-      c6 = ((((a(5:6, 6) - c1(5:6)*c1(6)) - c2(5:6)*c2(6)) - c3(5:6)*c3(6)) - c4(5:6)*c4(6)) - c5*c5(6)
-      ok = c6(6) > least*a(6, 6)
+      pivot(5) = 1/sqrt(rest)
+      c65 = ((((a(6, 5) - c61*c51) - c62*c52) - c63*c53) - c64*c54)*pivot(5)
+      rest = ((((a(6, 6) - c61*c61) - c62*c62) - c63*c63) - c64*c64) - c65*c65
+      ok = rest > least*a(6, 6)
       if (.not. ok) return
-      pivot = 1/sqrt(c6(6))
-      c6 = c6*pivot
-      c6(6) = pivot
-      l(:, 1) = c1
-      l(:, 2) = [0.0_wp, c2(2:6)]
-      l(1:2, 3:6) = 0
-      l(3:6, 3) = c3
-      l(3:6, 4) = [0.0_wp, c4(4:6)]
-      l(3:4, 5:6) = 0
-      l(5:6, 5) = c5
-      l(5:6, 6) = [0.0_wp, c6(6)]
+      pivot(6) = 1/sqrt(rest)
+      l(:, 1) = [pivot(1), c21, c31, c41, c51, c61]
+      l(:, 2) = [0.0_wp, pivot(2), c32, c42, c52, c62]
+      l(:, 3) = [0.0_wp, 0.0_wp, pivot(3), c43, c53, c63]
+      l(:, 4) = [0.0_wp, 0.0_wp, 0.0_wp, pivot(4), c54, c64]
+      l(:, 5) = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, pivot(5), c65]
+      l(:, 6) = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, pivot(6)]
    end subroutine factorize_block
 
    !> Are all entries finite? Sums of magnitudes, which cannot overflow, are not finite otherwise.
@@ -88,12 +90,14 @@ contains
    pure subroutine solve_lower(l, b)
       real(wp), intent(in) :: l(6, 6)
       real(wp), intent(inout) :: b(6)
-      integer :: j
-      do j = 1, 5
-         b(j) = b(j)*l(j, j)
-         b(j + 1:6) = b(j + 1:6) - l(j + 1:6, j)*b(j)
-      end do
-      b(6) = b(6)*l(6, 6)
+      real(wp) :: b1, b2, b3, b4, b5, b6
+      b1 = b(1)*l(1, 1)
+      b2 = (b(2) - l(2, 1)*b1)*l(2, 2)
+      b3 = ((b(3) - l(3, 1)*b1) - l(3, 2)*b2)*l(3, 3)
+      b4 = (((b(4) - l(4, 1)*b1) - l(4, 2)*b2) - l(4, 3)*b3)*l(4, 4)
+      b5 = ((((b(5) - l(5, 1)*b1) - l(5, 2)*b2) - l(5, 3)*b3) - l(5, 4)*b4)*l(5, 5)
+      b6 = (((((b(6) - l(6, 1)*b1) - l(6, 2)*b2) - l(6, 3)*b3) - l(6, 4)*b4) - l(6, 5)*b5)*l(6, 6)
+      b = [b1, b2, b3, b4, b5, b6]
    end subroutine solve_lower
 
    !> The lower triangle of a factor without the zeros above.
@@ -116,32 +120,31 @@ contains
       l(6, 6) = packed(21)
    end subroutine unpack_lower
 
-   !> `solve_lower` with a packed factor.
-   pure subroutine solve_packed(l, b)
-      real(wp), intent(in) :: l(n_packed)
-      real(wp), intent(inout) :: b(6)
-      b(1) = b(1)*l(1)
-      b(2:6) = b(2:6) - l(2:6)*b(1)
-      b(2) = b(2)*l(7)
-      b(3:6) = b(3:6) - l(8:11)*b(2)
-      b(3) = b(3)*l(12)
-      b(4:6) = b(4:6) - l(13:15)*b(3)
-      b(4) = b(4)*l(16)
-      b(5:6) = b(5:6) - l(17:18)*b(4)
-      b(5) = b(5)*l(19)
-      b(6) = b(6) - l(20)*b(5)
-      b(6) = b(6)*l(21)
-   end subroutine solve_packed
+   !> r^T A^-1 r with a packed factor of A. Single numbers instead of arrays: no vector waits for parts of it.
+   pure real(wp) function square_packed(l, r) result(square)
+      real(wp), intent(in) :: l(n_packed), r(6)
+      real(wp) :: b1, b2, b3, b4, b5, b6
+      b1 = r(1)*l(1)
+      b2 = (r(2) - l(2)*b1)*l(7)
+      b3 = ((r(3) - l(3)*b1) - l(8)*b2)*l(12)
+      b4 = (((r(4) - l(4)*b1) - l(9)*b2) - l(13)*b3)*l(16)
+      b5 = ((((r(5) - l(5)*b1) - l(10)*b2) - l(14)*b3) - l(17)*b4)*l(19)
+      b6 = (((((r(6) - l(6)*b1) - l(11)*b2) - l(15)*b3) - l(18)*b4) - l(20)*b5)*l(21)
+      square = ((((b1*b1 + b2*b2) + b3*b3) + b4*b4) + b5*b5) + b6*b6
+   end function square_packed
 
    !> b := L^-T b with a factor made by `factorize_block`.
    pure subroutine solve_lower_transposed(l, b)
       real(wp), intent(in) :: l(6, 6)
       real(wp), intent(inout) :: b(6)
-      integer :: j
-      b(6) = b(6)*l(6, 6)
-      do j = 5, 1, -1
-         b(j) = (b(j) - dot_product(l(j + 1:6, j), b(j + 1:6)))*l(j, j)
-      end do
+      real(wp) :: b1, b2, b3, b4, b5, b6
+      b6 = b(6)*l(6, 6)
+      b5 = (b(5) - l(6, 5)*b6)*l(5, 5)
+      b4 = (b(4) - (l(5, 4)*b5 + l(6, 4)*b6))*l(4, 4)
+      b3 = (b(3) - ((l(4, 3)*b4 + l(5, 3)*b5) + l(6, 3)*b6))*l(3, 3)
+      b2 = (b(2) - (((l(3, 2)*b3 + l(4, 2)*b4) + l(5, 2)*b5) + l(6, 2)*b6))*l(2, 2)
+      b1 = (b(1) - ((((l(2, 1)*b2 + l(3, 1)*b3) + l(4, 1)*b4) + l(5, 1)*b5) + l(6, 1)*b6))*l(1, 1)
+      b = [b1, b2, b3, b4, b5, b6]
    end subroutine solve_lower_transposed
 
    !> b := A^-1 b with the factor of A.
