@@ -3,9 +3,12 @@
 !> corners, and vertices that may strike edges.
 !>
 !> The lists are made for blocks that move: they hold all that can be in contact while no vertex moves further than
-!> `allowance` from where it was, and are kept as long. The search then tests what is listed as it is now, so that what
-!> it finds, and in what order, does not depend on when the lists were made. A few entries of a close pair remain of
-!> some dozens of combinations.
+!> `allowance` from its place in `places`, and are kept as long. The search then tests what is listed as it is now, so
+!> that what it finds, and in what order, does not depend on when the lists were made. A few entries of a close pair
+!> remain of some dozens of combinations.
+!>
+!> When some blocks have moved further, they get new places, and only their pairs new lists. So that blocks that move
+!> together do so at one time, half the allowance is then enough.
 !>
 !> Bounds: with every vertex within a = `allowance` of its place the vector between two of them changes by 2 a at most,
 !> and an edge of length L turns by asin(2 a/L) <= 2.1 a/L as long as 2 a <= L/2.
@@ -42,6 +45,7 @@ module rockdda_contact_near_lists
    type :: near_part_type
       integer :: n = 0
       integer, allocatable :: items(:)
+      integer, allocatable, private :: last(:)     !! scratch: items before
       type(candidate_list_type), private :: near   !! scratch
    end type near_part_type
 
@@ -60,8 +64,11 @@ module rockdda_contact_near_lists
       type(near_part_type) :: parts(many_parts)
       real(wp), private :: allowance = -1        !! how far vertices may move [length]; < 0: no lists
       type(search_limits_type), private :: limits
-      real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices when the lists were made
+      real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices for which lists were made
+      type(outlines_type), private :: outlines         !! of the places
+      real(wp), allocatable, private :: boxes(:, :)    !! (4, nb) of the places
       real(wp), allocatable, private :: turn(:)        !! (nv) of each edge, at most [rad]
+      logical, allocatable, private :: has_moved(:)    !! (nb) blocks that get new places
    contains
       procedure :: update
    end type near_lists_type
@@ -95,32 +102,60 @@ contains
       type(outlines_type), intent(in) :: outlines          !! of the vertices now
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(search_limits_type), intent(in) :: limits
-      integer :: part, v
-      self%was_kept = pairs%was_kept .and. self%allowance >= 0
-      if (self%was_kept) self%was_kept = is_within(limits, self%limits)
-      if (self%was_kept) self%was_kept = largest_motion(vertices, self%places) <= self%allowance
-      if (self%was_kept) return
-      self%allowance = pairs%allowance()
-      ! limits change by factors of two
-      self%limits%reach = 2*limits%reach
-      self%limits%zone = 2*limits%zone
-      self%limits%penetration = 1.5_wp*limits%penetration
-      self%limits%sine = limits%sine
-      self%limits%cosine = limits%cosine
-      self%places = vertices
-      if (.not. allocated(self%turn)) allocate (self%turn(size(vertices, 2)))
-      do v = 1, size(vertices, 2)
-         self%turn(v) = any_turn
-         if (4*self%allowance < outlines%length(v)) self%turn(v) = 2.1_wp*self%allowance/outlines%length(v)
-      end do
-      !$omp parallel do default(none) shared(self, pairs, blocks, topology, outlines, vertices) private(part) &
+      integer :: part
+      logical :: are_some
+      are_some = pairs%was_kept .and. self%allowance >= 0
+      if (are_some) are_some = is_within(limits, self%limits)
+      if (.not. allocated(self%turn)) allocate (self%turn(size(vertices, 2)), self%has_moved(blocks%n_blocks))
+      self%was_kept = .false.
+      if (are_some) then
+         call find_moved(blocks, vertices, self%places, self%allowance, self%has_moved, self%was_kept)
+         if (self%was_kept) return
+         call take_places(self, blocks, vertices, outlines, pairs%boxes)
+      else
+         self%allowance = pairs%allowance()
+         ! limits change by factors of two
+         self%limits%reach = 2*limits%reach
+         self%limits%zone = 2*limits%zone
+         self%limits%penetration = 1.5_wp*limits%penetration
+         self%limits%sine = limits%sine
+         self%limits%cosine = limits%cosine
+         self%has_moved = .true.
+         self%places = vertices
+         self%outlines = outlines
+         self%boxes = pairs%boxes
+         call take_places(self, blocks, vertices, outlines, pairs%boxes)
+      end if
+      !$omp parallel do default(none) shared(self, pairs, blocks, topology, are_some) private(part) &
       !$omp schedule(dynamic) if (pairs%n_parts() > 1)
       do part = 1, pairs%n_parts()
-         call list_part(part, pairs, blocks, topology, outlines, vertices, self%limits, self%allowance, self%turn, &
-                        self%parts(part))
+         call list_part(part, pairs, blocks, topology, self%outlines, self%places, self%boxes, self%limits, &
+                        self%allowance, self%turn, self%has_moved, are_some, self%parts(part))
       end do
       !$omp end parallel do
    end subroutine update
+
+   !> New places of the blocks that have moved.
+   pure subroutine take_places(self, blocks, vertices, outlines, boxes)
+      class(near_lists_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      type(outlines_type), intent(in) :: outlines          !! of these
+      real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of these
+      integer :: b, v
+      do b = 1, blocks%n_blocks
+         if (.not. self%has_moved(b)) cycle
+         self%boxes(:, b) = boxes(:, b)
+         do v = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
+            self%places(:, v) = vertices(:, v)
+            self%outlines%tangent(:, v) = outlines%tangent(:, v)
+            self%outlines%length(v) = outlines%length(v)
+            self%outlines%concave(v) = outlines%concave(v)
+            self%turn(v) = any_turn
+            if (4*self%allowance < outlines%length(v)) self%turn(v) = 2.1_wp*self%allowance/outlines%length(v)
+         end do
+      end do
+   end subroutine take_places
 
    !> Are these limits those for which lists were made, or closer ones?
    pure logical function is_within(limits, of_lists)
@@ -130,11 +165,16 @@ contains
                   abs(limits%cosine - of_lists%cosine) <= 0
    end function is_within
 
-   !> How far any vertex has moved, with a bound for the rounding of coordinates.
-   real(wp) function largest_motion(vertices, places) result(largest)
+   !> Has no vertex moved further than the allowance? Else mark the blocks with one that has moved by half of it. There
+   !> is a bound for the rounding of coordinates.
+   subroutine find_moved(blocks, vertices, places, allowance, has_moved, none_has)
+      type(block_system_type), intent(in) :: blocks
       real(wp), intent(in), contiguous :: vertices(:, :), places(:, :)   !! (2, nv)
-      real(wp) :: square, most
-      integer :: v
+      real(wp), intent(in) :: allowance                                  !! [length]
+      logical, intent(inout) :: has_moved(:)                             !! (nb), if one has
+      logical, intent(out) :: none_has
+      real(wp) :: square, most, rounding, of_block
+      integer :: b, v
       square = 0
       most = 0
       !$omp parallel do default(none) shared(vertices, places) private(v) reduction(max:square, most) schedule(static) &
@@ -144,29 +184,60 @@ contains
          most = max(most, abs(vertices(1, v)), abs(vertices(2, v)))
       end do
       !$omp end parallel do
-      largest = sqrt(square) + 16*epsilon(most)*most
-   end function largest_motion
+      rounding = 16*epsilon(most)*most
+      none_has = sqrt(square) + rounding <= allowance
+      if (none_has) return
+      do b = 1, blocks%n_blocks
+         of_block = 0
+         do v = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
+            of_block = max(of_block, (vertices(1, v) - places(1, v))**2 + (vertices(2, v) - places(2, v))**2)
+         end do
+         ! written so that a place that is no number counts
+         has_moved(b) = .not. sqrt(of_block) + rounding <= 0.5_wp*allowance
+      end do
+   end subroutine find_moved
 
    !> Lists of one part of the pairs.
-   pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, limits, allowance, turn, list)
+   pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, boxes, limits, allowance, turn, &
+                             has_moved, are_some, list)
       integer, intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(outlines_type), intent(in) :: outlines          !! of the places
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) the places
+      real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of the places
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance                    !! [length]
       real(wp), intent(in), contiguous :: turn(:)          !! (nv) of each edge [rad]
+      logical, intent(in) :: has_moved(:)                  !! (nb)
+      logical, intent(in) :: are_some                      !! there are lists for all blocks that have not moved
       type(near_part_type), intent(inout) :: list
-      integer :: k, head, n(n_kinds)
+      integer, allocatable :: spare(:)
+      integer :: k, head, n(n_kinds), at, n_last, n_same
+      n_last = 0
+      if (are_some) n_last = list%n
+      call move_alloc(list%last, spare)
+      call move_alloc(list%items, list%last)
+      call move_alloc(spare, list%items)
       list%n = 0
+      at = 0
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k), near => list%near)
-            if (.not. boxes_close(pairs%boxes(:, a), pairs%boxes(:, b), limits%reach + 2*allowance)) cycle
+            ! numbers of the pair in the lists before; 0: it had no entries
+            n_same = 0
+            if (at < n_last) then
+               if (list%last(at + 1) == k) n_same = n_heads + 2*sum(list%last(at + 2:at + n_heads))
+            end if
+            at = at + n_same
+            if (.not. (has_moved(a) .or. has_moved(b))) then
+               if (n_same > 0) call append(list, list%last(at - n_same + 1:at))
+               cycle
+            end if
+            if (.not. boxes_close(boxes(:, a), boxes(:, b), limits%reach + 2*allowance)) cycle
             call collect_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                              [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
-                              pairs%boxes(:, b), vertices, topology, limits%reach + 2*allowance, near)
+                              [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], boxes(:, a), &
+                              boxes(:, b), vertices, topology, limits%reach + 2*allowance, near)
             if (near%n_near_a == 0 .and. near%n_edges_a == 0) cycle
             head = list%n
             call append(list, [k, spread(0, 1, n_kinds)])
