@@ -12,7 +12,7 @@ module rockdda_interaction_closed_part
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_joint_law, only : joint_type, joint_settings_type, opening_gap
+   use rockdda_interaction_joint_law, only : joint_extra_type, joint_type, joint_settings_type, opening_gap
    implicit none
    private
    public :: has_closed_part, set_closed_parts, closed_length, last_of_interval
@@ -25,19 +25,19 @@ contains
       has_closed_part = .not. law%brittle .and. (law%cohesion > 0 .or. law%residual_cohesion > 0)
    end function has_closed_part
 
-   !> Set `joint%more_length` of all closed stations of intervals whose cohesion stays.
-   pure subroutine set_closed_parts(table, laws, settings, joint)
+   !> Set `extra%more_length` of all closed stations of intervals whose cohesion stays.
+   pure subroutine set_closed_parts(table, laws, settings, extra)
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)    !! per joint material
       type(joint_settings_type), intent(in) :: settings
-      type(joint_type), intent(inout) :: joint(:)      !! (>= table%n) at the start of the step
+      type(joint_extra_type), intent(inout) :: extra(:)   !! (>= table%n) at the start of the step
       integer :: first, last
       first = 1
       do while (first <= table%n)
          last = last_of_interval(table, first)
          if (last > first .and. .not. table%tied(first)) then
             if (has_closed_part(laws(table%joint(first)))) &
-               call set_closed_part(table, first, last, laws(table%joint(first)), settings, joint)
+               call set_closed_part(table, first, last, laws(table%joint(first)), settings, extra)
          end if
          first = last + 1
       end do
@@ -57,12 +57,13 @@ contains
    end function last_of_interval
 
    !> The same for one interval, of which some stations are open.
-   pure subroutine set_closed_part(table, first, last, law, settings, joint)
+   pure subroutine set_closed_part(table, first, last, law, settings, extra)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first, last               !! rows
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
-      type(joint_type), intent(inout) :: joint(:)
+      type(joint_extra_type), intent(inout) :: extra(:)
+      type(joint_type) :: joint
       real(wp) :: excess(last - first + 1), position(last - first + 1), stations, all_stations, part
       logical :: closed(last - first + 1)
       integer :: c, k
@@ -70,7 +71,12 @@ contains
       if (all(closed) .or. .not. any(closed)) return
       do c = first, last
          k = c - first + 1
-         excess(k) = abs(table%gap(c) - opening_gap(law, settings, joint(c)))
+         joint%total_slip = table%total_slip(c)
+         joint%bonded = table%bonded(c)
+         joint%tension_share = extra(c)%tension_share
+         joint%length = table%length(c)
+         joint%k_n = table%k_n(c)
+         excess(k) = abs(table%gap(c) - opening_gap(law, settings, joint))
          position(k) = norm2(table%point(:, c) - table%point(:, first))
       end do
       all_stations = sum(table%length(first:last))
@@ -79,7 +85,7 @@ contains
       ! stations at the ends of edges may be left out: the others stand for the whole
       part = closed_length(position, excess, closed)/position(last - first + 1)*all_stations
       do c = first, last
-         if (closed(c - first + 1)) joint(c)%more_length = table%length(c)*(part/stations - 1)
+         if (closed(c - first + 1)) extra(c)%more_length = table%length(c)*(part/stations - 1)
       end do
    end subroutine set_closed_part
 

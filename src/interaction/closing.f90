@@ -4,7 +4,7 @@ module rockdda_interaction_closing
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, opening_gap
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
    implicit none
    private
    public :: stays_closed, closing_gap
@@ -12,8 +12,9 @@ module rockdda_interaction_closing
 contains
 
    !> Is a contact closed at the end of a motion? An open one must close, a closed one must not open.
-   pure logical function stays_closed(joints, table, law, settings, c, gap, partner_gap)
-      type(joint_type), intent(in), contiguous :: joints(:)   !! (>= rows)
+   pure logical function stays_closed(joint, states, table, law, settings, c, gap, partner_gap)
+      type(joint_type), intent(in) :: joint           !! of row c
+      type(joint_state_type), intent(in), contiguous :: states(:)   !! (>= rows)
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
@@ -21,23 +22,21 @@ contains
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
       real(wp) :: limit, between
       integer :: p
-      associate (joint => joints(c))
-         stays_closed = .true.
-         if (joint%tied) return
-         if (joint%state == contact_state%open) then
-            stays_closed = closes(joints, table, settings, c, gap, partner_gap)
-            return
-         end if
-         limit = settings%open_tolerance
-         if (((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) .and. .not. joint%worn) &
-            limit = opening_gap(law, settings, joint)
-         stays_closed = .not. gap > limit
-         ! outside the partner's line: the corner has been passed
-         p = table%partner(c)
-         if (p == 0) return
-         between = partner_gap + table%offset(p)
-         if (between > settings%open_tolerance .and. between > gap + table%offset(c)) stays_closed = .false.
-      end associate
+      stays_closed = .true.
+      if (joint%tied) return
+      if (joint%state == contact_state%open) then
+         stays_closed = closes(states, table, settings, c, gap, partner_gap)
+         return
+      end if
+      limit = settings%open_tolerance
+      if (((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) .and. .not. joint%worn) &
+         limit = opening_gap(law, settings, joint)
+      stays_closed = .not. gap > limit
+      ! outside the partner's line: the corner has been passed
+      p = table%partner(c)
+      if (p == 0) return
+      between = partner_gap + table%offset(p)
+      if (between > settings%open_tolerance .and. between > gap + table%offset(c)) stays_closed = .false.
    end function stays_closed
 
    !> Gap of the springs below which an open contact closes. The tolerance counts from where the blocks touch: what the
@@ -50,8 +49,8 @@ contains
    end function closing_gap
 
    !> Does an open contact close with this motion?
-   pure logical function closes(joints, table, settings, c, gap, partner_gap)
-      type(joint_type), intent(in), contiguous :: joints(:)   !! (>= rows)
+   pure logical function closes(states, table, settings, c, gap, partner_gap)
+      type(joint_state_type), intent(in), contiguous :: states(:)   !! (>= rows)
       type(contact_table_type), intent(in) :: table
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
@@ -63,7 +62,7 @@ contains
       p = table%partner(c)
       if (p > 0) then
          ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
-         if (joints(p)%state /= contact_state%open) return
+         if (states(p)%state /= contact_state%open) return
          between = [gap + table%offset(c), partner_gap + table%offset(p)]
          if (between(2) >= -settings%close_tolerance) return
          start = [table%gap(c) + table%offset(c), table%gap(p) + table%offset(p)]

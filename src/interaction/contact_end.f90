@@ -10,7 +10,7 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, opening_gap, spring_energy
+   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_type, opening_gap, spring_energy
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    implicit none
@@ -71,7 +71,7 @@ contains
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: ends(piece)
-      real(wp) :: x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts
       integer :: c
       logical :: was_closed, was_held, dilates
@@ -83,12 +83,14 @@ contains
       stored = 0
       worst = 0
       dilates = any(laws%dilation > 0)
-      call trial%find_ends(first, last, ends)
+      call trial%find_ends(table, first, last, ends)
       do c = first, last
          was_closed = table%state(c) /= contact_state%open
          start = table%energy(c)
-         associate (after => ends(c - first + 1), joint => trial%joint(c), x0 => trial%joint(c)%gap, &
-                    s0 => trial%joint(c)%shear, kn => trial%joint(c)%k_n, ks => trial%joint(c)%k_s)
+         s0 = table%shear(c)
+         if (trial%joint(c)%worn) s0 = 0
+         associate (after => ends(c - first + 1), joint => trial%joint(c), x0 => table%gap(c), kn => table%k_n(c), &
+                    ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             was_held = was_closed .and. (x0 <= 0 .or. joint%bonded .or. is_peer .or. &
                                          laws(table%joint(c))%residual_tension > 0)
@@ -116,10 +118,11 @@ contains
                if (level < 1) where_acts = x0 + level*(x1 - x0)
                dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
-            dissipated = dissipated + level*joint%normal_drag*(x1 - joint%drag_gap)*(x1 - x0)
+            if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%normal_drag* &
+                                                     (x1 - trial%extra(c)%drag_gap)*(x1 - x0)
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + half*ks*(s1 - s0)**2
-               dissipated = dissipated + level*joint%drag*(s1 - s0)*(s1 - s0)
+               if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*(s1 - s0)*(s1 - s0)
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
                           0.5_wp*ks*(s1**2 - s0**2)
@@ -130,7 +133,7 @@ contains
             end if
             stored = stored + after%energy
             if (.not. dilates) cycle
-            gained = dilation_energy(laws(table%joint(c)), kn, x1, joint%total_slip, after%slipped)
+            gained = dilation_energy(laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped)
             friction = friction - gained
             stored = stored + gained
          end associate
@@ -158,12 +161,14 @@ contains
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
+      type(joint_type) :: joint
       integer :: c
       do c = 1, table%n
-         trial%gap(c) = trial%gap_at_end(c)
+         trial%gap(c) = trial%gap_at_end(table, c)
          trial%slip(c) = trial%slip(c)/trial%level(trial%start(c))
          if (trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
-         trial%opened(c) = trial%gap(c) > opening_gap(laws(table%joint(c)), settings, trial%joint(c))
+         call trial%recall(table, c, joint)
+         trial%opened(c) = trial%gap(c) > opening_gap(laws(table%joint(c)), settings, joint)
       end do
    end subroutine reach_end
 
@@ -213,7 +218,7 @@ contains
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(piece)
       integer :: c
-      call trial%find_ends(first, last, ends)
+      call trial%find_ends(table, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then

@@ -173,7 +173,7 @@ contains
          if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
                     abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
          off = contact_lengths(table, c, context%moved(a), context%moved(b)) &
-               - [trial%gap_at_end(c) + (table%distance(c) - table%gap(c)), trial%slip(c)/trial%level(trial%start(c))]
+               - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), trial%slip(c)/trial%level(trial%start(c))]
          force = table%k_n(c)*abs(off(1))
          if (trial%joint(c)%state == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &

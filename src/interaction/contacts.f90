@@ -17,8 +17,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_end_type, new_joint_settings, &
-      linearise_joint
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, new_joint_settings, &
+      recall_joint, linearise_joint
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -107,7 +107,8 @@ contains
       type(step_context_type), intent(in) :: context
       self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
       call self%trial%begin(self%table, self%laws, self%settings)
-      call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%joint)
+      if (allocated(self%trial%extra)) &
+         call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%extra)
    end subroutine begin
 
    !> Springs, dashpots and friction of the trial states. The links of contacts that stay open or locked since the last
@@ -115,14 +116,16 @@ contains
    subroutine add_to_links(self, equations)
       class(contacts_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
+      type(joint_type) :: joint
       real(wp) :: stiffness(2), force(2)
       integer :: c
-      !$omp parallel do default(none) shared(self, equations) private(c, stiffness, force) schedule(static) &
+      !$omp parallel do default(none) shared(self, equations) private(c, joint, stiffness, force) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
       do c = 1, self%table%n
          if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
              self%trial%joint(c)%state /= contact_state%sliding) cycle
-         call linearise_joint(self%trial%joint(c), stiffness, force)
+         call recall_joint(self%table, c, self%trial%joint(c), self%trial%extra, joint)
+         call linearise_joint(joint, stiffness, force)
          associate (factor => self%trial%factor(self%trial%start(c)), level => self%trial%level(self%trial%start(c)))
             call equations%set_link(self%first_link + c, factor*level*stiffness, factor*force)
          end associate
@@ -278,17 +281,17 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: dt                             !! step [time]
       real(wp), intent(inout), contiguous :: impulse(:, :)   !! (6, nb)
+      type(joint_type) :: joint
       type(joint_end_type) :: last(1)
       real(wp) :: p(2)
       integer :: c, l
       do c = 1, self%table%n
          if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
-         call self%trial%find_ends(c, c, last)
+         call self%trial%find_ends(self%table, c, c, last)
+         call self%trial%recall(self%table, c, joint)
          p = dt*[last(1)%normal_force, last(1)%shear_force]
-         associate (joint => self%trial%joint(c))
-            p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
-            if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
-         end associate
+         p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
+         if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
          l = self%first_link + c
          associate (a => equations%pair(1, l), b => equations%pair(2, l), of_a => equations%vector_a(:, :, l), &
                     of_b => equations%vector_b(:, :, l))

@@ -15,7 +15,7 @@ module rockdda_interaction_dashpots
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_type
+   use rockdda_interaction_joint_law, only : joint_extra_type
    implicit none
    private
    public :: set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
@@ -23,13 +23,13 @@ module rockdda_interaction_dashpots
 contains
 
    !> Dashpots of all contacts in an attempt, of which `context` has the step.
-   pure subroutine set_dashpots(context, laws, table, level, joint)
+   pure subroutine set_dashpots(context, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
-      type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
-      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, joint)
+      type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
+      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, extra)
    end subroutine set_dashpots
 
    !> Coefficients of the dashpots of all contacts.
@@ -38,26 +38,22 @@ contains
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp) :: drag(2, table%n)                       !! normal and shear [force time/length]
-      type(joint_type), allocatable :: joint(:)
+      type(joint_extra_type), allocatable :: extra(:)
       integer :: c
-      allocate (joint(table%n))
+      allocate (extra(table%n))
+      call set_dashpots(context, laws, table, [1.0_wp, 1.0_wp], extra)
       do c = 1, table%n
-         joint(c)%normal_drag = 0
-         joint(c)%drag = 0
-      end do
-      call set_dashpots(context, laws, table, [1.0_wp, 1.0_wp], joint)
-      do c = 1, table%n
-         drag(:, c) = context%dt*[joint(c)%normal_drag, joint(c)%drag]
+         drag(:, c) = context%dt*[extra(c)%normal_drag, extra(c)%drag]
       end do
    end function dashpots_of
 
    !> Dashpots of all contacts, for which the springs of each block are added up.
-   pure subroutine share_damping(context, laws, table, level, joint)
+   pure subroutine share_damping(context, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
-      type(joint_type), intent(inout) :: joint(:)        !! (>= rows)
+      type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       real(wp) :: holds(context%blocks%n_blocks)         !! a block with two cannot move
       logical :: counts(table%n)
@@ -84,11 +80,11 @@ contains
                if (holds(block) > 1) cycle
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
-            joint(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*context%dt)
-            joint(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
+            extra(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*context%dt)
+            extra(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
             ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
-            joint(c)%drag_gap = table%gap(c)
-            if (table%state(c) == contact_state%open) joint(c)%drag_gap = min(table%gap(c), 0.0_wp)
+            extra(c)%drag_gap = table%gap(c)
+            if (table%state(c) == contact_state%open) extra(c)%drag_gap = min(table%gap(c), 0.0_wp)
          end associate
       end do
    end subroutine share_damping

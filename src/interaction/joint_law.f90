@@ -34,13 +34,14 @@
 module rockdda_interaction_joint_law
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_contact_table, only : contact_state
+   use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, cohesion_at, &
       tension_at
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
-   public :: joint_settings_type, new_joint_settings, joint_type, joint_response_type, joint_end_type
+   public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
+   public :: joint_response_type, joint_end_type
    public :: map_joint, find_held, miss_of_joint, linearise_joint, end_joint, end_joints, opening_gap, sliding_friction
    public :: spring_energy
 
@@ -58,8 +59,27 @@ module rockdda_interaction_joint_law
       real(wp) :: impact = 1           !! factor, in the equations, of forces of contacts that close
    end type joint_settings_type
 
+   !> What an attempt at a step changes of a contact. Of large models there are many: the rest is in the contact table.
+   type :: joint_state_type
+      real(wp) :: friction             !! friction force of the solve while sliding, >= 0
+      integer(i1) :: state             !! contact_state%...
+      integer(i1) :: slip_sign         !! direction of the slip while sliding, +1/-1
+      logical(l1) :: bonded            !! has peak cohesion and tensile strength, not those without a bond
+      logical(l1) :: tied = .false.    !! intact rock: neither slides nor opens within a step
+      logical(l1) :: worn = .false.    !! has opened and closed again and again: friction alone in this attempt
+   end type joint_state_type
+
+   !> What contacts have in an attempt with some laws only.
+   type :: joint_extra_type
+      real(wp) :: more_length = 0      !! to add to the length for cohesion, see rockdda_interaction_closed_part
+      real(wp) :: tension_share = 1    !! of the tensile strength at a crack tip, see rockdda_interaction_ligament
+      real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
+      real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
+      real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
+   end type joint_extra_type
+
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
-   type :: joint_type
+   type, extends(joint_state_type) :: joint_type
       real(wp) :: gap                  !! at the start of the step [length]
       real(wp) :: shear                !! elongation of the shear spring at the start of the step [length]
       real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
@@ -70,12 +90,6 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
-      real(wp) :: friction             !! friction force of the solve while sliding, >= 0
-      integer(i1) :: state             !! contact_state%...
-      integer(i1) :: slip_sign         !! direction of the slip while sliding, +1/-1
-      logical(l1) :: bonded            !! has peak cohesion and tensile strength, not those without a bond
-      logical(l1) :: tied = .false.    !! intact rock: neither slides nor opens within a step
-      logical(l1) :: worn = .false.    !! has opened and closed again and again: friction alone in this attempt
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -113,6 +127,37 @@ contains
       settings%level = scheme%level
       settings%impact = scheme%impact
    end function new_joint_settings
+
+   !> One contact, of the table at the start of the step and of the attempt.
+   pure subroutine recall_joint(table, c, state, extra, joint)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                     !! row
+      type(joint_state_type), intent(in) :: state
+      type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
+      type(joint_type), intent(inout) :: joint
+      joint%joint_state_type = state
+      joint%gap = table%gap(c)
+      joint%shear = table%shear(c)
+      ! an attempt that has worn a contact has freed its shear spring
+      if (state%worn) joint%shear = 0
+      joint%total_slip = table%total_slip(c)
+      joint%length = table%length(c)
+      joint%k_n = table%k_n(c)
+      joint%k_s = table%k_s(c)
+      if (allocated(extra)) then
+         joint%more_length = extra(c)%more_length
+         joint%tension_share = extra(c)%tension_share
+         joint%normal_drag = extra(c)%normal_drag
+         joint%drag = extra(c)%drag
+         joint%drag_gap = extra(c)%drag_gap
+      else
+         joint%more_length = 0
+         joint%tension_share = 1
+         joint%normal_drag = 0
+         joint%drag = 0
+         joint%drag_gap = 0
+      end if
+   end subroutine recall_joint
 
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
    !> that it has.
@@ -163,25 +208,48 @@ contains
    !> Which of some contacts stay locked at a motion, as most do at most times: those of Coulomb's law, without a
    !> partner, for which `map_joint` finds the same at several times the cost. Forces of these along the lines of their
    !> links, if wanted.
-   pure subroutine find_held(laws, law, settings, joint, gap, slip, held, force)
+   pure subroutine find_held(laws, table, first, settings, state, extra, gap, slip, held, force)
       type(contact_law_type), intent(in) :: laws(:)              !! per joint material
-      integer, intent(in), contiguous :: law(:)                  !! (n) joint material
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: first                               !! row that the n contacts begin with
       type(joint_settings_type), intent(in) :: settings
-      type(joint_type), intent(in), contiguous :: joint(:)       !! (n)
+      type(joint_state_type), intent(in), contiguous :: state(:) !! (>= rows)
+      type(joint_extra_type), allocatable, intent(in) :: extra(:)
       real(wp), intent(in), contiguous :: gap(:), slip(:)        !! (n) at the end of the step, of the step [length]
       logical, intent(out), contiguous :: held(:)                !! (n)
       real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
+      type(joint_type) :: joint
       real(wp) :: limit, trial
-      integer :: c
-      do c = 1, size(held)
-         held(c) = .false.
-         if (joint(c)%state /= contact_state%locked .or. joint(c)%tied) cycle
-         if (.not. gap(c) <= settings%open_tolerance) cycle
-         if (laws(law(c))%law /= contact_law%coulomb .or. .not. laws(law(c))%friction > 0) cycle
-         limit = coulomb_strength(laws(law(c)), joint(c), -joint(c)%k_n*gap(c), logical(joint(c)%bonded))
-         trial = elastic_shear(joint(c), slip(c))
-         held(c) = abs(trial) <= limit + joint(c)%k_s*settings%round_off
-         if (present(force)) force(:, c) = [-pressing_force(joint(c), gap(c)), trial]
+      integer :: c, k
+      logical :: has_extra
+      has_extra = allocated(extra)
+      joint%normal_drag = 0
+      joint%drag = 0
+      do k = 1, size(held)
+         c = first - 1 + k
+         held(k) = .false.
+         if (state(c)%state /= contact_state%locked .or. state(c)%tied) cycle
+         if (.not. gap(k) <= settings%open_tolerance) cycle
+         associate (law => laws(table%joint(c)))
+            if (law%law /= contact_law%coulomb .or. .not. law%friction > 0) cycle
+            ! what the strength and the springs need of `recall_joint`, without a call
+            joint%worn = state(c)%worn
+            joint%shear = table%shear(c)
+            if (joint%worn) joint%shear = 0
+            joint%length = table%length(c)
+            joint%k_n = table%k_n(c)
+            joint%k_s = table%k_s(c)
+            if (has_extra) then
+               joint%more_length = extra(c)%more_length
+               joint%normal_drag = extra(c)%normal_drag
+               joint%drag = extra(c)%drag
+               joint%drag_gap = extra(c)%drag_gap
+            end if
+            limit = coulomb_strength(law, joint, -joint%k_n*gap(k), logical(state(c)%bonded))
+         end associate
+         trial = elastic_shear(joint, slip(k))
+         held(k) = abs(trial) <= limit + joint%k_s*settings%round_off
+         if (present(force)) force(:, k) = [-pressing_force(joint, gap(k)), trial]
       end do
    end subroutine find_held
 
@@ -253,17 +321,24 @@ contains
       last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
    end subroutine end_joint
 
-   !> `end_joint` for n contacts; nothing for those that were open.
-   pure subroutine end_joints(n, joint, state, slip_sign, friction, gap, slip, last)
+   !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.
+   pure subroutine end_joints(n, k_n, k_s, shear, joint, state, slip_sign, friction, gap, slip, last)
       integer, intent(in) :: n
-      type(joint_type), intent(in) :: joint(n)
+      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
+      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
+      type(joint_state_type), intent(in) :: joint(n)
       integer(i1), intent(in) :: state(n), slip_sign(n)
       real(wp), intent(in) :: friction(n), gap(n), slip(n)
       type(joint_end_type), intent(inout) :: last(n)
+      type(joint_type) :: whole
       integer :: c
       do c = 1, n
-         if (state(c) /= contact_state%open) &
-            call end_joint(joint(c), state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
+         if (state(c) == contact_state%open) cycle
+         whole%shear = shear(c)
+         if (joint(c)%worn) whole%shear = 0
+         whole%k_n = k_n(c)
+         whole%k_s = k_s(c)
+         call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
       end do
    end subroutine end_joints
 

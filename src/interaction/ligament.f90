@@ -15,18 +15,18 @@ module rockdda_interaction_ligament
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closed_part, only : last_of_interval
    use rockdda_interaction_contact_law, only : contact_law_type, tension_at
-   use rockdda_interaction_joint_law, only : joint_type
+   use rockdda_interaction_joint_law, only : joint_extra_type
    implicit none
    private
    public :: set_tip_strengths, tip_shares
 
 contains
 
-   !> Set `joint%tension_share` of all stations beside a broken bond.
-   pure subroutine set_tip_strengths(table, laws, joint)
+   !> Set `extra%tension_share` of all stations beside a broken bond.
+   pure subroutine set_tip_strengths(table, laws, extra)
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)    !! per joint material
-      type(joint_type), intent(inout) :: joint(:)      !! (>= table%n) at the start of the step
+      type(joint_extra_type), intent(inout) :: extra(:)   !! (>= table%n) at the start of the step
       integer :: first, last
       if (.not. any(laws%tension > 0)) return
       first = 1
@@ -34,30 +34,30 @@ contains
          last = last_of_interval(table, first)
          if (last > first .and. .not. table%tied(first)) then
             if (laws(table%joint(first))%tension > 0) &
-               call set_tip_strength(table, first, last, laws(table%joint(first)), joint)
+               call set_tip_strength(table, first, last, laws(table%joint(first)), extra)
          end if
          first = last + 1
       end do
    end subroutine set_tip_strengths
 
    !> The same for one interval.
-   pure subroutine set_tip_strength(table, first, last, law, joint)
+   pure subroutine set_tip_strength(table, first, last, law, extra)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first, last               !! rows
       type(contact_law_type), intent(in) :: law
-      type(joint_type), intent(inout) :: joint(:)
+      type(joint_extra_type), intent(inout) :: extra(:)
       real(wp) :: position(last - first + 1)
       logical :: bonded(last - first + 1)
       integer :: c
       bonded = table%state(first:last) /= contact_state%open .and. &
-               tension_at(law, joint(first:last)%total_slip, logical(joint(first:last)%bonded)) > 0
+               tension_at(law, table%total_slip(first:last), table%bonded(first:last)) > 0
       if (all(bonded) .or. .not. any(bonded)) return
       ! the first station lies at the end of its share, one inside the interval in the middle of it
       position(1) = merge(0.0_wp, 0.5_wp*table%length(first), table%station(first) == 1)
       do c = first + 1, last
          position(c - first + 1) = position(1) + norm2(table%point(:, c) - table%point(:, first))
       end do
-      joint(first:last)%tension_share = tip_shares(position, table%length(first:last), &
+      extra(first:last)%tension_share = tip_shares(position, table%length(first:last), &
                                                    -table%normal_force(first:last), bonded)
    end subroutine set_tip_strength
 

@@ -12,8 +12,9 @@ module rockdda_interaction_open_close
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_closed_part, only : has_closed_part, set_closed_parts
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_response_type, joint_end_type, &
-      find_held, map_joint, miss_of_joint, end_joints, sliding_friction
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
+      joint_response_type, joint_end_type, recall_joint, find_held, map_joint, miss_of_joint, end_joints, &
+      sliding_friction
    use rockdda_interaction_ligament, only : set_tip_strengths
    implicit none
    private
@@ -29,7 +30,8 @@ module rockdda_interaction_open_close
       !> When the last solve has paused: contacts change their states only if the force that they miss, over the root of
       !> their stiffness, is larger [root of energy].
       real(wp) :: doubt = 0
-      type(joint_type), allocatable :: joint(:) !! memory with trial state, slip direction, friction force and bond
+      type(joint_state_type), allocatable :: joint(:)   !! trial state, slip direction, friction force and bond
+      type(joint_extra_type), allocatable :: extra(:)   !! with cohesion, tensile strength or dashpots, else none
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
       integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial's)
@@ -50,10 +52,10 @@ module rockdda_interaction_open_close
       procedure :: begin
       procedure :: judge
       procedure :: foresee
-      procedure :: count_unsettled
       procedure :: forces_between
       procedure :: friction_limit
       procedure :: find_ends
+      procedure :: recall
       procedure :: gap_at_end
       procedure, private :: joint_used
    end type open_close_type
@@ -73,19 +75,21 @@ contains
       self%level = [settings%level, 1.0_wp]
       self%factor = [1.0_wp, settings%impact]
       call make_room(self, n)
+      call make_extra_room(self, n, laws)
+      if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
       !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
       !$omp if (n > parallel_contacts)
       do p = 1, n_pieces(n)
          call begin_rows((p - 1)*piece + 1, min(p*piece, n), self, table, laws, settings)
       end do
       !$omp end parallel do
-      call set_tip_strengths(table, laws, self%joint)
+      if (.not. allocated(self%extra)) return
+      call set_tip_strengths(table, laws, self%extra)
       if (.not. any(has_closed_part(laws))) return
-      call set_closed_parts(table, laws, settings, self%joint)
+      call set_closed_parts(table, laws, settings, self%extra)
       do c = 1, n
-         if (self%joint(c)%state == contact_state%sliding .and. abs(self%joint(c)%more_length) > 0) &
-            self%joint(c)%friction = sliding_friction(laws(table%joint(c)), settings, self%joint(c), &
-                                                      self%normal_force(c), 0.0_wp)
+         if (self%joint(c)%state == contact_state%sliding .and. abs(self%extra(c)%more_length) > 0) &
+            call set_friction(self, table, laws, settings, c)
       end do
    end subroutine begin
 
@@ -98,7 +102,9 @@ contains
       type(joint_settings_type), intent(in) :: settings
       integer :: c
       do c = first, last
-         call remember(table, c, self%joint(c))
+         self%joint(c) = joint_state_type(friction=0, state=int(table%state(c), i1), &
+                                          slip_sign=int(table%slip_sign(c), i1), bonded=table%bonded(c), &
+                                          tied=table%tied(c), worn=.false.)
          self%normal_force(c) = table%normal_force(c)
          self%gap(c) = table%gap(c)
          self%slip(c) = 0
@@ -107,10 +113,21 @@ contains
          self%opened(c) = .false.
          self%start(c) = merge(2_i1, 1_i1, self%joint(c)%state == contact_state%open)
          self%state_used(c) = no_state
-         if (self%joint(c)%state == contact_state%sliding) self%joint(c)%friction = sliding_friction( &
-            laws(table%joint(c)), settings, self%joint(c), self%normal_force(c), 0.0_wp)
+         if (self%joint(c)%state == contact_state%sliding) call set_friction(self, table, laws, settings, c)
       end do
    end subroutine begin_rows
+
+   !> Friction force that a contact begins with.
+   pure subroutine set_friction(self, table, laws, settings, c)
+      class(open_close_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                       !! row
+      type(joint_type) :: joint
+      call self%recall(table, c, joint)
+      self%joint(c)%friction = sliding_friction(laws(table%joint(c)), settings, joint, self%normal_force(c), 0.0_wp)
+   end subroutine set_friction
 
    !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
    !> partner's state, which may be new already: these come after all others, in their order.
@@ -181,14 +198,14 @@ contains
       real(wp), intent(inout) :: worst_friction
       logical :: held(piece)
       integer :: c
-      call find_held(laws, table%joint(first:last), settings, self%joint(first:last), self%gap(first:last), &
+      call find_held(laws, table, first, settings, self%joint, self%extra, self%gap(first:last), &
                      self%slip(first:last), held(1:last - first + 1))
       do c = first, last
          if (spare_bonds .and. self%joint(c)%bonded) cycle
          if (table%partner(c) /= 0) then
             n_partners = n_partners + 1
          else if (held(c - first + 1)) then
-            call stay_locked(self, c)
+            call stay_locked(self, table%k_n(c), c)
          else
             call judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
          end if
@@ -196,8 +213,9 @@ contains
    end subroutine judge_rows
 
    !> `judge_contact` for one that `find_held` has found.
-   pure subroutine stay_locked(self, c)
+   pure subroutine stay_locked(self, k_n, c)
       type(open_close_type), intent(inout) :: self
+      real(wp), intent(in) :: k_n                      !! its normal stiffness [force/length]
       integer, intent(in) :: c
       associate (joint => self%joint(c))
          self%state_used(c) = joint%state
@@ -205,7 +223,7 @@ contains
          self%friction_used(c) = joint%friction
          self%bonded_used(c) = joint%bonded
          self%miss(c) = 0
-         self%normal_force(c) = -joint%k_n*self%gap(c)
+         self%normal_force(c) = -k_n*self%gap(c)
          ! most are what they were: lines of memory that are not written need not be stored
          if (abs(joint%friction) > 0) joint%friction = 0
          if (joint%slip_sign /= 0) joint%slip_sign = 0
@@ -221,6 +239,7 @@ contains
       integer, intent(in) :: c
       integer, intent(inout) :: n_changes
       real(wp), intent(inout) :: worst_friction
+      type(joint_type) :: memory
       type(joint_response_type) :: response
       real(wp) :: gap, slip
       integer :: old, new, new_sign
@@ -239,16 +258,17 @@ contains
             return
          end if
          slip = self%slip(c)
-         is_closed = stays_closed(self%joint, table, laws(table%joint(c)), settings, c, gap, &
+         call self%recall(table, c, memory)
+         is_closed = stays_closed(memory, self%joint, table, laws(table%joint(c)), settings, c, gap, &
                                   self%gap(max(1, table%partner(c))))
          ! cohesion that holds shear without compression may have no equilibrium, neither open nor closed
          if (is_closed .and. old == contact_state%open .and. self%changes(c) >= worn_changes .and. &
              .not. settings%peer) then
-            joint%shear = 0
             joint%worn = .true.
+            call self%recall(table, c, memory)
          end if
-         if (is_closed) call map_joint(laws(table%joint(c)), settings, joint, gap, slip, response)
-         if (old /= contact_state%open) self%normal_force(c) = -joint%k_n*gap
+         if (is_closed) call map_joint(laws(table%joint(c)), settings, memory, gap, slip, response)
+         if (old /= contact_state%open) self%normal_force(c) = -memory%k_n*gap
          new = contact_state%open
          new_sign = sign_used
          if (is_closed) then
@@ -269,8 +289,8 @@ contains
          end if
          if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
             if (.not. (settings%peer .and. min(old, new) > 0)) then
-               self%miss(c) = miss_of_joint(self%joint_used(c), gap, slip, new, new_sign, joint%friction)
-               if (self%miss(c) < self%doubt*sqrt(joint%k_n)) then   ! as it was
+               self%miss(c) = miss_of_joint(self%joint_used(table, c), gap, slip, new, new_sign, joint%friction)
+               if (self%miss(c) < self%doubt*sqrt(memory%k_n)) then   ! as it was
                   joint%friction = friction_used
                   joint%bonded = self%bonded_used(c)
                   return
@@ -285,94 +305,46 @@ contains
    end subroutine judge_contact
 
    !> Contacts first to last that were closed in the last solve, at the end of the step.
-   pure subroutine find_ends(self, first, last, ends)
+   pure subroutine find_ends(self, table, first, last, ends)
       class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table    !! at the start of the step
       integer, intent(in) :: first, last               !! rows, at most a piece of them
       type(joint_end_type), intent(inout) :: ends(:)   !! of row first at 1
-      call end_joints(last - first + 1, self%joint(first:last), self%state_used(first:last), &
-                      self%sign_used(first:last), self%friction_used(first:last), self%gap(first:last), &
-                      self%slip(first:last), ends)
+      call end_joints(last - first + 1, table%k_n(first:last), table%k_s(first:last), table%shear(first:last), &
+                      self%joint(first:last), self%state_used(first:last), self%sign_used(first:last), &
+                      self%friction_used(first:last), self%gap(first:last), self%slip(first:last), ends)
    end subroutine find_ends
 
-   !> Gap at the end of the step, by the gap where the forces act.
-   pure real(wp) function gap_at_end(self, c) result(gap)
+   !> A contact with its memory in the table.
+   pure subroutine recall(self, table, c, joint)
       class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table    !! at the start of the step
+      integer, intent(in) :: c                         !! row
+      type(joint_type), intent(inout) :: joint
+      call recall_joint(table, c, self%joint(c), self%extra, joint)
+   end subroutine recall
+
+   !> Gap at the end of the step, by the gap where the forces act.
+   pure real(wp) function gap_at_end(self, table, c) result(gap)
+      class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table  !! at the start of the step
       integer, intent(in) :: c                       !! row
       gap = self%gap(c)
       associate (level => self%level(self%start(c)))
-         if (level < 1) gap = self%joint(c)%gap + (gap - self%joint(c)%gap)/level
+         if (level < 1) gap = table%gap(c) + (gap - table%gap(c))/level
       end associate
    end function gap_at_end
 
    !> Memory of a contact with the state that the last solve had.
-   pure type(joint_type) function joint_used(self, c) result(joint)
+   pure type(joint_type) function joint_used(self, table, c) result(joint)
       class(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
-      joint = self%joint(c)
+      call self%recall(table, c, joint)
       joint%state = self%state_used(c)
       joint%slip_sign = self%sign_used(c)
       joint%friction = self%friction_used(c)
    end function joint_used
-
-   !> Memory of a contact, with the state of the last step and without dashpots.
-   pure subroutine remember(table, c, joint)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                       !! row
-      type(joint_type), intent(inout) :: joint
-      joint%gap = table%gap(c)
-      joint%shear = table%shear(c)
-      joint%total_slip = table%total_slip(c)
-      joint%length = table%length(c)
-      joint%more_length = 0
-      joint%tension_share = 1
-      joint%k_n = table%k_n(c)
-      joint%k_s = table%k_s(c)
-      joint%normal_drag = 0
-      joint%drag = 0
-      joint%friction = 0
-      joint%state = int(table%state(c), i1)
-      joint%slip_sign = int(table%slip_sign(c), i1)
-      joint%bonded = table%bonded(c)
-      joint%tied = table%tied(c)
-      joint%worn = .false.
-   end subroutine remember
-
-   !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
-   !> by more than `tolerance` times the largest force on the less loaded of their two blocks, and, if it is only the
-   !> friction force of a contact that goes on sliding, by more than `small`. Forces on a block are the normal forces of
-   !> its contacts and the one given, its weight: in blocks that fall together normal forces are rounding.
-   subroutine count_unsettled(self, table, tolerance, small, largest, n)
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: tolerance
-      real(wp), intent(in) :: small           !! [force]
-      real(wp), intent(inout) :: largest(:)   !! (blocks) weight on entry [force]; the largest force
-      integer, intent(out) :: n
-      real(wp) :: allowed
-      integer :: c
-      n = 0
-      !$omp parallel do default(none) shared(self, table) private(c) reduction(+:n) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         if (self%miss(c) > 0) n = n + 1
-      end do
-      !$omp end parallel do
-      if (n == 0) return
-      n = 0
-      do c = 1, table%n
-         associate (a => table%block_a(c), b => table%block_b(c), force => self%normal_force(c))
-            largest(a) = max(largest(a), force)
-            largest(b) = max(largest(b), force)
-         end associate
-      end do
-      do c = 1, table%n
-         if (.not. self%miss(c) > 0) cycle
-         allowed = tolerance*min(largest(table%block_a(c)), largest(table%block_b(c)))
-         if (self%joint(c)%state == self%state_used(c) .and. self%joint(c)%slip_sign == self%sign_used(c)) &
-            allowed = max(allowed, small)
-         if (self%miss(c) > allowed) n = n + 1
-      end do
-   end subroutine count_unsettled
 
    !> Forces that all contacts, or runs of them, would have at the fraction a of the way from a motion to the present
    !> one if they followed their laws there, whatever their trial states.
@@ -414,8 +386,8 @@ contains
       n = last - first + 1
       gap_there(1:n) = gap(first:last) + a*(self%gap(first:last) - gap(first:last))
       slip_there(1:n) = slip(first:last) + a*(self%slip(first:last) - slip(first:last))
-      call find_held(laws, table%joint(first:last), settings, self%joint(first:last), gap_there(1:n), &
-                     slip_there(1:n), held(1:n), force(:, first:last))
+      call find_held(laws, table, first, settings, self%joint, self%extra, gap_there(1:n), slip_there(1:n), &
+                     held(1:n), force(:, first:last))
       associate (joint => self%joint, partner => table%partner, law => table%joint)
          do c = first, last
             k = c - first + 1
@@ -443,10 +415,12 @@ contains
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, slip, partner_gap  !! the partner's is not used without one [length]
       real(wp), intent(out) :: force(2)
+      type(joint_type) :: joint
       type(joint_response_type) :: response
       force = 0
-      if (.not. stays_closed(self%joint, table, law, settings, c, gap, partner_gap)) return
-      call map_joint(law, settings, self%joint(c), gap, slip, response)
+      call self%recall(table, c, joint)
+      if (.not. stays_closed(joint, self%joint, table, law, settings, c, gap, partner_gap)) return
+      call map_joint(law, settings, joint, gap, slip, response)
       force = [-response%normal, response%shear]
    end subroutine lawful_force
 
@@ -457,7 +431,9 @@ contains
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
-      friction_limit = sliding_friction(laws(table%joint(c)), settings, self%joint(c), &
+      type(joint_type) :: joint
+      call self%recall(table, c, joint)
+      friction_limit = sliding_friction(laws(table%joint(c)), settings, joint, &
                                         -table%k_n(c)*self%gap(c), self%slip(c))
    end function friction_limit
 
@@ -491,5 +467,18 @@ contains
       call set_zero(self%friction_used(m:n))
       self%n_begun = n
    end subroutine make_room
+
+   !> What n contacts have with some laws only.
+   pure subroutine make_extra_room(self, n, laws)
+      class(open_close_type), intent(inout) :: self
+      integer, intent(in) :: n
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      logical :: is_needed
+      is_needed = any(laws%tension > 0) .or. any(laws%damping_ratio > 0) .or. any(has_closed_part(laws))
+      if (allocated(self%extra)) then
+         if (size(self%extra) < n .or. .not. is_needed) deallocate (self%extra)
+      end if
+      if (is_needed .and. .not. allocated(self%extra)) allocate (self%extra(n + n/32 + 16))
+   end subroutine make_extra_room
 
 end module rockdda_interaction_open_close

@@ -22,7 +22,7 @@ module rockdda_stepping_impact
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, friction_coefficient
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type
+   use rockdda_interaction_joint_law, only : joint_end_type, joint_type
    use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
@@ -86,7 +86,7 @@ contains
       free = (2/context%dt)*x(1:3, :) - context%state%velocity(1:3, :)
       do i = 1, n
          call set_lines(context, table, self%rows(i), lines(:, i))
-         of_springs(:, i) = spring_impulse(context, trial, self%rows(i))
+         of_springs(:, i) = spring_impulse(context, table, trial, self%rows(i))
          call push(lines(:, i), -of_springs(:, i), free)
       end do
       do i = 1, n
@@ -143,14 +143,17 @@ contains
    end subroutine exclude_touched
 
    !> Normal and shear impulse of the springs and the dashpot of a row in the step, on block a.
-   pure function spring_impulse(context, trial, c) result(impulse)
+   pure function spring_impulse(context, table, trial, c) result(impulse)
       type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: c
       real(wp) :: impulse(2)
+      type(joint_type) :: joint
       type(joint_end_type) :: last(1)
-      call trial%find_ends(c, c, last)
-      impulse(1) = last(1)%normal_force - trial%joint(c)%normal_drag*(trial%gap(c) - trial%joint(c)%drag_gap)
+      call trial%find_ends(table, c, c, last)
+      call trial%recall(table, c, joint)
+      impulse(1) = last(1)%normal_force - joint%normal_drag*(trial%gap(c) - joint%drag_gap)
       impulse(2) = last(1)%shear_force
       impulse = context%dt*impulse
    end function spring_impulse

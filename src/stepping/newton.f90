@@ -22,6 +22,7 @@ module rockdda_stepping_newton
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
+   use rockdda_interaction_unsettled, only : count_unsettled
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_stepping_failure, only : attempt
    use rockdda_stepping_line_search, only : line_search_type
@@ -260,9 +261,8 @@ contains
          end do
       end if
       associate (contacts => families%contacts)
-         call contacts%trial%count_unsettled(contacts%table, share, &
-                                             accepted_miss(self, friction_tolerance)*largest_normal(contacts), &
-                                             self%largest, n_unsettled)
+         call count_unsettled(contacts%trial, contacts%table, share, &
+                              accepted_miss(self, friction_tolerance)*largest_normal(contacts), self%largest, n_unsettled)
       end associate
       forces_agree = n_unsettled == 0
    end function forces_agree
