@@ -212,15 +212,15 @@ contains
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: length
+      real(wp) :: length, a(6, 2), b(6, 2)
       integer :: c, l
+      a = 0
+      b = 0
       do l = 1, self%n
          c = self%first_link + l
          call bolt_vectors(context%state%bolt_ends(:, l), equations%pair(:, c), &
-                           blocks_of_ends(context, equations%pair(:, c)), length, equations%vector_a(:, 1, c), &
-                           equations%vector_b(:, 1, c))
-         equations%vector_a(:, 2, c) = 0
-         equations%vector_b(:, 2, c) = 0
+                           blocks_of_ends(context, equations%pair(:, c)), length, a(:, 1), b(:, 1))
+         call equations%set_vectors(c, a, b)
       end do
    end subroutine place
 
@@ -259,14 +259,16 @@ contains
    subroutine predict(self, equations)
       class(bolts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: c, l
+      real(wp) :: v(6, 2)
+      integer :: c, l, side
       do l = 1, self%n
          c = self%first_link + l
          self%stretch(l) = 0
-         if (equations%pair(1, c) > 0) self%stretch(l) = self%stretch(l) + &
-            dot_product(equations%vector_a(:, 1, c), equations%x(:, equations%pair(1, c)))
-         if (equations%pair(2, c) > 0) self%stretch(l) = self%stretch(l) + &
-            dot_product(equations%vector_b(:, 1, c), equations%x(:, equations%pair(2, c)))
+         do side = 1, 2
+            if (equations%pair(side, c) == 0) cycle
+            v = equations%vectors_of(c, side)
+            self%stretch(l) = self%stretch(l) + dot_product(v(:, 1), equations%x(:, equations%pair(side, c)))
+         end do
          self%stretch(l) = self%level*self%stretch(l)
       end do
    end subroutine predict

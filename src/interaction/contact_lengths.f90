@@ -20,6 +20,7 @@ module rockdda_interaction_contact_lengths
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, &
       end_point, turns
+   use rockdda_interaction_link_vectors, only : pack_vectors
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -33,20 +34,21 @@ contains
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      integer :: c, l
-      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, l) schedule(static) &
+      real(wp) :: e(6, 2), g(6, 2)
+      integer :: c
+      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, e, g) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
          if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
-         l = first_link + c
          associate (a => context%moving(table%block_a(c)), b => context%moving(table%block_b(c)))
             if (table%share(c) > 0 .or. abs(a%angle) > 0 .or. abs(b%angle) > 0) then
-               call contact_vectors(table, c, a, b, equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+               call contact_vectors(table, c, a, b, e, g)
             else
                ! the same for a vertex on an edge, straight on
                call spring_vectors(table%point(:, c), table%distance(c), table%normal(:, c), a%centroid, b%centroid, &
-                                   equations%vector_a(:, :, l), equations%vector_b(:, :, l))
+                                   e, g)
             end if
+            call pack_vectors(e, g, equations%vectors(:, first_link + c))
          end associate
       end do
       !$omp end parallel do
@@ -173,7 +175,8 @@ contains
          if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
                     abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
          off = contact_lengths(table, c, context%moved(a), context%moved(b)) &
-               - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), trial%slip(c)/trial%level(trial%start(c))]
+               - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
+                  trial%slip(c)/trial%level(trial%start(c))]
          force = table%k_n(c)*abs(off(1))
          if (trial%joint(c)%state == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &

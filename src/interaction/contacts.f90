@@ -19,6 +19,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, new_joint_settings, &
       recall_joint, linearise_joint
+   use rockdda_interaction_link_vectors, only : elongations, many_elongations, add_force
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -153,14 +154,31 @@ contains
    subroutine predict(self, equations)
       class(contacts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: c
-      !$omp parallel do default(none) shared(self, equations) private(c) if (self%table%n > parallel_contacts)
-      do c = 1, self%table%n
-         call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, &
-                              self%first_link + c, self%trial%gap(c), self%trial%slip(c))
+      integer :: p
+      !$omp parallel do default(none) shared(self, equations) private(p) schedule(static) &
+      !$omp if (self%table%n > parallel_contacts)
+      do p = 1, n_pieces(self%table%n)
+         call predict_rows((p - 1)*piece + 1, min(p*piece, self%table%n), self, equations)
       end do
       !$omp end parallel do
    end subroutine predict
+
+   !> `predict` for some of the rows.
+   pure subroutine predict_rows(first, last, self, equations)
+      integer, intent(in) :: first, last               !! at most a piece
+      class(contacts_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp) :: along(2, piece), level
+      integer :: c, l
+      l = self%first_link
+      call many_elongations(equations%vectors(:, l + first:l + last), equations%pair(:, l + first:l + last), &
+                            equations%x, along(:, 1:last - first + 1))
+      do c = first, last
+         level = self%trial%level(self%trial%start(c))
+         self%trial%gap(c) = self%table%gap(c) + level*along(1, c - first + 1)
+         self%trial%slip(c) = level*along(2, c - first + 1)
+      end do
+   end subroutine predict_rows
 
    !> Predict gap and slip of the contacts whose friction forces the open-close loop iterates.
    subroutine predict_sliding(self, equations)
@@ -183,19 +201,12 @@ contains
       type(equations_type), intent(in) :: equations
       integer, intent(in) :: l
       real(wp), intent(out) :: gap, slip  !! [length]
-      associate (xa => equations%x(:, equations%pair(1, l)), xb => equations%x(:, equations%pair(2, l)))
-         gap = start_gap + level*along(equations%vector_a(:, 1, l), xa, equations%vector_b(:, 1, l), xb)
-         slip = level*along(equations%vector_a(:, 2, l), xa, equations%vector_b(:, 2, l), xb)
-      end associate
+      real(wp) :: along(2)
+      call elongations(equations%vectors(:, l), equations%x(:, equations%pair(1, l)), &
+                       equations%x(:, equations%pair(2, l)), along)
+      gap = start_gap + level*along(1)
+      slip = level*along(2)
    end subroutine predict_contact
-
-   !> v . x + w . y: two sums of six, which a register of two numbers adds up.
-   pure real(wp) function along(v, x, w, y)
-      real(wp), intent(in) :: v(6), x(6), w(6), y(6)
-      real(wp) :: t(2)
-      t = ((v(1:2)*x(1:2) + v(3:4)*x(3:4)) + v(5:6)*x(5:6)) + ((w(1:2)*y(1:2) + w(3:4)*y(3:4)) + w(5:6)*y(5:6))
-      along = t(1) + t(2)
-   end function along
 
    !> Keep gaps and slips.
    subroutine keep(self)
@@ -293,15 +304,12 @@ contains
          p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
          if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
          l = self%first_link + c
-         associate (a => equations%pair(1, l), b => equations%pair(2, l), of_a => equations%vector_a(:, :, l), &
-                    of_b => equations%vector_b(:, :, l))
-            impulse(:, a) = impulse(:, a) + (p(1)*of_a(:, 1) + p(2)*of_a(:, 2))
-            impulse(:, b) = impulse(:, b) + (p(1)*of_b(:, 1) + p(2)*of_b(:, 2))
-         end associate
+         call add_force(equations%vectors(:, l), .true., p, impulse(:, equations%pair(1, l)))
+         call add_force(equations%vectors(:, l), .false., p, impulse(:, equations%pair(2, l)))
       end do
    end subroutine add_impulses
 
-   !> Judge all contacts. Whether their forces are settled is decided by `trial%count_unsettled`.
+   !> Judge all contacts. Whether their forces are settled is decided by `count_unsettled`.
    subroutine judge(self, n_changes, n_unsettled)
       class(contacts_type), intent(inout) :: self
       integer, intent(out) :: n_changes, n_unsettled

@@ -5,7 +5,7 @@
 !> two blocks: contacts first, then bolts. A link acts along two lines, normal (1) and tangential (2), each with a
 !> stiffness and a force:
 !>
-!>     K += stiffness * [v; w] [v; w]^T,   f += force * [v; w]      v = vector_a(:, line, link), w = vector_b
+!>     K += stiffness * [v; w] [v; w]^T,   f += force * [v; w]      v, w: see rockdda_interaction_link_vectors
 !>
 !> so a spring of stiffness k at length s0 has stiffness k and force -k s0, friction is a force alone, a dashpot adds
 !> c/dt to the stiffness. Every block gathers its own links in the order of the table: the sums do not depend on
@@ -15,9 +15,10 @@
 !> their links in the same order: the numbers are those of a full assembly. So it is where vectors are new.
 module rockdda_interaction_equations
    use rockdda_base_first_use, only : set_zero
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_interaction_link_lists, only : list_links
+   use rockdda_interaction_link_vectors, only : link_numbers, pack_vectors, unpack_vectors, add_stiffness, add_loads
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_pattern, only : build_pattern, pattern_work_type
    implicit none
@@ -44,15 +45,14 @@ module rockdda_interaction_equations
       real(wp), allocatable :: magnitude(:, :)       !! (6, nb) the same for f
       integer, allocatable :: pair(:, :)             !! (2, links) blocks; 0 = the fixed outside
       integer, allocatable :: slot(:)                !! (links) stored block of the pair, 0 none
-      real(wp), allocatable :: vector_a(:, :, :)     !! (6, 2, links)
-      real(wp), allocatable :: vector_b(:, :, :)     !! (6, 2, links)
+      real(wp), allocatable :: vectors(:, :)         !! (link_numbers, links) packed: set_vectors, vectors_of
       real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
       real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       real(wp), allocatable :: block_force(:)        !! (nb) size of the force of block_load (clear_placement)
       integer, allocatable :: start(:), incident(:)  !! links of block i: incident(start(i)+1 : start(i+1)); < 0: as b
-      integer, allocatable, private :: changed(:)    !! (links) change%... since the last assembly
+      integer(i1), allocatable, private :: changed(:)   !! (links) change%... since the last assembly
       integer, allocatable, private :: row_change(:) !! (nb) the same of rows, in the last assembly
       logical, allocatable, private :: row_new(:)    !! (nb) block terms are new
       logical, private :: all_changed = .true.       !! block terms or vectors are new
@@ -71,6 +71,8 @@ module rockdda_interaction_equations
       procedure :: disturbance
       procedure :: join
       procedure :: set_graph
+      procedure :: set_vectors
+      procedure :: vectors_of
       procedure :: set_link
       procedure :: clear_blocks
       procedure :: clear_placement
@@ -99,13 +101,13 @@ contains
          allocate (self%row_new(n_blocks), source=.false.)
       end if
       if (allocated(self%slot)) then
-         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vector_a, self%vector_b, self%force, &
+         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vectors, self%force, &
             self%stiffness, self%incident, self%changed, self%inner, self%inner_slot, self%link_off)
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
          allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), &
-                   self%inner(2, m), self%inner_slot(m), self%vector_a(6, 2, m), self%vector_b(6, 2, m), &
+                   self%inner(2, m), self%inner_slot(m), self%vectors(link_numbers, m), &
                    self%stiffness(2, m), self%force(2, m), self%link_off(m))
          self%n_pairs = -1
          self%n_begun = 0
@@ -113,9 +115,8 @@ contains
       if (n_links <= self%n_begun) return
       m = self%n_begun + 1
       call set_zero(self%pair(:, m:n_links))
-      call set_zero(self%changed(m:n_links))
-      call set_zero(self%vector_a(:, :, m:n_links))
-      call set_zero(self%vector_b(:, :, m:n_links))
+      self%changed(m:n_links) = int(change%none, i1)
+      call set_zero(self%vectors(:, m:n_links))
       call set_zero(self%stiffness(:, m:n_links))
       call set_zero(self%force(:, m:n_links))
       self%n_begun = n_links
@@ -161,24 +162,23 @@ contains
       class(equations_type), intent(in) :: self
       integer, intent(in) :: block
       real(wp), intent(in) :: radius                 !! [length]
-      real(wp) :: r(6), along(2), total
-      integer :: c, l, line
+      real(wp) :: r(6), along(2), total, v(6, 2)
+      integer :: c, l, line, side
       r = self%block_load(:, block)
       total = norm2(r(1:2))
       do l = self%start(block) + 1, self%start(block + 1)
          c = abs(self%incident(l))
          along = self%force(:, c)
          do line = 1, 2
-            if (self%pair(1, c) > 0) along(line) = along(line) - self%stiffness(line, c)* &
-                                                   dot_product(self%vector_a(:, line, c), self%x(:, self%pair(1, c)))
-            if (self%pair(2, c) > 0) along(line) = along(line) - self%stiffness(line, c)* &
-                                                   dot_product(self%vector_b(:, line, c), self%x(:, self%pair(2, c)))
+            do side = 1, 2
+               if (self%pair(side, c) == 0) cycle
+               v = self%vectors_of(c, side)
+               along(line) = along(line) - self%stiffness(line, c)* &
+                                           dot_product(v(:, line), self%x(:, self%pair(side, c)))
+            end do
          end do
-         if (self%incident(l) > 0) then
-            r = r + along(1)*self%vector_a(:, 1, c) + along(2)*self%vector_a(:, 2, c)
-         else
-            r = r + along(1)*self%vector_b(:, 1, c) + along(2)*self%vector_b(:, 2, c)
-         end if
+         v = self%vectors_of(c, merge(1, 2, self%incident(l) > 0))
+         r = r + along(1)*v(:, 1) + along(2)*v(:, 2)
          total = total + norm2(along)
       end do
       r(3:6) = r(3:6)/radius
@@ -263,6 +263,25 @@ contains
       if (couples .and. allocated(self%row_of)) couples = all(self%row_of(self%pair(:, c)) > 0)
    end function couples
 
+   !> Vectors of a link, of the first block and of the second. That of the fixed outside is not used.
+   pure subroutine set_vectors(self, c, a, b)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: c
+      real(wp), intent(in) :: a(6, 2), b(6, 2)
+      real(wp) :: first(6, 2)
+      first = a
+      if (self%pair(1, c) == 0) first(1:2, :) = -b(1:2, :)
+      call pack_vectors(first, b, self%vectors(:, c))
+   end subroutine set_vectors
+
+   !> Vectors of a link along its two lines, of its first (1) or second block.
+   pure function vectors_of(self, c, side) result(v)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: c, side
+      real(wp) :: v(6, 2)
+      call unpack_vectors(self%vectors(:, c), side == 1, v)
+   end function vectors_of
+
    !> Stiffness and force of a link, along its two lines.
    pure subroutine set_link(self, c, stiffness, force)
       class(equations_type), intent(inout) :: self
@@ -273,9 +292,9 @@ contains
          continue
       else if (.not. (abs(stiffness(1) - self%stiffness(1, c)) <= 0 .and. &
                  abs(stiffness(2) - self%stiffness(2, c)) <= 0)) then
-         self%changed(c) = change%stiffness
+         self%changed(c) = int(change%stiffness, i1)
       else if (.not. (abs(force(1) - self%force(1, c)) <= 0 .and. abs(force(2) - self%force(2, c)) <= 0)) then
-         self%changed(c) = max(self%changed(c), change%force)
+         self%changed(c) = max(self%changed(c), int(change%force, i1))
       end if
       self%stiffness(:, c) = stiffness
       self%force(:, c) = force
@@ -292,7 +311,7 @@ contains
          !$omp if (self%n_links > parallel_contacts)
          do c = 1, self%n_links
             if (all(abs(self%stiffness(:, c)) <= 0) .and. all(abs(self%force(:, c)) <= 0)) cycle
-            if (any(belongs(self%pair(:, c)))) self%changed(c) = change%stiffness
+            if (any(belongs(self%pair(:, c)))) self%changed(c) = int(change%stiffness, i1)
          end do
          !$omp end parallel do
       else
@@ -383,7 +402,7 @@ contains
       !$omp if (self%n_links > parallel_contacts)
       do c = 1, self%n_links
          if (self%changed(c) == change%stiffness) n_new = n_new + 1
-         self%changed(c) = change%none
+         self%changed(c) = int(change%none, i1)
       end do
       !$omp end parallel do
       if (self%all_changed) n_new = self%n_links
@@ -398,7 +417,7 @@ contains
       integer :: l
       what = change%none
       do l = self%start(i) + 1, self%start(i + 1)
-         what = max(what, self%changed(abs(self%incident(l))))
+         what = max(what, int(self%changed(abs(self%incident(l)))))
       end do
    end function change_of_row
 
@@ -407,55 +426,25 @@ contains
       integer, intent(in) :: i
       class(equations_type), intent(inout) :: eq
       real(wp) :: f(6), magnitude(6)
-      integer :: l, c
       f = eq%block_load(:, i)
       magnitude = eq%block_magnitude(:, i)
-      do l = eq%start(i) + 1, eq%start(i + 1)
-         c = abs(eq%incident(l))
-         if (abs(eq%force(1, c)) <= 0 .and. abs(eq%force(2, c)) <= 0) cycle
-         if (eq%incident(l) > 0) then
-            call add_forces(eq%vector_a(:, :, c), eq%force(:, c), f, magnitude)
-         else
-            call add_forces(eq%vector_b(:, :, c), eq%force(:, c), f, magnitude)
-         end if
-      end do
+      call add_loads(eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%vectors, eq%force, f, magnitude)
       eq%f(:, i) = f
       eq%magnitude(:, i) = magnitude
    end subroutine assemble_load
-
-   !> Forces along both lines of a link, with their signs and without.
-   pure subroutine add_forces(v, force, f, magnitude)
-      real(wp), intent(in) :: v(6, 2), force(2)
-      real(wp), intent(inout) :: f(6), magnitude(6)
-      f = f + (force(1)*v(:, 1) + force(2)*v(:, 2))
-      magnitude = magnitude + (abs(force(1)*v(:, 1)) + abs(force(2)*v(:, 2)))
-   end subroutine add_forces
 
    !> One block row: its diagonal block and the stored blocks right of it.
    pure subroutine assemble_row(i, first_slot, last_slot, eq)
       integer, intent(in) :: i, first_slot, last_slot
       class(equations_type), intent(inout) :: eq
       real(wp) :: diagonal(6, 6)
-      integer :: l, c, j
+      integer :: j
       diagonal = eq%block_matrix(:, :, i)
       do j = first_slot + 1, last_slot
          call clear(eq%matrix%values(1, 1, j))
       end do
-      do l = eq%start(i) + 1, eq%start(i + 1)
-         c = abs(eq%incident(l))
-         if (.not. (abs(eq%stiffness(1, c)) > 0 .or. abs(eq%stiffness(2, c)) > 0)) cycle
-         if (eq%incident(l) > 0) then
-            call add_diagonal(eq%vector_a(:, :, c), eq%stiffness(:, c), diagonal)
-            if (eq%slot(c) > 0 .and. i < eq%pair(2, c)) &
-               call add_coupling(eq%vector_a(:, :, c), eq%vector_b(:, :, c), eq%stiffness(:, c), &
-                                 eq%matrix%values(:, :, eq%slot(c)))
-         else
-            call add_diagonal(eq%vector_b(:, :, c), eq%stiffness(:, c), diagonal)
-            if (eq%slot(c) > 0 .and. i < eq%pair(1, c)) &
-               call add_coupling(eq%vector_b(:, :, c), eq%vector_a(:, :, c), eq%stiffness(:, c), &
-                                 eq%matrix%values(:, :, eq%slot(c)))
-         end if
-      end do
+      call add_stiffness(i, eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, eq%slot, eq%vectors, eq%stiffness, &
+                         diagonal, eq%matrix%values)
       do j = 2, 6
          diagonal(1:j - 1, j) = diagonal(j, 1:j - 1)
       end do
@@ -467,33 +456,5 @@ contains
       real(wp), intent(out) :: d(36)
       d = 0
    end subroutine clear
-
-   !> d += k1 v1 v1^T + k2 v2 v2^T, at least its lower half.
-   pure subroutine add_diagonal(v, k, d)
-      real(wp), intent(in) :: v(6, 2), k(2)
-      real(wp), intent(inout) :: d(6, 6)
-      real(wp) :: a(6), b(6)
-      a = k(1)*v(:, 1)
-      b = k(2)*v(:, 2)
-      d(1:6, 1) = d(1:6, 1) + (a(1)*v(1:6, 1) + b(1)*v(1:6, 2))
-      d(1:6, 2) = d(1:6, 2) + (a(2)*v(1:6, 1) + b(2)*v(1:6, 2))
-      d(3:6, 3) = d(3:6, 3) + (a(3)*v(3:6, 1) + b(3)*v(3:6, 2))
-      d(3:6, 4) = d(3:6, 4) + (a(4)*v(3:6, 1) + b(4)*v(3:6, 2))
-      d(5:6, 5) = d(5:6, 5) + (a(5)*v(5:6, 1) + b(5)*v(5:6, 2))
-      d(5:6, 6) = d(5:6, 6) + (a(6)*v(5:6, 1) + b(6)*v(5:6, 2))
-   end subroutine add_diagonal
-
-   !> m += k1 v1 w1^T + k2 v2 w2^T.
-   pure subroutine add_coupling(v, w, k, m)
-      real(wp), intent(in) :: v(6, 2), w(6, 2), k(2)
-      real(wp), intent(inout) :: m(6, 6)
-      real(wp) :: a, b
-      integer :: j
-      do j = 1, 6
-         a = k(1)*w(j, 1)
-         b = k(2)*w(j, 2)
-         m(:, j) = m(:, j) + (a*v(:, 1) + b*v(:, 2))
-      end do
-   end subroutine add_coupling
 
 end module rockdda_interaction_equations

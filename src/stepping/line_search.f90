@@ -18,6 +18,7 @@ module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
    use rockdda_linear_block_norm, only : block_norm_type
    use rockdda_linear_products, only : add_product
@@ -258,28 +259,12 @@ contains
       real(wp), intent(in), contiguous :: force(:, :)  !! (2, >= links)
       real(wp), intent(out) :: r(6)
       real(wp) :: sums(6), y(6)
-      integer :: l, c
       sums = -equations%block_load(:, i)
       y = x + a*(equations%x(:, i) - x)
       call add_product(equations%block_matrix(:, :, i), y, sums)
-      do l = equations%start(i) + 1, equations%start(i + 1)
-         c = equations%incident(l)
-         if (.not. (abs(force(1, abs(c))) > 0 .or. abs(force(2, abs(c))) > 0)) cycle
-         if (c > 0) then
-            call add_forces(equations%vector_a(:, :, c), force(:, c), sums)
-         else
-            call add_forces(equations%vector_b(:, :, -c), force(:, -c), sums)
-         end if
-      end do
+      call add_forces(equations%incident(equations%start(i) + 1:equations%start(i + 1)), equations%vectors, force, sums)
       r = sums
    end subroutine residual_of_block
-
-   !> Forces along both lines of a link.
-   pure subroutine add_forces(v, force, r)
-      real(wp), intent(in) :: v(6, 2), force(2)
-      real(wp), intent(inout) :: r(6)
-      r = r + (force(1)*v(:, 1) + force(2)*v(:, 2))
-   end subroutine add_forces
 
    !> Arrays for the present equations.
    pure subroutine make_room(self, equations)

@@ -46,12 +46,14 @@ contains
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
+      real(wp) :: a(6, 2), b(6, 2)
       if (self%n_links == 0) return
       associate (l => self%first_link + 1)
          equations%pair(:, l) = [self%block, 0]
-         equations%vector_a(:, 1, l) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
-         equations%vector_a(:, 2, l) = 0
-         equations%vector_b(:, :, l) = 0
+         a = 0
+         a(:, 1) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
+         b = 0
+         call equations%set_vectors(l, a, b)
       end associate
    end subroutine prepare
 
@@ -67,8 +69,10 @@ contains
    subroutine predict(self, equations)
       class(ground_spring_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
+      real(wp) :: a(6, 2)
       if (self%n_links == 0) return
-      self%stretch = dot_product(equations%vector_a(:, 1, self%first_link + 1), equations%x(:, self%block))
+      a = equations%vectors_of(self%first_link + 1, 1)
+      self%stretch = dot_product(a(:, 1), equations%x(:, self%block))
    end subroutine predict
 
    !> Keep the change.
