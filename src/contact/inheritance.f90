@@ -217,7 +217,7 @@ contains
                if (previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
                    previous%station(k) == table%station(k)) row = k
             end if
-            if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), table%station(k))
+            if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), int(table%station(k)))
          end if
          source(k) = row
          same_rows = same_rows .and. row == k

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Rows of the contact table from the candidates that the search has found: order, identity, partner, geometry.
 module rockdda_contact_rows
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
@@ -88,7 +88,7 @@ contains
       end do
       table%vertex(k) = row%vertex
       table%edge(l) = row%edge
-      table%station(l) = row%station
+      table%station(l) = int(row%station, i1)
       if (size(others) == 0) return
       others(l) = other_rows_type()
       if (row%others > 0) others(l) = list%others(row%others)
@@ -184,7 +184,7 @@ contains
       joint = joint_of(v, e, blocks%edge_joint)
       points = limits%points(joint)
       do
-         station = station_of(interval, table%station(k), points, v, e, vertices, outlines)
+         station = station_of(interval, int(table%station(k)), points, v, e, vertices, outlines)
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = joint

@@ -10,7 +10,7 @@
 !> at most one of them is closed.
 module rockdda_contact_table
    use rockdda_base_first_use, only : set_zero
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, l1
    implicit none
    private
    public :: contact_table_type, contact_state
@@ -27,20 +27,20 @@ module rockdda_contact_table
       ! identity
       integer, allocatable :: block_a(:), vertex(:)  !! (n) 1-based; vertex is a global vertex number
       integer, allocatable :: block_b(:), edge(:)    !! (n) edge = global number of its first vertex
-      integer, allocatable :: station(:)             !! (n) 0: vertex against edge; > 0: of an interval
+      integer(i1), allocatable :: station(:)         !! (n) 0: vertex against edge; > 0: of an interval
       integer, allocatable :: partner(:)             !! (n) other row of a vertex-vertex pair, 0 none
       integer, allocatable :: joint(:)               !! (n) joint material
       ! history, carried from step to step by identity
-      integer, allocatable :: state(:)               !! (n) contact_state%...
+      integer(i1), allocatable :: state(:)           !! (n) contact_state%...
       real(wp), allocatable :: shear(:)              !! (n) elongation of the shear spring, along the edge
       real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
       real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
-      logical, allocatable :: bonded(:)              !! (n) cohesion and tension not yet broken
-      logical, allocatable :: tied(:)                !! (n) of an interval of intact rock
+      logical(l1), allocatable :: bonded(:)          !! (n) cohesion and tension not yet broken
+      logical(l1), allocatable :: tied(:)            !! (n) of an interval of intact rock
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
       real(wp), allocatable :: offset(:)             !! (n) gap at which its normal spring is free of force
-      integer, allocatable :: slip_sign(:)           !! (n) +1/-1: vertex slides along/against the edge; 0
+      integer(i1), allocatable :: slip_sign(:)       !! (n) +1/-1: vertex slides along/against the edge; 0
       ! stiffness of its springs in this step [force/length]
       real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
       ! geometry at the step's start
@@ -97,11 +97,11 @@ contains
       call set_zero(self%vertex(first:last))
       call set_zero(self%block_b(first:last))
       call set_zero(self%edge(first:last))
-      call set_zero(self%station(first:last))
+      self%station(first:last) = 0
       call set_zero(self%partner(first:last))
       call set_zero(self%joint(first:last))
-      call set_zero(self%state(first:last))
-      call set_zero(self%slip_sign(first:last))
+      self%state(first:last) = int(contact_state%open, i1)
+      self%slip_sign(first:last) = 0
       self%bonded(first:last) = .false.
       self%tied(first:last) = .false.
       call set_zero(self%shear(first:last))
@@ -124,7 +124,7 @@ contains
    pure subroutine open_row(self, c)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: c   !! row
-      self%state(c) = contact_state%open
+      self%state(c) = int(contact_state%open, i1)
       self%shear(c) = 0
       self%normal_force(c) = 0
       self%shear_force(c) = 0
@@ -182,8 +182,8 @@ contains
       call exchange_integers(self%edge, other%edge)
       call exchange_integers(self%partner, other%partner)
       call exchange_integers(self%joint, other%joint)
-      call exchange_integers(self%state, other%state)
-      call exchange_integers(self%slip_sign, other%slip_sign)
+      call exchange_bytes(self%state, other%state)
+      call exchange_bytes(self%slip_sign, other%slip_sign)
       call exchange_logicals(self%bonded, other%bonded)
       call exchange_logicals(self%tied, other%tied)
       call exchange_reals(self%shear, other%shear)
@@ -196,7 +196,7 @@ contains
       call exchange_reals(self%offset, other%offset)
       call exchange_reals(self%share, other%share)
       call exchange_reals(self%distance, other%distance)
-      call exchange_integers(self%station, other%station)
+      call exchange_bytes(self%station, other%station)
       call exchange_reals(self%gap, other%gap)
       call exchange_reals(self%length, other%length)
       call exchange_pairs(self%normal, other%normal)
@@ -213,9 +213,18 @@ contains
    end subroutine exchange_integers
 
    !> Exchange two arrays.
+   pure subroutine exchange_bytes(a, b)
+      integer(i1), allocatable, intent(inout) :: a(:), b(:)
+      integer(i1), allocatable :: c(:)
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine exchange_bytes
+
+   !> Exchange two arrays.
    pure subroutine exchange_logicals(a, b)
-      logical, allocatable, intent(inout) :: a(:), b(:)
-      logical, allocatable :: c(:)
+      logical(l1), allocatable, intent(inout) :: a(:), b(:)
+      logical(l1), allocatable :: c(:)
       call move_alloc(a, c)
       call move_alloc(b, a)
       call move_alloc(c, b)

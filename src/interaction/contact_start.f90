@@ -59,7 +59,7 @@ contains
          else if (context%state%step == 0 .or. .not. table%k_n(c) > 0) then
             a = table%block_a(c)
             b = table%block_b(c)
-            table%k_n(c) = tie_stiffness(table%station(c), table%length(c), smaller_modulus(context, a, b), &
+            table%k_n(c) = tie_stiffness(int(table%station(c)), table%length(c), smaller_modulus(context, a, b), &
                                          context%state%area(a), context%state%area(b))
             table%k_s(c) = table%k_n(c)
          end if

@@ -65,7 +65,8 @@ contains
             cycle
          end if
          shear = -(-n(2)*traction(1) + n(1)*traction(2))*table%length(c)
-         strength = shear_strength(laws(table%joint(c)), normal, table%length(c), table%bonded(c), 0.0_wp, 0.0_wp)
+         strength = shear_strength(laws(table%joint(c)), normal, table%length(c), logical(table%bonded(c)), &
+                                   0.0_wp, 0.0_wp)
          if (.not. table%tied(c)) then
             if (abs(shear) > strength + rounding) n_weak(1) = n_weak(1) + 1
             shear = max(-strength, min(strength, shear))

@@ -50,7 +50,7 @@ contains
       logical :: bonded(last - first + 1)
       integer :: c
       bonded = table%state(first:last) /= contact_state%open .and. &
-               tension_at(law, table%total_slip(first:last), table%bonded(first:last)) > 0
+               tension_at(law, table%total_slip(first:last), logical(table%bonded(first:last))) > 0
       if (all(bonded) .or. .not. any(bonded)) return
       ! the first station lies at the end of its share, one inside the interval in the middle of it
       position(1) = merge(0.0_wp, 0.5_wp*table%length(first), table%station(first) == 1)

@@ -8,7 +8,7 @@
 !> so that writer and reader cannot differ. Reals are restored bit by bit. After the first failure, kept in `error`, all
 !> calls return at once. Small values are kept together (rockdda_io_small_values), larger ones are a dataset each.
 module rockdda_io_archive
-   use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_kinds, only : wp, i1, i8, l1
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_state_archive, only : state_archive_type
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
@@ -38,10 +38,10 @@ module rockdda_io_archive
       procedure :: refuse
       generic :: item => text_item, integer_rows_item
       generic :: fixed => fixed_reals, fixed_integers
-      generic :: part => integer_part, real_part, logical_part
+      generic :: part => integer_part, byte_part, real_part, logical_part
       procedure :: integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
       procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
-      procedure, private :: integer_part, real_part, logical_part
+      procedure, private :: integer_part, byte_part, real_part, logical_part
       procedure, private :: put_reals, put_integers, get_reals, get_integers, need_group
       procedure, private :: is_there, get_shape, has_rows, wrong_size
    end type archive_type
@@ -376,12 +376,26 @@ contains
       call self%fixed(name, values(1:n))
    end subroutine real_part
 
+   !> Save or load the first n entries of an allocated list of small integers. What does not fit becomes the largest or
+   !> the smallest one.
+   subroutine byte_part(self, name, n, values)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: n
+      integer(i1), allocatable, intent(inout) :: values(:)
+      integer, allocatable :: numbers(:)
+      allocate (numbers(n))
+      numbers(:) = values(1:n)
+      call self%fixed(name, numbers)
+      values(1:n) = int(max(-int(huge(values)), min(int(huge(values)), numbers)), i1)
+   end subroutine byte_part
+
    !> Save or load the first n entries of an allocated list of logicals.
    subroutine logical_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: n
-      logical, allocatable, intent(inout) :: values(:)
+      logical(l1), allocatable, intent(inout) :: values(:)
       integer, allocatable :: numbers(:)
       allocate (numbers(n))
       numbers(:) = merge(1, 0, values(1:n))

@@ -218,9 +218,9 @@ contains
          call check%in_range(t%block_b(1:n), 1, blocks%n_blocks, 'block_b')
          call check%in_range(t%partner(1:n), 0, n, 'partner')
          call check%in_range(t%joint(1:n), 1, size(p%joint_materials), 'joint')
-         call check%in_range(t%state(1:n), 0, 2, 'state')
-         call check%in_range(t%slip_sign(1:n), -1, 1, 'slip_sign')
-         call check%in_range(t%station(1:n), 0, corner_station, 'station')
+         call check%in_range(int(t%state(1:n)), 0, 2, 'state')
+         call check%in_range(int(t%slip_sign(1:n)), -1, 1, 'slip_sign')
+         call check%in_range(int(t%station(1:n)), 0, corner_station, 'station')
          if (.not. check%passed()) return
          do c = 1, n
             call check%holds(owns(t%block_a(c), t%vertex(c)), 'vertex')
@@ -257,8 +257,9 @@ contains
          integer, intent(in) :: r
          integer :: one(5), other(5), i
          one = [contacts%block_a(r - 1), contacts%vertex(r - 1), contacts%block_b(r - 1), contacts%edge(r - 1), &
-                contacts%station(r - 1)]
-         other = [contacts%block_a(r), contacts%vertex(r), contacts%block_b(r), contacts%edge(r), contacts%station(r)]
+                int(contacts%station(r - 1))]
+         other = [contacts%block_a(r), contacts%vertex(r), contacts%block_b(r), contacts%edge(r), &
+                  int(contacts%station(r))]
          in_order = .false.
          do i = 1, 5
             if (one(i) == other(i)) cycle

@@ -288,7 +288,7 @@ contains
       associate (s => self%series)
          call s(s_point)%add(reshape(point, [2*n]), n)
          call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
-         call s(s_state)%add(contacts%state(first:last), n)
+         call s(s_state)%add(int(contacts%state(first:last)), n)
          call s(s_blocks)%add(reshape(pair, [2*n]), n)
          call s(s_opening)%add(contacts%distance(first:last), n)
          call s(s_slip)%add(contacts%total_slip(first:last), n)
