@@ -18,7 +18,7 @@ module rockdda_linear_pattern
 
    !> Arrays of `build_pattern`, kept to save their allocation.
    type :: pattern_work_type
-      integer, allocatable :: start(:), by_large(:), by_small(:), row_start(:), column(:)
+      integer, allocatable :: start(:), by_small(:), row_start(:), column(:)
    end type pattern_work_type
 
 contains
@@ -53,11 +53,9 @@ contains
       m = size(pairs, 2)
       call reserve(work%start, n + 1)
       call reserve(work%row_start, n + 1)
-      call reserve(work%by_large, m)
       call reserve(work%by_small, m)
       call reserve(work%column, n + m)
-      call sort_pairs(n, m, pairs, slots, work%start, work%by_large, work%by_small, work%row_start, &
-                      work%column)
+      call sort_pairs(n, m, pairs, slots, work%start, work%by_small, work%row_start, work%column)
       if (is_same_pattern(matrix, n, work%row_start(1:n + 1), work%column)) return
       if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
       if (.not. allocated(matrix%row_start)) allocate (matrix%row_start(n + 1))
@@ -70,11 +68,11 @@ contains
    end subroutine build_with
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.
-   pure subroutine sort_pairs(n, m, pairs, slots, start, by_large, by_small, row_start, column)
+   pure subroutine sort_pairs(n, m, pairs, slots, start, by_small, row_start, column)
       integer, intent(in) :: n, m
       integer, intent(in) :: pairs(2, m)
-      integer, intent(out) :: slots(m)
-      integer, intent(inout) :: start(n + 1), by_large(m), by_small(m)   !! work
+      integer, intent(out) :: slots(m)                      !! at first the pairs in the order of their larger block
+      integer, intent(inout) :: start(n + 1), by_small(m)   !! work
       integer, intent(inout) :: row_start(n + 1)
       integer, intent(inout) :: column(n + m)
       integer :: c, i, j, k, lo, hi
@@ -86,7 +84,7 @@ contains
       call counts_to_starts(start)
       do c = 1, m
          hi = max(pairs(1, c), pairs(2, c))
-         by_large(start(hi)) = c
+         slots(start(hi)) = c
          start(hi) = start(hi) + 1
       end do
 
@@ -98,7 +96,7 @@ contains
       call counts_to_starts(start)
       row_start = start
       do i = 1, m
-         c = by_large(i)
+         c = slots(i)
          lo = min(pairs(1, c), pairs(2, c))
          by_small(start(lo)) = c
          start(lo) = start(lo) + 1

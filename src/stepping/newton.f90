@@ -96,12 +96,20 @@ module rockdda_stepping_newton
    contains
       procedure :: find_equilibrium
       procedure :: solve_once
+      procedure :: swap_room
       procedure, private :: predict_motion
       procedure, private :: settle_friction
       procedure, private :: solve_on
    end type newton_type
 
 contains
+
+   !> Exchange scratch of two numbers for each link, of which nothing is kept from one attempt to the next.
+   pure subroutine swap_room(self, room)
+      class(newton_type), intent(inout) :: self
+      real(wp), allocatable, intent(inout) :: room(:, :)
+      call self%line%swap_room(room)
+   end subroutine swap_room
 
    !> Find the motion x and the states of all links at the end of a step. Block terms and first trial states are set.
    subroutine find_equilibrium(self, context, families, equations, solver, times, report, error)
@@ -262,7 +270,8 @@ contains
       end if
       associate (contacts => families%contacts)
          call count_unsettled(contacts%trial, contacts%table, share, &
-                              accepted_miss(self, friction_tolerance)*largest_normal(contacts), self%largest, n_unsettled)
+                              accepted_miss(self, friction_tolerance)*largest_normal(contacts), self%largest, &
+                              n_unsettled)
       end associate
       forces_agree = n_unsettled == 0
    end function forces_agree

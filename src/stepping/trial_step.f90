@@ -173,7 +173,10 @@ contains
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
       call self%times%lap(phase%other)
+      ! the search and the rounds, which take turns, use the same scratch
+      call self%newton%swap_room(self%finder%search%inheritance%new_lengths%stored)
       call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
+      call self%newton%swap_room(self%finder%search%inheritance%new_lengths%stored)
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
       self%times%searches = self%times%searches + 1
