@@ -240,7 +240,7 @@ def read_options(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="default 3, with --quick 1")
     parser.add_argument("--steps", type=int, help="steps of the wall of ratio 1; default: by size")
     parser.add_argument("--solver", default="auto", help="default auto")
-    parser.add_argument("--large", action="store_true", help="also a wall of a million blocks (about 14 GB, minutes)")
+    parser.add_argument("--large", action="store_true", help="also a wall of a million blocks (about 12 GB, minutes)")
     parser.add_argument("--quick", action="store_true", help="seconds instead of minutes: small sizes, one repeat")
     parser.add_argument("--full-tunnel", action="store_true", help="all 2,500 steps of the tunnel instead of 100")
     parser.add_argument("--no-scipy", action="store_true", help="without the comparison with SciPy's direct solver")
