@@ -17,9 +17,10 @@
 !>
 !> Two blocks cannot be wrong against each other along the normal of a contact that is closed at the end of the step.
 !> There drift and sum lose their difference, shared by mass, and the larger Q becomes the mean of both. Along contacts
-!> that are locked the sum loses its difference. Blocks with two fixed points have no error. Rows are taken once, in
-!> their order; ties bend and are left out. A block that lies still on the ground thus has no error across it, however
-!> it came there.
+!> that are locked the sum loses its difference. With the generalised-alpha scheme, which resolves vibrations without
+!> damping them, they keep of it what the spring of the contact swings: it is held no closer. Blocks with two fixed
+!> points have no error. Rows are taken once, in their order; ties bend and are left out. A block that lies still on
+!> the ground thus has no error across it, however it came there.
 module rockdda_stepping_time_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
@@ -44,6 +45,9 @@ module rockdda_stepping_time_error
    integer, parameter :: every_q = 8
    !> Differences across contacts below this share of the largest displacement may wait.
    real(wp), parameter :: small = 1.0e-6_wp
+   !> Springs that swing by less than this share of the wanted error, without one by less than `bin` of the largest
+   !> displacement, hold as if they were rigid: no error across them is larger than twice their amplitude.
+   real(wp), parameter :: negligible = 0.1_wp
    !> Share of a block's recent speed that is kept in a step.
    real(wp), parameter :: fading = 0.9_wp
 
@@ -100,7 +104,7 @@ contains
       real(wp), intent(in), contiguous :: x(:, :)          !! (6, nb) motion
       type(contact_table_type), intent(in) :: table        !! with the states of the step's end
       logical, intent(in) :: is_dynamic
-      real(wp) :: error, largest, scale
+      real(wp) :: error, largest, scale, least_swing
       logical :: is_first
       integer :: i
       is_first = .not. self%counts
@@ -115,7 +119,9 @@ contains
          if (context%state%active(i)) call add_error(self%of_blocks(:, i), context, i, x(1:3, i), is_first)
       end do
       !$omp end parallel do
-      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale)
+      least_swing = bin*scale
+      if (context%parameters%accuracy > 0) least_swing = negligible*context%parameters%accuracy*scale
+      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale, least_swing)
       error = 0
       largest = 0
       !$omp parallel do default(none) shared(self, context, x, scale) private(i) &
@@ -259,14 +265,15 @@ contains
    end subroutine add_error
 
    !> Take away what closed contacts hold. Less than `least` waits until it has become more.
-   pure subroutine keep_contacts(of_blocks, n, context, table, least)
+   pure subroutine keep_contacts(of_blocks, n, context, table, least, least_swing)
       integer, intent(in) :: n                             !! blocks
       ! of constant shape: the place of a column is worked out many times
       real(wp), intent(inout) :: of_blocks(n_rows, n)
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: least                        !! [length]
-      real(wp) :: line(3, 2), weight(3, 2), arms(2, 2), along(2), give(2)
+      real(wp), intent(in) :: least_swing                  !! amplitude [length]
+      real(wp) :: line(3, 2), weight(3, 2), arms(2, 2), along(2), give(2), swing
       logical :: turn_of_q
       integer :: c, k, pair(2)
       turn_of_q = mod(context%state%step, every_q) == 0
@@ -284,18 +291,51 @@ contains
                      difference(a(total:total + 2), b(total:total + 2), line)]
             if (turn_of_q .or. max(context%dt*abs(along(1)), abs(along(2))) > least) then
                weight = weights(give, line)
+               swing = swing_of(table%k_n(c), table%gap(c))
                call take_away(a(drift:drift + 2), b(drift:drift + 2), along(1), weight)
-               call take_away(a(total:total + 2), b(total:total + 2), along(2), weight)
-               if (turn_of_q) call level_q(of_blocks, pair, line, weight)
+               call take_away(a(total:total + 2), b(total:total + 2), beyond(along(2), swing), weight)
+               if (turn_of_q) call level_q(of_blocks, pair, line, weight, swing)
             end if
             if (table%state(c) /= contact_state%locked) cycle
             line = lines(arms, [-table%normal(2, c), table%normal(1, c)])
             along(2) = difference(a(total:total + 2), b(total:total + 2), line)
-            if (abs(along(2)) > least) call take_away(a(total:total + 2), b(total:total + 2), along(2), &
-                                                      weights(give, line))
+            if (abs(along(2)) > least) then
+               swing = swing_of(table%k_s(c), table%shear(c))
+               call take_away(a(total:total + 2), b(total:total + 2), beyond(along(2), swing), weights(give, line))
+            end if
          end associate
       end do
+
+   contains
+
+      !> Amplitude of the vibration of both blocks on the spring of a contact, by its length and its speed along `line`;
+      !> 0 with Shi's scheme, and below `least_swing`.
+      pure real(wp) function swing_of(stiffness, length)
+         real(wp), intent(in) :: stiffness                 !! of the spring [force/length]
+         real(wp), intent(in) :: length                    !! of the spring, 0: free of force [length]
+         real(wp) :: v(3, 2), speed, inertia
+         integer :: side
+         swing_of = 0
+         if (.not. (context%scheme%second_order .and. stiffness > 0)) return
+         do side = 1, 2
+            associate (i => pair(side))
+               v(:, side) = context%state%velocity(1:3, i)
+               if (of_blocks(at_inertia, i) > 0) v(3, side) = v(3, side)/of_blocks(at_inertia, i)
+            end associate
+         end do
+         speed = difference(v(:, 1), v(:, 2), line)
+         inertia = give(1)*(1 + line(3, 1)**2) + give(2)*(1 + line(3, 2)**2)
+         swing_of = sqrt(length**2 + speed**2/(stiffness*inertia))
+         if (swing_of < least_swing) swing_of = 0
+      end function swing_of
+
    end subroutine keep_contacts
+
+   !> What of a length is beyond an amplitude.
+   pure real(wp) function beyond(length, amplitude)
+      real(wp), intent(in) :: length, amplitude            !! [length]
+      beyond = sign(max(abs(length) - amplitude, 0.0_wp), length)
+   end function beyond
 
    !> Rows of the motion of two blocks along a direction at a point that both touch: what they move against each other
    !> is the sum over both of line . motion.
@@ -334,12 +374,13 @@ contains
       b = b - along*weight(:, 2)
    end subroutine take_away
 
-   !> Reduce the larger Q of two blocks along a line to the mean of both by mass. The smaller one stays, so that no Q
-   !> grows by contacts.
-   pure subroutine level_q(of_blocks, pair, line, weight)
+   !> Reduce the larger Q of two blocks along a line to the mean of both by mass, at least to `least`. The smaller one
+   !> stays, so that no Q grows by contacts.
+   pure subroutine level_q(of_blocks, pair, line, weight, least)
       real(wp), intent(inout), contiguous :: of_blocks(:, :)
       integer, intent(in) :: pair(2)
       real(wp), intent(in) :: line(3, 2), weight(3, 2)     !! of `lines`, `weights`
+      real(wp), intent(in) :: least                        !! [length]
       real(wp) :: row(3, 2), along(2), share(2), mean, factor
       integer :: k
       do k = 1, 2
@@ -350,7 +391,7 @@ contains
             share(k) = dot_product(l, weight(:, k))   ! the mass of the other block over that of both
          end associate
       end do
-      mean = share(2)*along(1) + share(1)*along(2)
+      mean = max(share(2)*along(1) + share(1)*along(2), least)
       k = merge(1, 2, along(1) > along(2))
       ! rounding may leave a Q below zero
       if (.not. (along(k) > max(mean, 0.0_wp) .and. share(k) > 0)) return
