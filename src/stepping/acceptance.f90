@@ -32,7 +32,8 @@ contains
       k01 = step%control%k01(step%parameters)
       associate (contacts => step%families%contacts)
          if (.not. k01 < 1) call step%control%strikes%add(step%step_context_type, contacts%table, &
-                                                          contacts%trial%state_used, report%displacement/step%dt, &
+                                                          contacts%trial%state_used, contacts%laws%restitution, &
+                                                          report%displacement/step%dt, &
                                                           .not. step%control%time_error%counts)
          if (k01 > 0) call impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%laws, &
                                        step%equations%x)

@@ -4,7 +4,9 @@
 !>
 !> A contact strikes when it closes in a step and its points approached, along its normal and at the start of the step,
 !> faster than `least_share` of the largest speed of any block so far. Of each block the fastest strike counts; slow
-!> ones are forgotten as blocks become faster.
+!> ones are forgotten as blocks become faster. What counts is the largest distance from there at the end of any step:
+!> a block that bounces and comes back to where it was struck depends on the step all the same. With a coefficient of
+!> restitution the first rebound does not, and the distance is that at the end.
 module rockdda_stepping_strikes
    use rockdda_base_kinds, only : wp, i1
    use rockdda_model_state, only : block_state_type
@@ -17,8 +19,9 @@ module rockdda_stepping_strikes
 
    !> Share of the largest speed below which blocks that meet do not strike each other.
    real(wp), parameter :: least_share = 0.05_wp
-   !> Rows of `of_blocks`: centroid at the fastest strike, speed of that strike or 0.
-   integer, parameter :: n_rows = 3, at_speed = 3
+   !> Rows of `of_blocks`: centroid at the fastest strike, speed of that strike or 0, largest distance since the first
+   !> strike that counts, 1 where the fastest strike has no law of impact.
+   integer, parameter :: n_rows = 5, at_speed = 3, at_way = 4, at_lawless = 5
 
    !> Part of the state of a run.
    type :: strikes_type
@@ -31,6 +34,7 @@ module rockdda_stepping_strikes
       procedure :: count_struck
       procedure :: way_after
       procedure, private :: counts
+      procedure, private :: way_of
    end type strikes_type
 
 contains
@@ -53,36 +57,44 @@ contains
    end function has_shape
 
    !> Take up a dynamic step that is accepted, before the blocks move and contacts take their new states.
-   subroutine add(self, context, table, states, speed, is_first)
+   subroutine add(self, context, table, states, restitution, speed, is_first)
       class(strikes_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table    !! with the states of the step's start
       integer(i1), intent(in) :: states(:)             !! (>= rows) of its end
+      real(wp), intent(in) :: restitution(:)           !! of joint materials, < 0: no law of impact
       real(wp), intent(in) :: speed                    !! of the fastest vertex, mean of the step
       logical, intent(in) :: is_first                  !! a dynamic part begins
       real(wp) :: approach                             !! of the points of a contact
-      integer :: c
+      integer :: c, i
       if (is_first) then
          call self%init()
          deallocate (self%of_blocks)
          allocate (self%of_blocks(n_rows, context%blocks%n_blocks), source=0.0_wp)
       end if
+      do i = 1, size(self%of_blocks, 2)
+         if (self%of_blocks(at_lawless, i) > 0) self%of_blocks(at_way, i) = self%way_of(context%state, i)
+      end do
       self%fastest = max(self%fastest, speed)
       do c = 1, table%n
          if (table%state(c) /= contact_state%open .or. states(c) == contact_state%open) cycle
          approach = -opening_speed(context, table, c)
-         call mark(table%block_a(c), approach)
-         call mark(table%block_b(c), approach)
+         call mark(table%block_a(c), approach, restitution(table%joint(c)) < 0)
+         call mark(table%block_b(c), approach, restitution(table%joint(c)) < 0)
       end do
 
    contains
 
       !> A block strikes another one.
-      subroutine mark(i, at)
+      subroutine mark(i, at, is_lawless)
          integer, intent(in) :: i                      !! block
          real(wp), intent(in) :: at                    !! speed of approach
+         logical, intent(in) :: is_lawless             !! no law of impact holds
          if (.not. at > max(least_share*self%fastest, self%of_blocks(at_speed, i))) return
-         self%of_blocks(:, i) = [context%state%centroid(:, i), at]
+         ! the way after a strike that counts is not lost by a faster one
+         if (.not. self%counts(i)) self%of_blocks(at_way, i) = 0
+         self%of_blocks(:at_speed, i) = [context%state%centroid(:, i), at]
+         self%of_blocks(at_lawless, i) = merge(1, 0, is_lawless)
       end subroutine mark
 
    end subroutine add
@@ -104,14 +116,22 @@ contains
       end do
    end function count_struck
 
-   !> Largest displacement of a block since its fastest strike [length].
+   !> Largest distance of a block from where it was struck fastest, up to now [length].
+   pure real(wp) function way_of(self, state, i)
+      class(strikes_type), intent(in) :: self
+      type(block_state_type), intent(in) :: state      !! now
+      integer, intent(in) :: i                         !! block
+      way_of = max(self%of_blocks(at_way, i), norm2(state%centroid(:, i) - self%of_blocks(1:2, i)))
+   end function way_of
+
+   !> The same of all blocks.
    pure real(wp) function way_after(self, state)
       class(strikes_type), intent(in) :: self
       type(block_state_type), intent(in) :: state      !! now
       integer :: i
       way_after = 0
       do i = 1, size(self%of_blocks, 2)
-         if (self%counts(i)) way_after = max(way_after, norm2(state%centroid(:, i) - self%of_blocks(1:2, i)))
+         if (self%counts(i)) way_after = max(way_after, self%way_of(state, i))
       end do
    end function way_after
 
