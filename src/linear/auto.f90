@@ -102,6 +102,8 @@ module rockdda_linear_auto
    !> PCG is tried against the estimate when it is expected to cost no more than this many direct solves.
    real(wp), parameter :: max_trial_cost = 8
    integer, parameter :: longest_wait = 63
+   !> In small systems, solves before the work is counted again when PCG was too dear to be tried.
+   integer, parameter :: wait_of_small = 7
    !> Solves that gain less than this share of all digits do not enter the correction.
    real(wp), parameter :: least_share = 0.1_wp
    !> Blocks, about, at which the share of inertia is measured.
@@ -266,7 +268,7 @@ contains
          return
       end if
       use_direct = .true.
-      self%waiting = max(0, self%waiting - 1)
+      self%waiting = merge(wait_of_small, max(0, self%waiting - 1), self%is_small)
       self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
    end subroutine choose
 

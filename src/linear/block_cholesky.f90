@@ -18,8 +18,8 @@ module rockdda_linear_block_cholesky
    use rockdda_linear_graph, only : graph_type
    use rockdda_linear_elimination, only : elimination_type
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower, solve_lower_transposed
-   use rockdda_linear_block_kernels, only : subtract_products_of_rows, subtract_column, subtract_row, &
-      divide_by_factor
+   use rockdda_linear_block_kernels, only : subtract_products_of_rows, subtract_square, subtract_column, &
+      subtract_row, divide_by_factor
    implicit none
    private
    public :: block_cholesky_type, new_block_cholesky, most_blocks
@@ -114,23 +114,23 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: j
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: own(6, 6, 1)
+      real(wp) :: own(6, 6)
       integer :: c, i, n, p, s
       logical :: ok
       associate (e => self%elimination, lower => self%lower)
          i = e%block(j)
-         own(:, :, 1) = matrix%values(:, :, matrix%row_start(i))
+         own = matrix%values(:, :, matrix%row_start(i))
          do p = e%start(j), e%start(j + 1) - 1
             call take(matrix, e%place(p), lower(:, :, p))
          end do
          do s = e%source_start(j), e%source_start(j + 1) - 1
             p = e%source(s)
             n = e%start(e%column(p) + 1) - p
-            call subtract_products_of_rows(1, [1], lower(:, :, p:p), lower(:, :, p), own)
+            call subtract_square(lower(:, :, p), own)
             call subtract_products_of_rows(n - 1, e%target(e%first_target(p):), lower(:, :, p + 1:p + n - 1), &
                                            lower(:, :, p), lower)
          end do
-         call factorize_block(own(:, :, 1), self%diagonal(:, :, j), ok)
+         call factorize_block(own, self%diagonal(:, :, j), ok)
          if (ok) then
             do c = 1, 6
                ! written so that a pivot that is not a number fails too

@@ -5,7 +5,7 @@ module rockdda_linear_block_kernels
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: subtract_products_of_rows, subtract_column, subtract_row, divide_by_factor
+   public :: subtract_products_of_rows, subtract_square, subtract_column, subtract_row, divide_by_factor
 
    interface
       !> C_t := C_t - A_q B^T for n blocks A, t = target(q).
@@ -16,6 +16,13 @@ module rockdda_linear_block_kernels
          real(c_double), intent(in) :: a(6, 6, *), b(6, 6)
          real(c_double), intent(inout) :: c(6, 6, *)
       end subroutine subtract_products_of_rows
+
+      !> C := C - A A^T, at least its lower half.
+      pure subroutine subtract_square(a, c) bind(c, name='rockdda_subtract_square')
+         import :: c_double
+         real(c_double), intent(in) :: a(6, 6)
+         real(c_double), intent(inout) :: c(6, 6)
+      end subroutine subtract_square
 
       !> y_i := y_i - A_q x for n blocks A, i = row(q).
       pure subroutine subtract_column(n, row, a, x, y) bind(c, name='rockdda_subtract_column')

@@ -45,6 +45,44 @@ void rockdda_subtract_products(int n, const int *target, const double *a, const 
    }
 }
 
+/* C := C - A A^T, at least its lower half. */
+FOR_EACH_PROCESSOR
+void rockdda_subtract_square(const double *a, double *c)
+{
+#pragma GCC unroll 6
+   for (int j = 0; j < 6; ++j)
+   {
+      /* rows 1, 3 or 5 to 6 */
+      const int first = j & ~1;
+      four s4, a4;
+      two s2, a2;
+      double *out = c + 6 * j;
+      if (first < 4)
+         memcpy(&s4, out + first, sizeof(four));
+      if (first != 2)
+         memcpy(&s2, out + 4, sizeof(two));
+#pragma GCC unroll 6
+      for (int m = 0; m < 6; ++m)
+      {
+         const double x = a[6 * m + j];
+         if (first < 4)
+         {
+            memcpy(&a4, a + 6 * m + first, sizeof(four));
+            s4 -= a4 * x;
+         }
+         if (first != 2)
+         {
+            memcpy(&a2, a + 6 * m + 4, sizeof(two));
+            s2 -= a2 * x;
+         }
+      }
+      if (first < 4)
+         memcpy(out + first, &s4, sizeof(four));
+      if (first != 2)
+         memcpy(out + 4, &s2, sizeof(two));
+   }
+}
+
 /* y_i := y_i - A_q x for n blocks that follow one another, i = row[q], counted from 1. */
 FOR_EACH_PROCESSOR
 void rockdda_subtract_column(int n, const int *row, const double *a, const double *x, double *y)
