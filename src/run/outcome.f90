@@ -4,7 +4,9 @@ module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_options, only : is_set
-   use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_boundary_options, only : is_quiet
+   use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
@@ -17,6 +19,12 @@ module rockdda_run_outcome
    real(wp), parameter :: least_share = 0.8_wp
    !> Warn of an estimated error in time, and of motion after strikes, above this share of the largest displacement.
    real(wp), parameter :: much_error = 0.05_wp
+   !> The same where the base moves and blocks slide: the error of friction that turns is several times the estimate.
+   real(wp), parameter :: much_turning = 0.01_wp
+   !> Blocks slide when friction has taken this share of the largest kinetic energy.
+   real(wp), parameter :: little_friction = 0.01_wp
+   !> Blocks that move by less than these shares of w0, and of g2 w0, to which errors are compared, are at rest.
+   real(wp), parameter :: at_rest(2) = [2.0e-5_wp, 5.0e-3_wp]
    !> Share of the steps in which friction turned without being followed.
    real(wp), parameter :: much_passed = 0.1_wp
    !> Unbalanced force of loads that act at once.
@@ -137,6 +145,7 @@ contains
                                           counted(accuracy%n_kinks, 'time')
          if (accuracy%n_passed > 0) text = text//'; not followed: turns of friction soon after others, in '// &
                                            counted(accuracy%n_passed, 'step')
+         if (accuracy%n_least > 0) text = text//'; as short as dt_min: '//counted(accuracy%n_least, 'step')
          if (accuracy%n_held > 0) text = text//'; shorter steps made no smaller errors '// &
                                          counted(accuracy%n_held, 'time')//', first at time '// &
                                          to_string(accuracy%first_held, 5)//': steps were held'
@@ -151,19 +160,28 @@ contains
       character(len=:), allocatable :: text
       character(len=:), allocatable :: unseen
       real(wp) :: compared     !! displacement to which errors are compared [length]
+      real(wp) :: damped       !! share of the energy that Shi's scheme has taken
       logical :: unsettled     !! damping or a static stage would help
       text = ''
+      if (lies_still(sim)) return
       associate (error => sim%record%time_error, wanted => sim%parameters%accuracy, accuracy => sim%control%accuracy)
          if (.not. wanted > 0) then
-            if (error > much_error) text = 'the answer may depend on the time step: '//time_error_text(sim)// &
-                                           '; compare with half of dt_max'
+            if (.not. error > merge(much_turning, much_error, slides_on_base(sim))) return
+            text = 'the answer may depend on the time step: '//time_error_text(sim)
+            if (slides_on_base(sim)) text = text//', and where friction turns the error is several times as large'
+            text = text//'; compare with half of dt_max'
             return
          end if
          if (error > wanted) then
             text = 'the wanted accuracy of '//to_string(wanted, 2)//' is not reached: '//time_error_text(sim)// &
                    ' at time '//to_string(sim%state%time, 5)
-            if (accuracy%n_held > 0) text = text//'; from time '//to_string(accuracy%first_held, 5)// &
-                                            ' on shorter steps made no smaller errors'
+            if (accuracy%n_least > 0) then
+               text = text//'; dt_min = '//to_string(sim%parameters%dt_min, 3)//' kept '// &
+                      counted(accuracy%n_least, 'step')//' from being shorter'
+            else if (accuracy%n_held > 0) then
+               text = text//'; from time '//to_string(accuracy%first_held, 5)// &
+                      ' on shorter steps made no smaller errors'
+            end if
          end if
          ! errors are compared with at least g2*w0
          compared = sim%control%time_error%reference(sim%parameters)
@@ -181,15 +199,72 @@ contains
             call add('friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed', unseen)
          unsettled = len(unseen) > 0
          if (strikes_matter(sim)) call add(strikes_text(sim), unseen)
+         damped = damped_share(sim)
+         if (damped > wanted) call add("Shi's scheme has damped vibrations, by "//to_string(damped, 2)// &
+                                       ' of the energy of the motion', unseen)
          if (len(unseen) > 0) then
             if (len(text) > 0) text = text//'. '
             text = text//'accuracy cannot be promised: '//unseen//'; the estimate does not see what follows from it'
          end if
-         if (len(text) > 0 .and. unsettled) text = text//'. Give joints a damping_ratio, or begin with a static stage'
-         if (error > wanted .and. .not. sim%parameters%second_order) &
+         if (unsettled) text = text//advice(sim)
+         if ((error > wanted .or. damped > wanted) .and. .not. sim%parameters%second_order) &
             text = text//". integrator = 'generalized_alpha' has smaller errors"
       end associate
    end function time_error_warning
+
+   !> What would keep joints from vibrating, of what the model lacks.
+   pure function advice(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      logical :: lacks_damping, lacks_rest
+      integer :: i
+      associate (p => sim%parameters)
+         lacks_damping = any(.not. p%joint_materials%damping_ratio > 0)
+         lacks_rest = all([(stage_k01(p%stages(i), p%k01) > 0, i=1, min(sim%control%stage, size(p%stages)))])
+      end associate
+      text = ''
+      if (lacks_damping) text = '. Give joints a damping_ratio'
+      if (lacks_damping .and. lacks_rest) text = text//', or begin with a static stage'
+      if (lacks_rest .and. .not. lacks_damping) text = '. Begin with a static stage'
+   end function advice
+
+   !> Has the dynamic part moved the blocks by next to nothing? Estimates are then those of rounding.
+   pure logical function lies_still(sim)
+      type(simulation_type), intent(in) :: sim
+      lies_still = sim%control%time_error%largest < rest(sim%parameters)
+   end function lies_still
+
+   !> Displacement below which blocks are at rest [length].
+   pure real(wp) function rest(p)
+      type(parameters_type), intent(in) :: p
+      rest = min(at_rest(1), at_rest(2)*p%displacement_ratio)*p%w0
+   end function rest
+
+   !> Does the base move under blocks that slide? Without a ledger they may.
+   pure logical function slides_on_base(sim)
+      type(simulation_type), intent(in) :: sim
+      associate (p => sim%parameters, accuracy => sim%control%accuracy)
+         slides_on_base = has_base_motion(p%base, p%quakes)
+         if (slides_on_base .and. p%energy) slides_on_base = accuracy%taken(1) > little_friction*accuracy%kinetic
+      end associate
+   end function slides_on_base
+
+   !> Share of the energy of a dynamic part, the largest kinetic energy and the work of friction, that Shi's scheme has
+   !> taken by damping vibrations; 0 where that cannot be told: blocks struck others, or something else damps.
+   pure real(wp) function damped_share(sim) result(share)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: total
+      integer :: i
+      share = 0
+      associate (p => sim%parameters, accuracy => sim%control%accuracy)
+         if (p%second_order .or. .not. p%energy .or. p%mass_damping > 0) return
+         if (sim%control%strikes%count_struck() > 0 .or. any(abs(sim%state%bolt_plastic) > 0)) return
+         if (any([(is_quiet(p%boundaries(i)), i=1, size(p%boundaries))])) return
+         if (sim%blocks%bolts%n == 0 .and. all(p%joint_materials%damping_ratio > 0)) return
+         total = accuracy%kinetic + max(0.0_wp, accuracy%taken(1))
+         if (total > 0) share = max(0.0_wp, accuracy%taken(2))/total
+      end associate
+   end function damped_share
 
    !> Add a reason to those present.
    pure subroutine add(reason, reasons)
@@ -221,8 +296,10 @@ contains
    !> Did blocks move on after strikes, so that the answer depends on each step?
    pure logical function strikes_matter(sim)
       type(simulation_type), intent(in) :: sim
-      strikes_matter = share_after_strikes(sim) > merge(min(much_error, sim%parameters%accuracy), much_error, &
-                                                        sim%parameters%accuracy > 0)
+      associate (p => sim%parameters)
+         strikes_matter = share_after_strikes(sim) > merge(min(much_error, p%accuracy), much_error, p%accuracy > 0) &
+                          .and. sim%control%strikes%way_after(sim%state) > rest(p)
+      end associate
    end function strikes_matter
 
    !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about
@@ -231,7 +308,7 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (.not. strikes_matter(sim) .or. sim%parameters%accuracy > 0 .or. sim%record%time_error > much_error) return
+      if (.not. strikes_matter(sim) .or. sim%parameters%accuracy > 0 .or. len(time_error_warning(sim)) > 0) return
       text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
              strikes_text(sim)//'; compare with half of dt_max'
    end function strikes_warning

@@ -29,12 +29,13 @@ contains
       type(step_record_type), intent(inout) :: record
       type(impact_type) :: impact
       real(wp) :: k01
+      logical :: is_first   !! a dynamic part begins, if the step is one
       k01 = step%control%k01(step%parameters)
+      is_first = .not. step%control%time_error%counts
       associate (contacts => step%families%contacts)
          if (.not. k01 < 1) call step%control%strikes%add(step%step_context_type, contacts%table, &
                                                           contacts%trial%state_used, contacts%laws%restitution, &
-                                                          report%displacement/step%dt, &
-                                                          .not. step%control%time_error%counts)
+                                                          report%displacement/step%dt, is_first)
          if (k01 > 0) call impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%laws, &
                                        step%equations%x)
       end associate
@@ -51,6 +52,8 @@ contains
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
       end if
       if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, impact%happened)
+      if (step%parameters%energy .and. .not. k01 < 1) call step%control%accuracy%note_energies(is_first, &
+                                                                                          record%energy, ledger%total)
       call forces%clear(step%blocks%n_blocks)
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
@@ -94,7 +97,8 @@ contains
          call control%accuracy%next_step(p%accuracy, dynamic_step_type( &
             merge(2, 1, step%scheme%second_order), p%dt_max, merge(control%dt, step%dt, report%attempts == 1), &
             step%state%time + step%dt, control%dynamic_length(p), control%time_error%error, &
-            control%time_error%reference(p), step%change, step%at_kinks, report%kink_end, control%dt))
+            control%time_error%reference(p), step%change, step%at_kinks, report%kink_end, control%dt, &
+            p%dt_min))
       end associate
    end subroutine measure_error
 

@@ -28,6 +28,7 @@
 module rockdda_stepping_accuracy
    use rockdda_base_kinds, only : wp
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_state, only : energy, n_energies
    implicit none
    private
    public :: accuracy_type, dynamic_step_type, new_accuracy, rest_steps, step_to_row
@@ -76,6 +77,7 @@ module rockdda_stepping_accuracy
       real(wp) :: at_kink = 0      !! the same of blocks of which a contact begins or ends to slide, or turns its slip
       real(wp) :: kink_end = 0     !! time before which there is a kink, 0: none known; of accepted steps
       real(wp) :: last_dt = 0      !! step that was tried first [time]
+      real(wp) :: least_dt = 0     !! no step is shorter [time]
    end type dynamic_step_type
 
    !> Part of the state of a run.
@@ -105,13 +107,19 @@ module rockdda_stepping_accuracy
       integer :: calm = calm_steps !! of them, since the last kink
       integer :: n_kinks = 0       !! kinks followed
       integer :: n_passed = 0      !! steps with a kink that was passed over
+      integer :: n_least = 0       !! steps as short as they may be
       type(dynamic_step_type) :: attempt   !! at the step at hand, scratch
       real(wp) :: sudden_load = 0  !! unbalanced force after the first step on joints without damping, or bolts
+      ! also without a wanted accuracy, with a ledger
+      real(wp) :: at_begin(2) = 0  !! friction and dissipation before the dynamic part [energy]
+      real(wp) :: taken(2) = 0     !! by both in it
+      real(wp) :: kinetic = 0      !! largest kinetic energy in it
    contains
       procedure :: begin_part
       procedure :: judge_step
       procedure, private :: may_follow
       procedure :: next_step
+      procedure :: note_energies
       procedure :: values
    end type accuracy_type
 
@@ -135,6 +143,7 @@ contains
       fresh%first_held = self%first_held
       fresh%n_kinks = self%n_kinks
       fresh%n_passed = self%n_passed
+      fresh%n_least = self%n_least
       select type (self)
       type is (accuracy_type)
          self = fresh
@@ -213,6 +222,19 @@ contains
       self%kink_dt = 0
    end subroutine follow_kink
 
+   !> Note what the ledger says at the end of a dynamic step.
+   pure subroutine note_energies(self, is_first, before, now)
+      class(accuracy_type), intent(inout) :: self
+      logical, intent(in) :: is_first                    !! a dynamic part begins
+      real(wp), intent(in) :: before(n_energies), now(n_energies)
+      if (is_first) then
+         self%at_begin = before([energy%friction, energy%dissipated])
+         self%kinetic = before(energy%kinetic)
+      end if
+      self%taken = now([energy%friction, energy%dissipated]) - self%at_begin
+      self%kinetic = max(self%kinetic, now(energy%kinetic))
+   end subroutine note_energies
+
    !> Choose the step that follows an accepted one.
    pure subroutine next_step(self, accuracy, step)
       class(accuracy_type), intent(inout) :: self
@@ -227,6 +249,7 @@ contains
          self%of_kink = 0
          self%kink_dt = step%last_dt
       end if
+      if (.not. step%dt > step%least_dt*(1 + same)) self%n_least = self%n_least + 1
       has_kink = share_of(self, accuracy, step, step%at_kink) > merge(0.25_wp, 1.0_wp, self%kink_dt > 0)
       if (self%kink_dt > 0) then
          if (step%kink_end > 0) self%kink_end = step%kink_end
@@ -328,6 +351,7 @@ contains
          shortest = 0
          if (step%length < huge(1.0_wp)) &
             shortest = step%length*accuracy**(1.0_wp/step%order)/most_steps(step%order)
+         shortest = max(shortest, step%least_dt*(1 + same))
          if (is_noise .or. step%time < self%held_until .or. .not. step%dt > shortest) return
          self%purpose = tries_shorter
          self%other_dt = step%dt
@@ -419,7 +443,7 @@ contains
                 self%held_until, self%wanted, self%jerk, self%first_held, self%sudden_load, self%regrow, &
                 self%kink_dt, self%kink_end, real(min(self%n, self%rest, self%purpose, self%n_held, self%of_kink, &
                                                       self%of_kinks, self%of_others, self%calm, self%n_kinks, &
-                                                      self%n_passed), wp)]
+                                                      self%n_passed, self%n_least), wp)]
    end function values
 
 end module rockdda_stepping_accuracy

@@ -148,6 +148,10 @@ contains
          call archive%item('accuracy_n_held', accuracy%n_held)
          call archive%item('accuracy_first_held', accuracy%first_held)
          call archive%item('accuracy_sudden_load', accuracy%sudden_load)
+         call archive%item('accuracy_n_least', accuracy%n_least)
+         call archive%fixed('accuracy_at_begin', accuracy%at_begin)
+         call archive%fixed('accuracy_taken', accuracy%taken)
+         call archive%item('accuracy_kinetic', accuracy%kinetic)
       end associate
    end subroutine exchange_control
 

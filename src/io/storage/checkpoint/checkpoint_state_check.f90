@@ -118,6 +118,7 @@ contains
       end associate
       call check%is_finite(control%accuracy%values(), 'accuracy')
       call check%holds(all(control%accuracy%values() >= 0), 'accuracy')
+      call check%is_finite([control%accuracy%at_begin, control%accuracy%taken, control%accuracy%kinetic], 'accuracy')
    end subroutine check_control
 
    !> Check energies.
