@@ -90,6 +90,7 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
+      logical :: closes = .false.      !! open at the start of the step: gap and slip are those of its end
    end type joint_type
 
    !> Forces of a closed contact at a motion, and the state that its law gives it there.
@@ -144,6 +145,7 @@ contains
       joint%length = table%length(c)
       joint%k_n = table%k_n(c)
       joint%k_s = table%k_s(c)
+      joint%closes = table%state(c) == contact_state%open
       if (allocated(extra)) then
          joint%more_length = extra(c)%more_length
          joint%tension_share = extra(c)%tension_share
@@ -390,19 +392,31 @@ contains
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: normal_force, slip
       logical, intent(in) :: bonded
+      real(wp) :: rate
       if (law%law == contact_law%coulomb) then
          strength = coulomb_strength(law, joint, normal_force, bonded)
          return
       end if
-      strength = shear_strength(law, normal_force, joint%length, bonded, abs(slip)/settings%dt, &
-                                joint%total_slip + abs(slip))
+      rate = slip_rate(settings, joint, slip)
+      strength = shear_strength(law, normal_force, joint%length, bonded, rate, joint%total_slip + abs(slip))
       if (joint%worn) then
-         strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, abs(slip)/settings%dt, &
+         strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, rate, &
                                                           joint%total_slip + abs(slip)))
       else
          strength = strength + cohesion_at(law, joint%total_slip + abs(slip), bonded)*joint%more_length
       end if
    end function strength
+
+   !> Mean speed of the slip in the step, of which the slip where the forces act is a share. Before a step: 0.
+   pure real(wp) function slip_rate(settings, joint, slip) result(rate)
+      type(joint_settings_type), intent(in) :: settings
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(in) :: slip           !! where the forces act [length]
+      real(wp) :: share
+      share = merge(1.0_wp, settings%level, joint%closes)
+      rate = 0
+      if (share > 0) rate = abs(slip)/(share*settings%dt)
+   end function slip_rate
 
    !> Shear strength by Coulomb's law, that of most joints, without a call to another module.
    pure real(wp) function coulomb_strength(law, joint, normal_force, bonded) result(strength)
