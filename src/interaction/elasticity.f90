@@ -14,7 +14,7 @@ module rockdda_interaction_elasticity
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_inertia, only : add_mass_damping, mass_damping_dissipation
+   use rockdda_interaction_inertia, only : add_mass_damping, mass_damping_dissipation, carried_velocity
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
    implicit none
@@ -138,8 +138,10 @@ contains
       class(elasticity_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
+      real(wp) :: m(6, 6), f(6), r, s
       integer :: i
-      !$omp parallel do default(none) shared(self, context, equations) private(i) schedule(static) &
+      call context%scheme%velocity_shares(r, s)
+      !$omp parallel do default(none) shared(self, context, equations, r) private(i, m, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          if (context%is_left_out(i)) cycle
@@ -148,9 +150,13 @@ contains
                              equations%block_matrix(:, :, i))
             call add_stress(context%state%stress(:, i), area, equations%block_load(:, i))
             equations%block_magnitude(4:6, i) = equations%block_magnitude(4:6, i) + area*abs(context%state%stress(:, i))
-            if (alpha > 0) call add_mass_damping(alpha, mass_matrix(context%state%mass(i), area, &
-                                                 context%state%moments(:, i)), context%dt, &
-                                                 equations%block_matrix(:, :, i))
+            if (.not. alpha > 0) cycle
+            m = mass_matrix(context%state%mass(i), area, context%state%moments(:, i))
+            call add_mass_damping(r*alpha, m, context%dt, equations%block_matrix(:, :, i))
+            if (.not. context%scheme%second_order) cycle
+            f = -alpha*matmul(m, carried_velocity(context, i))
+            equations%block_load(:, i) = equations%block_load(:, i) + f
+            equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
          end associate
       end do
       !$omp end parallel do
@@ -162,11 +168,12 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: stored, lost
+      real(wp) :: stored, lost, mass(6, 6), r, s
       integer :: i, p, n, m
       n = n_pieces(context%blocks%n_blocks)
       call balance%make_room(context%blocks%n_blocks)
-      !$omp parallel do default(none) shared(self, context, d, balance, n) private(i, p, m, stored, lost) &
+      call context%scheme%velocity_shares(r, s)
+      !$omp parallel do default(none) shared(self, context, d, balance, n, r) private(i, p, m, mass, stored, lost) &
       !$omp schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n
          balance%sums(1:2, p) = 0
@@ -175,8 +182,12 @@ contains
                m = context%blocks%block_material(i)
                call elastic_energy(self%e(:, :, m), state%stress(:, i), d(4:6, i), state%area(i), stored, lost, &
                                    context%scheme%level)
-               if (alpha > 0) lost = lost + mass_damping_dissipation(alpha, mass_matrix(state%mass(i), state%area(i), &
-                                                                     state%moments(:, i)), context%dt, d(:, i))
+               if (alpha > 0) then
+                  mass = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
+                  lost = lost + mass_damping_dissipation(r*alpha, mass, context%dt, d(:, i))
+                  if (context%scheme%second_order) &
+                     lost = lost + alpha*dot_product(d(:, i), matmul(mass, carried_velocity(context, i)))
+               end if
                balance%sums(1, p) = balance%sums(1, p) + lost
                balance%sums(2, p) = balance%sums(2, p) + strain_energy( &
                   state%stress(:, i) + stress_of(self%e(:, :, m), d(4:6, i)), self%c(:, :, m), state%area(i))

@@ -189,23 +189,26 @@ contains
       real(wp), intent(in) :: velocity(:), acceleration(:)   !! (nodes) at the start of the step
       real(wp), intent(out) :: motion(:)                     !! (nodes)
       real(wp) :: diagonal(size(motion)), beside(size(motion)), load(size(motion))   !! `beside`: to the next node
-      real(wp) :: carried(2), base(2), ground(2), mass, k, c
+      real(wp) :: carried(2), base(2), ground(2), mass, k, c, r, s
       integer :: l, i, n
       n = size(motion)
       diagonal = 0
       beside = 0
       load = 0
       base = base_motion(context)
+      call scheme%velocity_shares(r, s)
       associate (dt => context%dt, damping => context%parameters%mass_damping, u => self%displacement(axis, :))
          do l = first, last
             i = 2*(l - first) + 1
             mass = self%density(l)*self%height(l)/6
-            c = mass*(scheme%inertia/dt**2 + damping/dt)
+            c = mass*(scheme%inertia/dt**2 + r*damping/dt)
             k = scheme%level*self%modulus(axis, l)/self%height(l)
             diagonal(i:i + 1) = diagonal(i:i + 1) + 2*c + k
             beside(i) = c - k
             carried = mass*((scheme%inertia/dt)*velocity(i:i + 1) + (0.5_wp*scheme%inertia - 1)*acceleration(i:i + 1) &
                             - base(axis))
+            if (damping > 0 .and. scheme%second_order) &
+               carried = carried - mass*damping*((1 - r)*velocity(i:i + 1) + s*dt*acceleration(i:i + 1))
             k = self%modulus(axis, l)/self%height(l)*(u(2*l) - u(2*l - 1))
             load(i:i + 1) = load(i:i + 1) + [2*carried(1) + carried(2) + k, carried(1) + 2*carried(2) - k]
             if (l == first) cycle

@@ -26,7 +26,8 @@ module rockdda_interaction_inertia
    use rockdda_interaction_kinematics, only : mass_matrix, mass_times
    implicit none
    private
-   public :: inertia_type, add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation
+   public :: inertia_type, add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation, &
+      carried_velocity
 
    type, extends(interaction_type) :: inertia_type
    contains
@@ -94,6 +95,16 @@ contains
       real(wp), intent(inout) :: k(6, 6)     !! diagonal block
       k = k + (alpha/dt)*m
    end subroutine add_mass_damping
+
+   !> Part of the velocity of block i, where the forces of a step of second order act, that its motion does not change.
+   pure function carried_velocity(context, i) result(v)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: i
+      real(wp) :: v(6)
+      real(wp) :: r, s
+      call context%scheme%velocity_shares(r, s)
+      v = (1 - r)*context%state%velocity(:, i) + (s*context%dt)*context%state%acceleration(:, i)
+   end function carried_velocity
 
    !> Energy that mass-proportional damping takes in a step: alpha/dt d.M d.
    pure real(wp) function mass_damping_dissipation(alpha, m, dt, d)

@@ -30,6 +30,7 @@ module rockdda_interaction_time_scheme
       logical :: turns_forces = .false.    !! no step: springs and loads of its start turn, dashpots do not
    contains
       procedure :: middle
+      procedure :: velocity_shares
       procedure :: new_acceleration
       procedure :: velocity_change
       procedure :: inertia_work
@@ -63,6 +64,18 @@ contains
       middle = 0.5_wp
       if (self%second_order) middle = self%level
    end function middle
+
+   !> Velocity where the forces of a step act, by its motion and what it starts with: r d/dt + (1 - r) v0 + s dt a0, in
+   !> which contacts that close have no part. In Shi's scheme d/dt, its mean.
+   pure subroutine velocity_shares(self, r, s)
+      class(time_scheme_type), intent(in) :: self
+      real(wp), intent(out) :: r, s
+      r = 1
+      s = 0
+      if (.not. self%second_order) return
+      r = self%level*self%gamma/self%beta
+      s = self%level - 0.5_wp*r
+   end subroutine velocity_shares
 
    !> Acceleration at the end of the step.
    elemental real(wp) function new_acceleration(self, d, velocity, acceleration, jump, dt) result(a)

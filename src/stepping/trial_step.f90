@@ -12,6 +12,7 @@ module rockdda_stepping_trial_step
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
+   use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
@@ -312,6 +313,7 @@ contains
       call self%expect()
       call assemble_start(self)
       allocate (force, source=self%equations%f)
+      if (self%parameters%mass_damping > 0) call add_damping(force)
       self%scheme%level = 1
       call assemble_start(self)
       self%equations%x = 0
@@ -322,6 +324,20 @@ contains
       self%equations%x = last
       self%scheme = scheme
       self%dt = dt
+
+   contains
+
+      !> Mass-proportional damping of the velocities at the start.
+      subroutine add_damping(force)
+         real(wp), intent(inout) :: force(:, :)   !! (6, nb)
+         integer :: i
+         do i = 1, self%blocks%n_blocks
+            if (self%is_left_out(i)) cycle
+            force(:, i) = force(:, i) - self%parameters%mass_damping*mass_times( &
+                          self%state%mass(i), self%state%area(i), self%state%moments(:, i), velocity(:, i))
+         end do
+      end subroutine add_damping
+
    end subroutine find_acceleration
 
    !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
