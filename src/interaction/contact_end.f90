@@ -109,6 +109,7 @@ contains
             half = level - 0.5_wp
             if (was_held .or. x0 < 0) then
                dissipated = dissipated + half*kn*(x1 - x0)**2
+               if (dilates) dissipated = dissipated + kn*trial%extra(c)%late*(x1 - x0)
                if (.not. was_closed) then
                   discarded = discarded - 0.5_wp*kn*x0**2
                   if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
@@ -116,10 +117,15 @@ contains
             else
                where_acts = x1
                if (level < 1) where_acts = x0 + level*(x1 - x0)
+               if (dilates) where_acts = where_acts + trial%extra(c)%late
                dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
             end if
-            if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%normal_drag* &
-                                                     (x1 - trial%extra(c)%drag_gap)*(x1 - x0)
+            if (dilates .and. was_closed) then
+               where_acts = x0 + level*(x1 - x0) + trial%extra(c)%late
+               dissipated = dissipated + trial%extra(c)%normal_drag*(where_acts - trial%extra(c)%drag_gap)*(x1 - x0)
+            else if (allocated(trial%extra)) then
+               dissipated = dissipated + level*trial%extra(c)%normal_drag*(x1 - trial%extra(c)%drag_gap)*(x1 - x0)
+            end if
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + half*ks*(s1 - s0)**2
                if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*(s1 - s0)*(s1 - s0)

@@ -31,7 +31,7 @@ module rockdda_interaction_contact_law
    implicit none
    private
    public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength, cohesion_at, &
-      tension_at, dilated_gap
+      tension_at, dilated_gap, opened_last
 
    type :: contact_law_enum
       integer :: coulomb = 1
@@ -349,6 +349,20 @@ contains
       real(wp), intent(in) :: slip          !! |slip| summed up [length]
       gap = law%dilation*min(slip, law%dilation_slip)
    end function dilated_gap
+
+   !> What dilation has opened in the last step: at its end the spring had the gap of its normal force, and the gap at
+   !> the start of this one is smaller by that.
+   elemental real(wp) function opened_last(law, k_n, normal_force, gap, slip) result(opened)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: k_n           !! [force/length]
+      real(wp), intent(in) :: normal_force  !! at the end of the last step [force]
+      real(wp), intent(in) :: gap           !! of the spring at the start of this one [length]
+      real(wp), intent(in) :: slip          !! |slip| summed up [length]
+      opened = 0
+      ! none: a row that is new there
+      if (.not. (law%dilation > 0 .and. k_n > 0 .and. normal_force > 0)) return
+      opened = max(0.0_wp, min(dilated_gap(law, slip), -normal_force/k_n - gap))
+   end function opened_last
 
    !> Largest shear force of a contact. Without a bond it is the friction force of a sliding contact.
    elemental real(wp) function shear_strength(law, normal_force, length, bonded, slip_rate, slip)

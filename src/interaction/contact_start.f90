@@ -4,15 +4,15 @@ module rockdda_interaction_contact_start
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
+   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap, opened_last
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
-   use rockdda_interaction_joint_law, only : spring_energy
+   use rockdda_interaction_joint_law, only : joint_extra_type, spring_energy
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
-   public :: start_contacts, set_dashpots
+   public :: start_contacts, set_dashpots, delay_dilation
 
 contains
 
@@ -100,5 +100,21 @@ contains
             table%gap(c) = table%gap(c) - dilated_gap(laws(table%joint(c)), table%total_slip(c))
       end do
    end subroutine take_off_dilation
+
+   !> What dilation has opened in the last step opens in this one, evenly: where the forces act, a share of it has.
+   pure subroutine delay_dilation(laws, table, level, extra, gap)
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: level                      !! share of the step after which forces of closed contacts act
+      type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
+      real(wp), intent(inout) :: gap(:)                  !! (>= rows) of the springs without motion [length]
+      integer :: c
+      do c = 1, table%n
+         if (table%state(c) == contact_state%open) cycle
+         extra(c)%late = (1 - level)*opened_last(laws(table%joint(c)), table%k_n(c), table%normal_force(c), &
+                                                 table%gap(c), table%total_slip(c))
+         gap(c) = table%gap(c) + extra(c)%late
+      end do
+   end subroutine delay_dilation
 
 end module rockdda_interaction_contact_start

@@ -13,7 +13,7 @@
 module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_contact_law, only : contact_law_type, opened_last
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_joint_law, only : joint_extra_type
    implicit none
@@ -84,7 +84,13 @@ contains
             extra(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
             ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
             extra(c)%drag_gap = table%gap(c)
-            if (table%state(c) == contact_state%open) extra(c)%drag_gap = min(table%gap(c), 0.0_wp)
+            if (table%state(c) == contact_state%open) then
+               extra(c)%drag_gap = min(table%gap(c), 0.0_wp)
+            else if (laws(table%joint(c))%dilation > 0) then
+               ! what dilation opens is no motion of the spring
+               extra(c)%drag_gap = table%gap(c) + opened_last(laws(table%joint(c)), table%k_n(c), &
+                                                              table%normal_force(c), table%gap(c), table%total_slip(c))
+            end if
          end associate
       end do
    end subroutine share_damping

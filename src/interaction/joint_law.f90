@@ -76,6 +76,7 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
+      real(wp) :: late = 0             !! gap, where the forces act, that dilation has not taken off yet [length]
    end type joint_extra_type
 
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
@@ -90,6 +91,7 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
+      real(wp) :: late = 0             !! gap, where the forces act, that dilation has not taken off yet [length]
       logical :: closes = .false.      !! open at the start of the step: gap and slip are those of its end
    end type joint_type
 
@@ -152,12 +154,14 @@ contains
          joint%normal_drag = extra(c)%normal_drag
          joint%drag = extra(c)%drag
          joint%drag_gap = extra(c)%drag_gap
+         joint%late = extra(c)%late
       else
          joint%more_length = 0
          joint%tension_share = 1
          joint%normal_drag = 0
          joint%drag = 0
          joint%drag_gap = 0
+         joint%late = 0
       end if
    end subroutine recall_joint
 
@@ -291,7 +295,7 @@ contains
       force = 0
       if (joint%state == contact_state%open) return
       stiffness(1) = joint%k_n + joint%normal_drag
-      force(1) = -joint%k_n*joint%gap - joint%normal_drag*(joint%gap - joint%drag_gap)
+      force(1) = -joint%k_n*(joint%gap + joint%late) - joint%normal_drag*((joint%gap + joint%late) - joint%drag_gap)
       if (joint%state == contact_state%locked) then
          stiffness(2) = joint%k_s + joint%drag
          force(2) = -joint%k_s*joint%shear

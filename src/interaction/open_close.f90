@@ -329,9 +329,12 @@ contains
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table  !! at the start of the step
       integer, intent(in) :: c                       !! row
+      real(wp) :: late
+      late = 0
+      if (allocated(self%extra)) late = self%extra(c)%late
       gap = self%gap(c)
       associate (level => self%level(self%start(c)))
-         if (level < 1) gap = table%gap(c) + (gap - table%gap(c))/level
+         if (level < 1) gap = table%gap(c) + ((gap - table%gap(c)) - late)/level
       end associate
    end function gap_at_end
 
@@ -474,7 +477,8 @@ contains
       integer, intent(in) :: n
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       logical :: is_needed
-      is_needed = any(laws%tension > 0) .or. any(laws%damping_ratio > 0) .or. any(has_closed_part(laws))
+      is_needed = any(laws%tension > 0) .or. any(laws%damping_ratio > 0) .or. any(has_closed_part(laws)) .or. &
+                  any(laws%dilation > 0)
       if (allocated(self%extra)) then
          if (size(self%extra) < n .or. .not. is_needed) deallocate (self%extra)
       end if
