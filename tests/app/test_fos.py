@@ -226,7 +226,11 @@ class Promises(FosTest):
             process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             while process.poll() is None:
                 lists = list(Path(self.folder).glob("*.fos-*.txt"))
-                if lists and len(lists[0].read_text().splitlines()) > 2:
+                try:
+                    is_begun = bool(lists) and len(lists[0].read_text().splitlines()) > 2
+                except FileNotFoundError:  # the search has ended
+                    break
+                if is_begun:
                     process.send_signal(signal.SIGKILL)
                     break
             process.communicate()
