@@ -2,8 +2,8 @@
 !> Order of elimination of the blocks of a small system, and the pattern of its Cholesky factor.
 !>
 !> Eliminating a block joins all its neighbours with each other. The next one is that which adds the fewest new pairs
-!> (the third scheme of Tinney and Walker 1967); of equals the one with fewer neighbours, then that with the lower number, so
-!> that the order depends on the graph alone. Places in the order are called columns:
+!> (the third scheme of Tinney and Walker 1967); of equals the one with fewer neighbours, then that with the lower
+!> number, so that the order depends on the graph alone. Places in the order are called columns:
 !>
 !>     column k       row(start(k) : start(k+1)-1)     ascending, the blocks of the factor below the diagonal
 !>     place(...)     of the block in the matrix, negative: transposed, 0: not in the matrix
