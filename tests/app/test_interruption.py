@@ -210,8 +210,8 @@ class Stop(InterruptionTest):
 class LongStep(InterruptionTest):
     """A wall whose first step has many rounds of many PCG iterations."""
 
-    # With so many rows and contacts of 50 E the whole first step takes PCG a quarter of a minute on a fast machine.
-    ROWS = 40
+    # With so many rows and contacts of 50 E the whole first step takes two threads of a fast machine 7 s.
+    ROWS = 80
     # Reading, cutting and writing take a second; the rest is for a busy machine.
     SOON = 15
 
@@ -384,7 +384,7 @@ class Output(InterruptionTest):
         disk = tempfile.mkdtemp()
         self.addCleanup(os.rmdir, disk)
         if subprocess.run(
-            ["mount", "-t", "tmpfs", "-o", "size=700k", "none", disk], stderr=subprocess.DEVNULL
+            ["mount", "-t", "tmpfs", "-o", "size=4m", "none", disk], stderr=subprocess.DEVNULL
         ).returncode:
             self.skipTest("cannot mount")
         self.addCleanup(subprocess.run, ["umount", disk])
@@ -395,7 +395,7 @@ class Output(InterruptionTest):
 
     def test_limit_of_the_file_size(self):
         more = (*LONG, "--save-every", "1", "--checkpoint-every", "0.02", "-o", "a.h5", "--quiet")
-        limit = 700000
+        limit = 4000000
 
         def restrict():
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))

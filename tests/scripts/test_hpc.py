@@ -25,34 +25,37 @@ OPTIONS = ["--steps", str(STEPS), "--save-every", "700"]
 # TERM to all of the job as scancel does (CANCEL); the clock starts when the program has got ready for signals, for a
 # crash when there is something to go on from. Signals for srun are handed on to the program.
 SRUN = """\
-#!/usr/bin/env bash
-"$@" &
-program=$!
-trap 'signalled=yes; kill -TERM $program' TERM
-is_ready() {
-  if [ "${SIGNAL:-USR1}" = KILL ]; then
-    ls -l "/proc/$program/fd" | grep -q '[.]undo$'
-  else
-    (( 0x$(sed -n 's/^SigCgt:[[:blank:]]*//p' "/proc/$program/status") & 0x200 ))
-  fi
-}
-(
-  until is_ready; do sleep 0.02; done
-  sleep "$LIMIT"
-  case ${SIGNAL:-USR1} in
-    CANCEL) kill -TERM $program $PPID ;;
-    *) kill -"${SIGNAL:-USR1}" $program ;;
-  esac
-) >/dev/null 2>&1 &
-clock=$!
-signalled=yes
-while [ -n "$signalled" ]; do
-  signalled=
-  wait $program
-  code=$?
-done
-kill $clock 2>/dev/null
-exit $code
+#!/usr/bin/env python3
+import os, signal, subprocess, sys, threading, time
+
+program = subprocess.Popen(sys.argv[1:])
+signal.signal(signal.SIGTERM, lambda *_: program.send_signal(signal.SIGTERM))
+wanted = os.environ.get("SIGNAL", "USR1")
+
+
+def is_ready():
+    folder = f"/proc/{program.pid}"
+    if wanted == "KILL":
+        return any(os.readlink(file.path).endswith(".undo") for file in os.scandir(f"{folder}/fd"))
+    caught = next(line.split()[1] for line in open(f"{folder}/status") if line.startswith("SigCgt:"))
+    return int(caught, 16) & 0x200
+
+
+def clock():
+    try:
+        while not is_ready():
+            time.sleep(0.02)
+    except (OSError, StopIteration):  # it has ended, or closed a file meanwhile
+        return clock() if program.poll() is None else None
+    time.sleep(float(os.environ["LIMIT"]))
+    program.send_signal(signal.SIGTERM if wanted == "CANCEL" else signal.Signals["SIG" + wanted])
+    if wanted == "CANCEL":
+        os.kill(os.getppid(), signal.SIGTERM)
+
+
+threading.Thread(target=clock, daemon=True).start()
+code = program.wait()
+sys.exit(code if code >= 0 else 128 - code)
 """
 SCONTROL = """\
 #!/usr/bin/env bash
