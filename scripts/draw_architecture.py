@@ -64,6 +64,7 @@ NOT_DRAWN |= {"bring_back"}  # the first step of a stage that places rock
 NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after an excavation
 NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first dynamic step
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
+NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
@@ -94,7 +95,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     (
         "force of the normal spring: g0 times the overlap",
         [
-            ("linearise_joint", "force(1) = -joint%k_n*joint%gap"),
+            ("linearise_joint", "force(1) = -joint%k_n*(joint%gap"),
         ],
     ),
     (

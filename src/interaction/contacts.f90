@@ -19,7 +19,6 @@ module rockdda_interaction_contacts
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, new_joint_settings, &
       recall_joint, linearise_joint
-   use rockdda_interaction_link_vectors, only : elongations, many_elongations, add_force
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -174,8 +173,7 @@ contains
       real(wp) :: along(2, piece), level
       integer :: c, l
       l = self%first_link
-      call many_elongations(equations%vectors(:, l + first:l + last), equations%pair(:, l + first:l + last), &
-                            equations%x, along(:, 1:last - first + 1))
+      call equations%link_motions(l + first, l + last, along)
       do c = first, last
          level = self%trial%level(self%trial%start(c))
          self%trial%gap(c) = self%table%gap(c) + level*along(1, c - first + 1)
@@ -207,8 +205,7 @@ contains
       integer, intent(in) :: l
       real(wp), intent(out) :: gap, slip  !! [length]
       real(wp) :: along(2)
-      call elongations(equations%vectors(:, l), equations%x(:, equations%pair(1, l)), &
-                       equations%x(:, equations%pair(2, l)), along)
+      call equations%link_motion(l, along)
       gap = start_gap + level*along(1)
       slip = level*along(2)
    end subroutine predict_contact
@@ -309,8 +306,7 @@ contains
          p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
          if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
          l = self%first_link + c
-         call add_force(equations%vectors(:, l), .true., p, impulse(:, equations%pair(1, l)))
-         call add_force(equations%vectors(:, l), .false., p, impulse(:, equations%pair(2, l)))
+         call equations%add_link_force(l, p, impulse)
       end do
    end subroutine add_impulses
 

@@ -10,6 +10,7 @@ module rockdda_interaction_context
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, moved_block_type, turns, &
       new_moved_block
+   use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_ground_motion, only : ground_motion_type
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
@@ -52,6 +53,7 @@ module rockdda_interaction_context
       procedure :: model_blocks
       procedure :: load_time
       procedure :: is_left_out
+      procedure :: momentum
    end type step_context_type
 
 contains
@@ -100,6 +102,7 @@ contains
       blocks = self%blocks
       call move_model(self%state%datum, blocks)
    end function model_blocks
+
    !> Is a block asleep among blocks that are asleep too? It has no terms and no links in this step.
    pure logical function is_left_out(self, block)
       class(step_context_type), intent(in) :: self
@@ -107,6 +110,15 @@ contains
       is_left_out = .false.
       if (allocated(self%resting)) is_left_out = self%resting(block)
    end function is_left_out
+
+   !> Momentum of a block: its mass matrix times a velocity.
+   pure function momentum(self, block, velocity) result(p)
+      class(step_context_type), intent(in) :: self
+      integer, intent(in) :: block
+      real(wp), intent(in) :: velocity(6)
+      real(wp) :: p(6)
+      p = mass_times(self%state%mass(block), self%state%area(block), self%state%moments(:, block), velocity)
+   end function momentum
 
    !> Time at which loads of the step are taken.
    pure real(wp) function load_time(self)

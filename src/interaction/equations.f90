@@ -18,7 +18,8 @@ module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_interaction_link_lists, only : list_links
-   use rockdda_interaction_link_vectors, only : link_numbers, pack_vectors, unpack_vectors, add_stiffness, add_loads
+   use rockdda_interaction_link_vectors, only : link_numbers, pack_vectors, unpack_vectors, add_stiffness, &
+      add_loads, add_force, elongations, many_elongations
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_pattern, only : build_pattern, pattern_work_type
    implicit none
@@ -74,6 +75,9 @@ module rockdda_interaction_equations
       procedure :: set_vectors
       procedure :: vectors_of
       procedure :: set_link
+      procedure :: link_motion
+      procedure :: link_motions
+      procedure :: add_link_force
       procedure :: clear_blocks
       procedure :: clear_placement
       procedure :: misplaced_blocks
@@ -299,6 +303,32 @@ contains
       self%stiffness(:, c) = stiffness
       self%force(:, c) = force
    end subroutine set_link
+
+   !> Relative motion of the blocks of a link along its two lines, by the solution. It has two blocks.
+   pure subroutine link_motion(self, c, along)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: c
+      real(wp), intent(out) :: along(2)
+      call elongations(self%vectors(:, c), self%x(:, self%pair(1, c)), self%x(:, self%pair(2, c)), along)
+   end subroutine link_motion
+
+   !> `link_motion` of links one after the other.
+   pure subroutine link_motions(self, first, last, along)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: first, last
+      real(wp), intent(inout), contiguous :: along(:, :)   !! (2, >= last - first + 1)
+      call many_elongations(self%vectors(:, first:last), self%pair(:, first:last), self%x, along(:, 1:last - first + 1))
+   end subroutine link_motions
+
+   !> Forces along the two lines of a link, on both of its blocks.
+   pure subroutine add_link_force(self, c, force, f)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: c
+      real(wp), intent(in) :: force(2)
+      real(wp), intent(inout), contiguous :: f(:, :)       !! (6, nb)
+      call add_force(self%vectors(:, c), .true., force, f(:, self%pair(1, c)))
+      call add_force(self%vectors(:, c), .false., force, f(:, self%pair(2, c)))
+   end subroutine add_link_force
 
    !> Begin with new terms of single blocks: all of them, and all vectors, are new, or those of some blocks.
    subroutine clear_blocks(self, new)

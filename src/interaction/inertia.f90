@@ -23,7 +23,7 @@ module rockdda_interaction_inertia
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_kinematics, only : mass_matrix, mass_times
+   use rockdda_interaction_kinematics, only : mass_matrix
    implicit none
    private
    public :: inertia_type, add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation, &
@@ -206,7 +206,7 @@ contains
       associate (state => context%state, jump => context%jump(:, i))
          a = context%scheme%new_acceleration(d, state%velocity(:, i), state%acceleration(:, i), jump, context%dt)
          v = state%velocity(:, i) + context%scheme%velocity_change(state%acceleration(:, i), a, jump, context%dt)
-         momentum = mass_times(state%mass(i), state%area(i), state%moments(:, i), d)
+         momentum = context%momentum(i, d)
          before = 0
          after = 0
          call add_kinetic(i, context, state%velocity(:, i), before)
@@ -223,8 +223,7 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(6)           !! motion of the step
       associate (state => context%state)
-         work = context%scheme%carried*dot_product(mass_times(state%mass(i), state%area(i), state%moments(:, i), d), &
-                                                   (2/context%dt**2)*d - state%acceleration(:, i))
+         work = context%scheme%carried*dot_product(context%momentum(i, d), (2/context%dt**2)*d - state%acceleration(:, i))
       end associate
    end function work_of_carried
 
@@ -234,8 +233,7 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: velocity(6)
       real(wp), intent(inout) :: total
-      total = total + 0.5_wp*dot_product(velocity, mass_times(context%state%mass(i), context%state%area(i), &
-                                                              context%state%moments(:, i), velocity))
+      total = total + 0.5_wp*dot_product(velocity, context%momentum(i, velocity))
    end subroutine add_kinetic
 
 end module rockdda_interaction_inertia

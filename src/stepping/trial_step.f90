@@ -12,7 +12,6 @@ module rockdda_stepping_trial_step
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
@@ -333,8 +332,7 @@ contains
          integer :: i
          do i = 1, self%blocks%n_blocks
             if (self%is_left_out(i)) cycle
-            force(:, i) = force(:, i) - self%parameters%mass_damping*mass_times( &
-                          self%state%mass(i), self%state%area(i), self%state%moments(:, i), velocity(:, i))
+            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, velocity(:, i))
          end do
       end subroutine add_damping
 
