@@ -72,7 +72,7 @@ contains
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: ends(piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
-      real(wp) :: gained, level, where_acts
+      real(wp) :: gained, level, where_acts, moved, opens
       integer :: c
       logical :: was_closed, was_held, dilates
       carried = 0
@@ -105,24 +105,34 @@ contains
             end if
             x1 = trial%gap(c)
             s1 = after%shear
+            opens = 0
+            if (dilates) opens = trial%extra(c)%opens
+            moved = (x1 - x0) + opens
             level = trial%level(trial%start(c))
             half = level - 0.5_wp
             if (was_held .or. x0 < 0) then
-               dissipated = dissipated + half*kn*(x1 - x0)**2
-               if (dilates) dissipated = dissipated + kn*trial%extra(c)%late*(x1 - x0)
+               if (dilates) then
+                  ! the spring presses blocks apart while it keeps its force: the work of that is friction's
+                  gained = -0.5_wp*kn*(x0 + x1)*opens
+                  friction = friction - gained
+                  dissipated = dissipated + (kn*(x0 + level*moved + trial%extra(c)%late)*moved - &
+                                             0.5_wp*kn*(x1**2 - x0**2) + gained)
+               else
+                  dissipated = dissipated + half*kn*(x1 - x0)**2
+               end if
                if (.not. was_closed) then
                   discarded = discarded - 0.5_wp*kn*x0**2
                   if (0.5_wp*kn*x0**2 > worst(1)) worst(1:2) = [0.5_wp*kn*x0**2, real(c, wp)]
                end if
             else
                where_acts = x1
-               if (level < 1) where_acts = x0 + level*(x1 - x0)
+               if (level < 1) where_acts = x0 + level*moved
                if (dilates) where_acts = where_acts + trial%extra(c)%late
-               dissipated = dissipated + (kn*where_acts*(x1 - x0) - 0.5_wp*kn*x1**2)
+               dissipated = dissipated + (kn*where_acts*moved - 0.5_wp*kn*x1**2)
             end if
             if (dilates .and. was_closed) then
-               where_acts = x0 + level*(x1 - x0) + trial%extra(c)%late
-               dissipated = dissipated + trial%extra(c)%normal_drag*(where_acts - trial%extra(c)%drag_gap)*(x1 - x0)
+               where_acts = x0 + level*moved + trial%extra(c)%late
+               dissipated = dissipated + trial%extra(c)%normal_drag*(where_acts - trial%extra(c)%drag_gap)*moved
             else if (allocated(trial%extra)) then
                dissipated = dissipated + level*trial%extra(c)%normal_drag*(x1 - trial%extra(c)%drag_gap)*(x1 - x0)
             end if
@@ -139,7 +149,7 @@ contains
             end if
             stored = stored + after%energy
             if (.not. dilates) cycle
-            gained = dilation_energy(laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped)
+            gained = dilation_energy(laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped, opens)
             friction = friction - gained
             stored = stored + gained
          end associate
@@ -147,17 +157,18 @@ contains
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine measure_some
 
-   !> Energy that the normal spring gains when a slip opens the joint: what it presses apart. Dilation takes it from the
-   !> shear work, so that friction dissipates the less.
-   pure real(wp) function dilation_energy(law, kn, gap, slip_before, slipped) result(gained)
+   !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
+   !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
+   pure real(wp) function dilation_energy(law, kn, gap, slip_before, slipped, expected) result(gained)
       type(contact_law_type), intent(in) :: law
       real(wp), intent(in) :: kn              !! [force/length]
       real(wp), intent(in) :: gap             !! of the spring at the end of the step [length]
       real(wp), intent(in) :: slip_before, slipped   !! summed up, and in the step [length]
+      real(wp), intent(in) :: expected        !! opening in the step [length]
       real(wp) :: opened
       gained = 0
       if (.not. law%dilation > 0) return
-      opened = dilated_gap(law, slip_before + slipped) - dilated_gap(law, slip_before)
+      opened = dilated_gap(law, slip_before + slipped) - dilated_gap(law, slip_before) - expected
       gained = 0.5_wp*kn*((gap - opened)**2 - gap**2)
    end function dilation_energy
 
@@ -189,7 +200,7 @@ contains
       real(wp), allocatable :: before(:), stiffness(:, :)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
-      call commit(trial, table)
+      call commit(trial, laws, table)
       if (context%parameters%by_length) call context%find_moved(d)
       call move_contacts(trial%gap, context%moved, table)
       if (any(context%parameters%joint_materials%tie)) then
@@ -201,35 +212,45 @@ contains
       do c = 1, table%n
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) cycle
          table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), table%k_n(c), trial%gap(c), &
-                                                             before(c), table%total_slip(c) - before(c))
+                                                             before(c), table%total_slip(c) - before(c), &
+                                                             trial%extra(c)%opens)
       end do
    end subroutine end_contacts
 
    !> States, forces and memory of the contacts at the step's end.
-   subroutine commit(trial, table)
+   subroutine commit(trial, laws, table)
       type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(inout) :: table
       integer :: p
-      !$omp parallel do default(none) shared(trial, table) private(p) schedule(static) if (table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(trial, laws, table) private(p) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), trial, table)
+         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table)
       end do
       !$omp end parallel do
    end subroutine commit
 
    !> `commit` for some of the rows.
-   pure subroutine commit_rows(first, last, trial, table)
+   pure subroutine commit_rows(first, last, trial, laws, table)
       integer, intent(in) :: first, last
       type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(piece)
+      real(wp) :: slip
       integer :: c
       call trial%find_ends(table, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then
             ! a contact that would close after the last solve has no spring yet
+            slip = table%total_slip(c)
             call table%open_row(c)
+            ! faces that part for a moment pass over their asperities as before, unless they are well apart
+            associate (opening => dilated_gap(laws(table%joint(c)), slip))
+               if (opening > max(0.0_wp, trial%gap(c))) table%total_slip(c) = slip + abs(trial%slip(c))
+            end associate
             cycle
          end if
          associate (joint_end => ends(c - first + 1))

@@ -350,8 +350,8 @@ contains
       gap = law%dilation*min(slip, law%dilation_slip)
    end function dilated_gap
 
-   !> What dilation has opened in the last step: at its end the spring had the gap of its normal force, and the gap at
-   !> the start of this one is smaller by that.
+   !> What the slip of the last step has opened, less what was expected of it: at its end the spring had the gap of its
+   !> normal force, and the gap at the start of this one is smaller by that.
    elemental real(wp) function opened_last(law, k_n, normal_force, gap, slip) result(opened)
       type(contact_law_type), intent(in) :: law
       real(wp), intent(in) :: k_n           !! [force/length]
@@ -361,7 +361,8 @@ contains
       opened = 0
       ! none: a row that is new there
       if (.not. (law%dilation > 0 .and. k_n > 0 .and. normal_force > 0)) return
-      opened = max(0.0_wp, min(dilated_gap(law, slip), -normal_force/k_n - gap))
+      opened = -normal_force/k_n - gap
+      opened = max(-dilated_gap(law, slip), min(dilated_gap(law, slip), opened))
    end function opened_last
 
    !> Largest shear force of a contact. Without a bond it is the friction force of a sliding contact.

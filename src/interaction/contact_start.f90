@@ -9,10 +9,11 @@ module rockdda_interaction_contact_start
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
    use rockdda_interaction_joint_law, only : joint_extra_type, spring_energy
+   use rockdda_interaction_kinematics, only : displacement_at
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
-   public :: start_contacts, set_dashpots, delay_dilation
+   public :: start_contacts, set_dashpots, expect_dilation
 
 contains
 
@@ -96,25 +97,56 @@ contains
       type(contact_table_type), intent(inout) :: table
       integer :: c
       do c = first, last
-         if (table%state(c) /= contact_state%open) &
-            table%gap(c) = table%gap(c) - dilated_gap(laws(table%joint(c)), table%total_slip(c))
+         table%gap(c) = table%gap(c) - dilated_gap(laws(table%joint(c)), table%total_slip(c))
       end do
    end subroutine take_off_dilation
 
-   !> What dilation has opened in the last step opens in this one, evenly: where the forces act, a share of it has.
-   pure subroutine delay_dilation(laws, table, level, extra, gap)
+   !> The opening of joints that dilate, in this step: what the velocities at its start let them slip opens evenly
+   !> within it, so that the springs of blocks that slide keep their force; what the last step slipped beyond what was
+   !> expected of it opens evenly too.
+   pure subroutine expect_dilation(context, laws, table, level, extra, gap)
+      type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level                      !! share of the step after which forces of closed contacts act
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
       real(wp), intent(inout) :: gap(:)                  !! (>= rows) of the springs without motion [length]
+      real(wp) :: last, slip
       integer :: c
       do c = 1, table%n
          if (table%state(c) == contact_state%open) cycle
-         extra(c)%late = (1 - level)*opened_last(laws(table%joint(c)), table%k_n(c), table%normal_force(c), &
-                                                 table%gap(c), table%total_slip(c))
+         associate (law => laws(table%joint(c)))
+            last = opened_last(law, table%k_n(c), table%normal_force(c), table%gap(c), table%total_slip(c))
+            if (table%state(c) == contact_state%sliding .and. law%dilation > 0) then
+               slip = max(0.0_wp, table%slip_sign(c)*expected_slip(context, table, c))
+               extra(c)%opens = dilated_gap(law, table%total_slip(c) + slip) - dilated_gap(law, table%total_slip(c))
+            end if
+         end associate
+         extra(c)%late = (1 - level)*last - level*extra(c)%opens
          gap(c) = table%gap(c) + extra(c)%late
       end do
-   end subroutine delay_dilation
+   end subroutine expect_dilation
+
+   !> Slip of a contact in the step by the velocities and accelerations of its start.
+   pure real(wp) function expected_slip(context, table, c) result(slip)
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      real(wp) :: d(6), u(2), point(2)
+      integer :: k, block
+      slip = 0
+      if (table%station(c) == 0) then
+         point = context%state%vertices(:, table%vertex(c))
+      else
+         point = table%point(:, c)
+      end if
+      do k = 1, 2
+         block = merge(table%block_a(c), table%block_b(c), k == 1)
+         d = context%dt*context%state%velocity(:, block)
+         if (context%state%accelerates) d = d + (0.5_wp*context%dt**2)*context%state%acceleration(:, block)
+         u = displacement_at(d, point, context%state%centroid(:, block))
+         slip = slip + merge(1, -1, k == 1)*(table%normal(1, c)*u(2) - table%normal(2, c)*u(1))
+      end do
+   end function expected_slip
 
 end module rockdda_interaction_contact_start

@@ -12,7 +12,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_contact_end, only : end_motion => reach_end, measure_energies, end_contacts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
-   use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, delay_dilation
+   use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
@@ -32,7 +32,7 @@ module rockdda_interaction_contacts
       type(friction_search_type) :: friction
       integer :: weak_starts(2) = 0                    !! without the whole initial traction: `start_with_stress`
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
-      logical :: delays = .false.                      !! dilation opens within the step: `delay_dilation`
+      logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       logical :: judges_again = .false.                !! the next judgement replaces the last one
       real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
    contains
@@ -111,7 +111,8 @@ contains
       if (allocated(self%trial%extra)) &
          call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%extra)
       self%delays = any(self%laws%dilation > 0) .and. self%trial%level(1) < 1
-      if (self%delays) call delay_dilation(self%laws, self%table, self%trial%level(1), self%trial%extra, self%trial%gap)
+      if (self%delays) call expect_dilation(context, self%laws, self%table, self%trial%level(1), &
+                                              self%trial%extra, self%trial%gap)
    end subroutine begin
 
    !> Springs, dashpots and friction of the trial states. The links of contacts that stay open or locked since the last

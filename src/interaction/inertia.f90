@@ -223,7 +223,8 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(6)           !! motion of the step
       associate (state => context%state)
-         work = context%scheme%carried*dot_product(context%momentum(i, d), (2/context%dt**2)*d - state%acceleration(:, i))
+         work = context%scheme%carried*dot_product(context%momentum(i, d), &
+                                                   (2/context%dt**2)*d - state%acceleration(:, i))
       end associate
    end function work_of_carried
 

@@ -76,7 +76,8 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
-      real(wp) :: late = 0             !! gap, where the forces act, that dilation has not taken off yet [length]
+      real(wp) :: opens = 0            !! gap that dilation is expected to open in the step [length]
+      real(wp) :: late = 0             !! gap that it has not taken off yet where the forces act [length]
    end type joint_extra_type
 
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
@@ -91,7 +92,7 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
-      real(wp) :: late = 0             !! gap, where the forces act, that dilation has not taken off yet [length]
+      real(wp) :: late = 0             !! gap that dilation has not taken off yet where the forces act [length]
       logical :: closes = .false.      !! open at the start of the step: gap and slip are those of its end
    end type joint_type
 

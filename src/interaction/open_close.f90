@@ -336,6 +336,7 @@ contains
       associate (level => self%level(self%start(c)))
          if (level < 1) gap = table%gap(c) + ((gap - table%gap(c)) - late)/level
       end associate
+      if (allocated(self%extra)) gap = gap - self%extra(c)%opens
    end function gap_at_end
 
    !> Memory of a contact with the state that the last solve had.
