@@ -9,6 +9,7 @@
 int rockdda_memory_is_there(size_t bytes);
 int rockdda_memory_is_gone(void);
 void rockdda_memory_take(void *from, size_t bytes);
+void rockdda_memory_widen(void *from, size_t bytes);
 
 /* Where memory counts as used up [bytes]. */
 enum { NEXT_TO_NOTHING = 16 << 20 };
@@ -26,6 +27,23 @@ int rockdda_memory_is_there(size_t bytes)
 int rockdda_memory_is_gone(void)
 {
    return !rockdda_memory_is_there(NEXT_TO_NOTHING);
+}
+
+/* Bytes of a huge page. */
+#define HUGE_PAGE ((uintptr_t)2 << 20)
+
+/* Ask for huge pages where they fit whole into a part of memory: so it becomes no larger. Does nothing where the system
+ * has none. */
+void rockdda_memory_widen(void *from, size_t bytes)
+{
+#ifdef MADV_HUGEPAGE
+   uintptr_t first = ((uintptr_t)from + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+   uintptr_t end = ((uintptr_t)from + bytes) / HUGE_PAGE * HUGE_PAGE;
+   if (end > first) (void)madvise((void *)first, end - first, MADV_HUGEPAGE);
+#else
+   (void)from;
+   (void)bytes;
+#endif
 }
 
 /* Take the pages of a part of memory from the system in one call, which else come one by one, each with a fault. Pages
