@@ -8,6 +8,9 @@
 !> Rows are sorted by (block_a, vertex, block_b, edge, station): sums over contacts then have one order.
 !> A vertex-vertex contact with two entrance lines is two rows that name each other in `partner`;
 !> at most one of them is closed.
+!>
+!> Columns that follow from the identity of rows, or belong to the step at hand alone, can be lent: of two tables one
+!> then has them.
 module rockdda_contact_table
    use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp, i1, l1
@@ -50,9 +53,12 @@ module rockdda_contact_table
       real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
       real(wp), allocatable :: point(:, :)           !! (2, n) the vertex, or a point between the edges
       real(wp), allocatable :: share(:)              !! (n) of the gap between the point and block a, 0 to 1
-      integer, private :: n_begun = 0                !! rows that have been in use; those behind take no memory yet
+      ! rows that have been in use; those behind take no memory yet
+      integer, private :: n_begun = 0, n_lent_begun = 0   !! (of columns that can be lent)
    contains
       procedure :: resize
+      procedure :: lend
+      procedure :: is_lent
       procedure :: exchange
       procedure :: open_row
       procedure :: take_row
@@ -70,36 +76,77 @@ contains
       self%n = n
       if (allocated(self%vertex)) then
          if (size(self%vertex) < n) &
-            deallocate (self%block_a, self%vertex, self%block_b, self%edge, self%partner, self%joint, self%state, &
-                     self%shear, self%normal_force, self%shear_force, self%bonded, self%slip_sign, self%gap, &
-                     self%length, self%normal, self%point, self%total_slip, self%energy, &
-                     self%k_n, self%k_s, self%offset, self%station, self%share, self%tied, self%distance)
+            deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%shear_force, &
+                        self%bonded, self%slip_sign, self%length, self%normal, self%point, self%total_slip, &
+                        self%energy, self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16
-         allocate (self%block_a(m), self%vertex(m), self%block_b(m), self%edge(m), self%partner(m), self%joint(m), &
-                   self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), self%tied(m), self%shear(m), &
-                   self%normal_force(m), self%shear_force(m), self%gap(m), self%length(m), self%total_slip(m), &
-                   self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%share(m), self%distance(m), &
+         allocate (self%vertex(m), self%edge(m), self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), &
+                   self%tied(m), self%shear(m), self%normal_force(m), self%shear_force(m), self%length(m), &
+                   self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), &
                    self%normal(2, m), self%point(2, m))
          self%n_begun = 0
       end if
+      call resize_lent(self, n)
       if (n <= self%n_begun) return
       call self%clear_rows(self%n_begun + 1, n)
       self%n_begun = n
    end subroutine resize
 
+   !> `resize` for the columns that can be lent.
+   pure subroutine resize_lent(self, n)
+      class(contact_table_type), intent(inout) :: self
+      integer, intent(in) :: n
+      integer :: m
+      if (allocated(self%gap)) then
+         if (size(self%gap) < n) &
+            deallocate (self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
+      end if
+      if (.not. allocated(self%gap)) then
+         m = n + n/4 + 16
+         allocate (self%block_a(m), self%block_b(m), self%partner(m), self%joint(m), self%gap(m), self%share(m))
+         self%n_lent_begun = 0
+      end if
+      if (n <= self%n_lent_begun) return
+      m = self%n_lent_begun + 1
+      call set_zero(self%block_a(m:n))
+      call set_zero(self%block_b(m:n))
+      call set_zero(self%partner(m:n))
+      call set_zero(self%joint(m:n))
+      call set_zero(self%gap(m:n))
+      call set_zero(self%share(m:n))
+      self%n_lent_begun = n
+   end subroutine resize_lent
+
+   !> Give another table the columns that can be lent, in place of those that it may have.
+   pure subroutine lend(self, other)
+      class(contact_table_type), intent(inout) :: self
+      type(contact_table_type), intent(inout) :: other
+      if (.not. allocated(self%gap)) return
+      call move_alloc(self%block_a, other%block_a)
+      call move_alloc(self%block_b, other%block_b)
+      call move_alloc(self%partner, other%partner)
+      call move_alloc(self%joint, other%joint)
+      call move_alloc(self%gap, other%gap)
+      call move_alloc(self%share, other%share)
+      other%n_lent_begun = self%n_lent_begun
+      self%n_lent_begun = 0
+   end subroutine lend
+
+   !> Has it lent these columns to another table?
+   pure logical function is_lent(self)
+      class(contact_table_type), intent(in) :: self
+      is_lent = allocated(self%vertex) .and. .not. allocated(self%gap)
+   end function is_lent
+
    !> Set rows to zero before their first use.
    pure subroutine clear_rows(self, first, last)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: first, last
-      call set_zero(self%block_a(first:last))
       call set_zero(self%vertex(first:last))
-      call set_zero(self%block_b(first:last))
       call set_zero(self%edge(first:last))
       self%station(first:last) = 0
-      call set_zero(self%partner(first:last))
-      call set_zero(self%joint(first:last))
       self%state(first:last) = int(contact_state%open, i1)
       self%slip_sign(first:last) = 0
       self%bonded(first:last) = .false.
@@ -113,9 +160,7 @@ contains
       call set_zero(self%k_n(first:last))
       call set_zero(self%k_s(first:last))
       call set_zero(self%distance(first:last))
-      call set_zero(self%gap(first:last))
       call set_zero(self%length(first:last))
-      call set_zero(self%share(first:last))
       call set_zero(self%normal(:, first:last))
       call set_zero(self%point(:, first:last))
    end subroutine clear_rows
@@ -176,6 +221,9 @@ contains
       n = self%n_begun
       self%n_begun = other%n_begun
       other%n_begun = n
+      n = self%n_lent_begun
+      self%n_lent_begun = other%n_lent_begun
+      other%n_lent_begun = n
       call exchange_integers(self%block_a, other%block_a)
       call exchange_integers(self%vertex, other%vertex)
       call exchange_integers(self%block_b, other%block_b)

@@ -3,6 +3,7 @@
 module rockdda_stepping_contact_finder
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_rows, only : name_blocks
    use rockdda_contact_search, only : contact_search_type
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_table, only : contact_table_type
@@ -29,6 +30,7 @@ module rockdda_stepping_contact_finder
       procedure :: first_reach
       procedure, nopass :: longer_reach
       procedure :: find
+      procedure :: give_back
    end type contact_finder_type
 
 contains
@@ -70,22 +72,36 @@ contains
       longer_reach = max(2*reach, quantised(2.5_wp*displacement, w0))
    end function longer_reach
 
-   !> Find the contacts of a step from the state at its start, with the history of those of the last one.
+   !> Find the contacts of a step from the state at its start, with the history of those of the last one. The table of
+   !> the last step may lend columns to that of this one, until the step is accepted or `give_back` is called.
    subroutine find(self, context, last, reach, table)
       class(contact_finder_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      type(contact_table_type), intent(in) :: last       !! of the last accepted step
+      type(contact_table_type), intent(inout) :: last    !! of the last accepted step
       real(wp), intent(in) :: reach                      !! [length]
       type(contact_table_type), intent(inout) :: table
+      call self%give_back(context%blocks, last, table)
       ! pairs of blocks asleep, among others that are, are left out
       if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
       if (any(context%state%asleep)) self%search%pairs%asleep = context%state%asleep
       associate (parameters => context%parameters)
          call set_search_limits(last, parameters, context%blocks%n_blocks, reach, self%limits, self%places)
+         ! those of resting blocks are read until the end of the step; partners are rows of one table
+         if (parameters%by_length .and. .not. parameters%sleeps) call last%lend(table)
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &
                               context%state%step == 0, touching*parameters%w0, table)
       end associate
    end subroutine find
+
+   !> Make the table of the last accepted step whole again, if it has lent columns.
+   pure subroutine give_back(self, blocks, last, table)
+      class(contact_finder_type), intent(in) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(contact_table_type), intent(inout) :: last, table
+      if (.not. last%is_lent()) return
+      call table%lend(last)
+      call name_blocks(blocks, self%topology, last)
+   end subroutine give_back
 
    !> Length of the longest edge of some blocks.
    pure real(wp) function longest_edge(blocks, chosen) result(longest)

@@ -119,7 +119,10 @@ contains
       self%control%releases = self%families%held%is_releasing()
       call self%find_motion(report, error)
       self%interrupted = report%interrupted
-      if (allocated(error) .or. report%interrupted) return
+      if (allocated(error) .or. report%interrupted) then
+         call self%finder%give_back(self%blocks, self%contacts, self%families%contacts%table)
+         return
+      end if
       call accept_step(self%trial_step_type, report, self%ledger, self%forces, self%record)
       self%construction%newborn = .false.
    end subroutine advance

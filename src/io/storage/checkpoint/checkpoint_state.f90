@@ -78,7 +78,6 @@ contains
       call archive%part('total_slip', n, contacts%total_slip)
       call archive%part('energy', n, contacts%energy)
       call archive%part('slip_sign', n, contacts%slip_sign)
-      call archive%part('gap', n, contacts%gap)
       call archive%part('distance', n, contacts%distance)
       call archive%part('length', n, contacts%length)
       call archive%part('station', n, contacts%station)

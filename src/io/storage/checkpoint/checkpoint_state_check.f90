@@ -235,7 +235,6 @@ contains
          call check%is_finite(t%shear_force(1:n), 'shear_force')
          call check%is_finite(t%total_slip(1:n), 'total_slip')
          call check%is_finite(t%energy(1:n), 'energy')
-         call check%is_finite(t%gap(1:n), 'gap')
          call check%is_finite(t%distance(1:n), 'distance')
          call check%is_finite(t%length(1:n), 'length')
          call check%is_finite(t%offset(1:n), 'offset')
