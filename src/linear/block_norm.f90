@@ -10,18 +10,23 @@
 !> point the unknowns refer to, or on the size of the blocks. D_i is the diagonal block of a matrix, K_ii, or any other
 !> positive definite block.
 !>
-!> For threads the blocks are cut into chunks; sums are taken chunk by chunk, in order.
+!> For threads the blocks are cut into chunks; sums are taken chunk by chunk, in order. The factors of four blocks of a
+!> chunk that follow one another are computed, stored and used together (norm_kernels_shim.c).
 module rockdda_linear_block_norm
+   use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_small_blocks, only : factorize_block, n_packed, pack_lower, square_packed
+   use rockdda_linear_small_blocks, only : factorize_packed, n_packed, square_packed
    implicit none
    private
    public :: block_norm_type
 
    type :: block_norm_type
-      real(wp), allocatable :: factor(:, :)         !! (n_packed, n) Cholesky factors of D_i, packed
+      !> (4, n_packed, fours) Cholesky factors of D_i, packed: block first(c) + k of chunk c is number 1 + mod(k, 4) of
+      !> the four first_four(c) + k/4
+      real(wp), allocatable :: factor(:, :, :)
+      integer, allocatable :: first_four(:)         !! (chunks + 1)
       integer :: values_id = 0                      !! matrix whose diagonal blocks are factorised, 0 none
       integer :: n_chunks = 1
       integer, allocatable :: first(:)              !! (chunks + 1) blocks first(c) : first(c+1)-1
@@ -36,7 +41,25 @@ module rockdda_linear_block_norm
       procedure :: norm_of_part
       procedure :: norm_of_sums
       procedure :: chunk_square
+      procedure :: get_factor
    end type block_norm_type
+
+   interface
+      !> Factors of the four blocks place(:) of `values`, 1; or 0, and no factors, where one of them has none.
+      integer(c_int) function factorize_four(values, place, factor) bind(c, name='rockdda_factorize_four')
+         import :: c_int, c_double
+         real(c_double), intent(in) :: values(36, *)
+         integer(c_int), intent(in) :: place(4)
+         real(c_double), intent(inout) :: factor(4, *)
+      end function factorize_four
+
+      !> Sum of r^T D^-1 r over n blocks from the first of a four on.
+      pure real(c_double) function sum_of_squares(n, factor, r) bind(c, name='rockdda_sum_of_squares')
+         import :: c_int, c_double
+         integer(c_int), value :: n
+         real(c_double), intent(in) :: factor(4, *), r(6, *)
+      end function sum_of_squares
+   end interface
 
 contains
 
@@ -45,13 +68,18 @@ contains
       class(block_norm_type), intent(inout) :: self
       integer, intent(in) :: first(:)               !! (chunks + 1)
       logical, intent(in) :: uses_threads
+      integer :: c
       self%values_id = 0
       self%first = first
       self%n_chunks = size(first) - 1
       self%uses_threads = uses_threads
-      if (allocated(self%factor)) deallocate (self%factor, self%partial, self%trouble)
-      allocate (self%factor(n_packed, first(self%n_chunks + 1) - 1), self%partial(self%n_chunks), &
-                self%trouble(self%n_chunks))
+      if (allocated(self%factor)) deallocate (self%factor, self%partial, self%trouble, self%first_four)
+      allocate (self%partial(self%n_chunks), self%trouble(self%n_chunks), self%first_four(self%n_chunks + 1))
+      self%first_four(1) = 1
+      do c = 1, self%n_chunks
+         self%first_four(c + 1) = self%first_four(c) + (first(c + 1) - first(c) + 3)/4
+      end do
+      allocate (self%factor(4, n_packed, self%first_four(self%n_chunks + 1) - 1))
       call take_pages(self%factor)
    end subroutine set_chunks
 
@@ -60,27 +88,26 @@ contains
       class(block_norm_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(out) :: bad                   !! 0: none
-      logical :: few, ok
-      real(wp) :: l(6, 6)
-      integer :: c, i
+      logical :: few
+      integer :: c, i, last, place(4)
       bad = 0
       if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) return
       ! only those of changed rows
       few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
       self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, l, ok) &
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, last, place) &
       !$omp schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
-         do i = self%first(c), self%first(c + 1) - 1
+         do i = self%first(c), self%first(c + 1) - 1, 4
+            last = min(i + 3, self%first(c + 1) - 1)
             if (few) then
-               if (.not. matrix%changed(i)) cycle
+               if (.not. any(matrix%changed(i:last))) cycle
             end if
-            call factorize_block(matrix%values(:, :, matrix%row_start(i)), l, ok)
-            call pack_lower(l, self%factor(:, i))
-            if (ok) cycle
-            self%trouble(c) = i
-            exit
+            place = [i, min(i + 1, last), min(i + 2, last), last]
+            place = matrix%row_start(place)
+            call factorize_part(self, c, i, last, matrix%values, place)
+            if (self%trouble(c) > 0) exit
          end do
       end do
       !$omp end parallel do
@@ -93,24 +120,40 @@ contains
       class(block_norm_type), intent(inout) :: self
       real(wp), intent(in), contiguous :: blocks(:, :, :)   !! (6, 6, n)
       integer, intent(out) :: bad                   !! 0: none
-      logical :: ok
-      real(wp) :: l(6, 6)
-      integer :: c, i
+      integer :: c, i, last
       self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, blocks) private(c, i, l, ok) schedule(static)
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, blocks) private(c, i, last) schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
-         do i = self%first(c), self%first(c + 1) - 1
-            call factorize_block(blocks(:, :, i), l, ok)
-            call pack_lower(l, self%factor(:, i))
-            if (ok) cycle
-            self%trouble(c) = i
-            exit
+         do i = self%first(c), self%first(c + 1) - 1, 4
+            last = min(i + 3, self%first(c + 1) - 1)
+            call factorize_part(self, c, i, last, blocks, [i, min(i + 1, last), min(i + 2, last), last])
+            if (self%trouble(c) > 0) exit
          end do
       end do
       !$omp end parallel do
       bad = first_trouble(self)
    end subroutine factorize_blocks
+
+   !> Factorise the blocks i to `last`, at most four, of a chunk.
+   subroutine factorize_part(self, c, i, last, values, place)
+      type(block_norm_type), intent(inout) :: self
+      integer, intent(in) :: c, i, last
+      real(wp), intent(in) :: values(6, 6, *)
+      integer, intent(in) :: place(4)               !! of the blocks in `values`; that of `last` for those beyond it
+      real(wp) :: l(n_packed)
+      integer :: g, q
+      logical :: ok
+      g = self%first_four(c) + (i - self%first(c))/4
+      if (factorize_four(values, place, self%factor(:, :, g)) == 1) return
+      do q = 1, last - i + 1
+         call factorize_packed(values(:, :, place(q)), l, ok)
+         self%factor(q, :, g) = l
+         if (ok) cycle
+         self%trouble(c) = i + q - 1
+         return
+      end do
+   end subroutine factorize_part
 
    !> First block without a factor, 0 none.
    pure integer function first_trouble(self)
@@ -137,16 +180,49 @@ contains
       class(block_norm_type), intent(in) :: self
       real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
       integer, intent(in) :: group, stride
-      real(wp) :: total
-      integer :: first, i
+      real(wp) :: total, l(n_packed)
+      integer :: c, first, g, i, last
       total = 0
+      c = 1
       do first = 1, size(v, 2), stride
-         do i = first, min(first + group - 1, size(v, 2))
-            total = total + square_packed(self%factor(:, i), v(:, i))
+         i = first
+         do while (i <= min(first + group - 1, size(v, 2)))
+            do while (i >= self%first(c + 1))
+               c = c + 1
+            end do
+            last = i
+            if (mod(i - self%first(c), 4) == 0) then
+               last = min(first + group, self%first(c + 1)) - 1
+               g = self%first_four(c) + (i - self%first(c))/4
+               total = total + sum_of_squares(last - i + 1, self%factor(:, :, g), v(:, i:last))
+            else
+               call self%get_factor(i, l)
+               total = total + square_packed(l, v(:, i))
+            end if
+            i = last + 1
          end do
       end do
       norm = sqrt(total)
    end function norm_of_part
+
+   !> The packed factor of block i.
+   pure subroutine get_factor(self, i, l)
+      class(block_norm_type), intent(in) :: self
+      integer, intent(in) :: i
+      real(wp), intent(out) :: l(n_packed)
+      integer :: low, high, middle
+      low = 1
+      high = self%n_chunks
+      do while (low < high)
+         middle = (low + high + 1)/2
+         if (self%first(middle) <= i) then
+            low = middle
+         else
+            high = middle - 1
+         end if
+      end do
+      l = self%factor(1 + mod(i - self%first(low), 4), :, self%first_four(low) + (i - self%first(low))/4)
+   end subroutine get_factor
 
    !> The norm from the squares of all chunks in `partial`.
    pure real(wp) function norm_of_sums(self)
@@ -159,11 +235,10 @@ contains
       class(block_norm_type), intent(in) :: self
       integer, intent(in) :: c                      !! chunk
       real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      integer :: i
       total = 0
-      do i = self%first(c), self%first(c + 1) - 1
-         total = total + square_packed(self%factor(:, i), v(:, i))
-      end do
+      if (self%first(c + 1) > self%first(c)) &
+         total = sum_of_squares(self%first(c + 1) - self%first(c), self%factor(:, :, self%first_four(c)), &
+                                v(:, self%first(c):self%first(c + 1) - 1))
    end function chunk_square
 
 end module rockdda_linear_block_norm

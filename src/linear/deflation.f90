@@ -23,8 +23,8 @@ module rockdda_linear_deflation
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_graph, only : graph_type, reverse_cuthill_mckee
    use rockdda_linear_chunk_order, only : chunk_order_type
-   use rockdda_linear_preconditioner, only : preconditioner_type, take, scale_rows
-   use rockdda_linear_small_blocks, only : invert_lower
+   use rockdda_linear_preconditioner, only : preconditioner_type
+   use rockdda_linear_small_blocks, only : invert_packed, n_packed, scale_rows, unpack_lower
    use rockdda_linear_aggregates, only : divide_by_place
    use rockdda_linear_coarse_factor, only : coarse_factor_type
    use rockdda_linear_kernels, only : sp, pack_block, pack_transposed, subtract_products
@@ -272,6 +272,7 @@ contains
       type(preconditioner_type), intent(in) :: preconditioner
       integer, intent(in) :: g
       real(wp), allocatable :: all_of(:, :, :), later(:, :, :)
+      real(wp) :: scale(6, 6)
       integer :: m, i, k, most
       associate (coarse => self%factor)
          coarse%values(:, :, coarse%offset(g) + coarse%first(g):coarse%offset(g) + g) = 0
@@ -283,18 +284,19 @@ contains
          do m = self%member_start(g), self%member_start(g + 1) - 1
             i = self%member(m)
             call multiply_row(self, matrix, graph, preconditioner%order, i, all_of, later)
+            call unpack_lower(preconditioner%scale(:, i), scale)
             do k = self%slot_start(i), self%slot_start(i + 1) - 1
                associate (product => all_of(:, :, k - self%slot_start(i) + 1))
                   if (self%slot_group(k) <= g) call add_from_left( &
                      product, self%arm(:, i), coarse%values(:, :, coarse%offset(g) + self%slot_group(k)))
-                  call scale_rows(preconditioner%scale(:, :, i), product)
+                  call scale_rows(scale, product)
                   call pack_transposed(product, self%forces(:, self%slot_force(k)))
                end associate
                if (self%slot_later(k) == 0) cycle
-               call scale_rows(preconditioner%scale(:, :, i), later(:, :, k - self%slot_start(i) + 1))
+               call scale_rows(scale, later(:, :, k - self%slot_start(i) + 1))
                call pack_block(later(:, :, k - self%slot_start(i) + 1), self%later(:, self%slot_later(k)))
             end do
-            call pack_own(preconditioner%scale(:, :, i), self%arm(:, i), self%own(:, i))
+            call pack_own(preconditioner%scale(:, i), self%arm(:, i), self%own(:, i))
          end do
       end associate
    end subroutine multiply_group
@@ -354,20 +356,34 @@ contains
 
    !> G^T R of a block.
    pure subroutine pack_own(scale, arm, packed)
-      real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
+      real(wp), intent(in) :: scale(n_packed)  !! G^-1, lower triangle
       real(wp), intent(in) :: arm(2)
       real(sp), intent(out) :: packed(36)
-      real(wp) :: l(6, 6), g(6, 6)
-      integer :: j
+      integer, parameter :: diagonal(6) = [1, 7, 12, 16, 19, 21]
+      real(wp) :: l(n_packed), inverse(n_packed), g(6, 6)
       l = scale
-      do j = 1, 6
-         l(j, j) = 1/l(j, j)
-      end do
-      call invert_lower(l, g)
+      l(diagonal) = 1/l(diagonal)
+      call invert_packed(l, inverse)
+      call unpack_lower(inverse, g)
       g = transpose(g)
       call times_modes(g, arm)
       call pack_block(g, packed)
    end subroutine pack_own
+
+   !> The block in a place of the matrix, transposed when the place is negative.
+   pure subroutine take(matrix, place, a)
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: place
+      real(wp), intent(out) :: a(6, 6)
+      integer :: j
+      if (place > 0) then
+         a = matrix%values(:, :, place)
+      else
+         do j = 1, 6
+            a(j, :) = matrix%values(:, j, -place)
+         end do
+      end if
+   end subroutine take
 
    !> Load of a group by forces on its blocks, Z^T r times a weight.
    pure subroutine restrict_residual(self, order, r, weight, g)

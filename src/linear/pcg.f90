@@ -39,6 +39,7 @@ module rockdda_linear_pcg
    use rockdda_linear_deflation, only : deflation_type
    use rockdda_linear_sweeps, only : update_chunk, sweep_backward, sweep_forward, subtract_coarse, row_sum
    use rockdda_linear_kernels, only : sp, subtract_products
+   use rockdda_linear_small_blocks, only : n_packed
    implicit none
    private
    public :: pcg_solver_type, many_iterations
@@ -393,26 +394,39 @@ contains
       integer :: i
       !$omp do schedule(static)
       do i = 1, self%preconditioner%n
-         call add_scaled(norm, alpha, self%d(:, i), self%t(:, i), self%preconditioner%scale(:, :, i), &
+         call add_scaled(norm, alpha, self%d(:, i), self%t(:, i), self%preconditioner%scale(:, i), &
                          x(:, self%preconditioner%order%block(i)))
       end do
       !$omp end do
    end subroutine add_correction
 
    !> The same for one block.
-   pure subroutine add_scaled(norm, alpha, d, t, scale, x)
+   pure subroutine add_scaled(norm, alpha, d, t, s, x)
       real(wp), intent(in) :: norm
       real(sp), intent(in) :: alpha, d(6), t(6)
-      real(wp), intent(in) :: scale(6, 6)      !! G^-1, lower triangle
+      real(wp), intent(in) :: s(n_packed)      !! G^-1, lower triangle
       real(wp), intent(inout) :: x(6)
       real(wp) :: v(6)
-      integer :: j
       v = norm*real(d + alpha*t, wp)
-      do j = 1, 6
-         x(j) = x(j) + ((scale(1, j)*v(1) + scale(2, j)*v(2)) + (scale(3, j)*v(3) + scale(4, j)*v(4)) &
-                        + (scale(5, j)*v(5) + scale(6, j)*v(6)))
-      end do
+      x = x + [((s(1)*v(1) + s(2)*v(2)) + (s(3)*v(3) + s(4)*v(4))) + (s(5)*v(5) + s(6)*v(6)), &
+               (s(7)*v(2) + (s(8)*v(3) + s(9)*v(4))) + (s(10)*v(5) + s(11)*v(6)), &
+               (s(12)*v(3) + s(13)*v(4)) + (s(14)*v(5) + s(15)*v(6)), &
+               s(16)*v(4) + (s(17)*v(5) + s(18)*v(6)), &
+               s(19)*v(5) + s(20)*v(6), &
+               s(21)*v(6)]
    end subroutine add_scaled
+
+   !> S r with a lower triangle.
+   pure function times_lower(s, r) result(b)
+      real(wp), intent(in) :: s(n_packed), r(6)
+      real(wp) :: b(6)
+      b = [s(1)*r(1), &
+           s(2)*r(1) + s(7)*r(2), &
+           (s(3)*r(1) + s(8)*r(2)) + s(12)*r(3), &
+           (s(4)*r(1) + s(9)*r(2)) + (s(13)*r(3) + s(16)*r(4)), &
+           ((s(5)*r(1) + s(10)*r(2)) + (s(14)*r(3) + s(17)*r(4))) + s(19)*r(5), &
+           ((s(6)*r(1) + s(11)*r(2)) + (s(15)*r(3) + s(18)*r(4))) + (s(20)*r(5) + s(21)*r(6))]
+   end function times_lower
 
    !> The residual of one chunk in scaled variables, r := (I + L)^-1 G^-1 r, and zero correction.
    subroutine start_chunk(self, c, weight)
@@ -423,10 +437,7 @@ contains
       integer :: i
       associate (s => self%preconditioner)
          do i = s%order%first(c), s%order%first(c + 1) - 1
-            associate (g => s%scale(:, :, i), r => self%residual%r(:, s%order%block(i)))
-               b = real(weight*((g(:, 1)*r(1) + g(:, 2)*r(2)) + (g(:, 3)*r(3) + g(:, 4)*r(4)) &
-                                + (g(:, 5)*r(5) + g(:, 6)*r(6))), sp)
-            end associate
+            b = real(weight*times_lower(s%scale(:, i), self%residual%r(:, s%order%block(i))), sp)
             if (s%has_sweeps) then
                sums = 0
                call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, self%r, &

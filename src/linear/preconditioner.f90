@@ -29,11 +29,12 @@ module rockdda_linear_preconditioner
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_graph, only : graph_type
    use rockdda_linear_chunk_order, only : chunk_order_type
-   use rockdda_linear_small_blocks, only : factorize_block, invert_lower
-   use rockdda_linear_kernels, only : sp, pack_block, pack_transposed
+   use rockdda_linear_small_blocks, only : factorize_packed, invert_packed, n_packed
+   use rockdda_linear_pivot_kernels, only : eliminate_couplings, scale_couplings, scale_diagonal
+   use rockdda_linear_kernels, only : sp
    implicit none
    private
-   public :: preconditioner_type, take, scale_rows
+   public :: preconditioner_type
 
    type :: preconditioner_type
       integer :: n = 0
@@ -48,7 +49,7 @@ module rockdda_linear_preconditioner
       real(sp), allocatable :: lower(:, :)     !! (36, couplings) scaled, packed as in rockdda_linear_kernels
       real(sp), allocatable :: upper(:, :)     !! (36, couplings) the transposes
       real(sp), allocatable :: remainder(:, :) !! (36, n) -N^ = 2 I - G^-1 D G^-T
-      real(wp), allocatable :: scale(:, :, :)  !! (6, 6, n) G^-1, lower triangle
+      real(wp), allocatable :: scale(:, :)     !! (n_packed, n) G^-1, lower triangle, packed
       integer :: most_lower = 0                !! largest number of lower couplings of a block
       integer :: replaced_pivots = 0           !! pivots of ic0 that were not well positive
       logical, allocatable, private :: is_new(:)  !! (n) pivots that differ from those before, in the new order
@@ -108,7 +109,7 @@ contains
       allocate (self%lower_start(n + 1), self%own_start(n), self%upper_start(0:n))
       allocate (self%lower_column(n_couplings), self%lower_place(n_couplings), self%transposed(n_couplings), &
                 self%lower(36, n_couplings))
-      allocate (self%remainder(36, n), self%scale(6, 6, n), self%is_new(n))
+      allocate (self%remainder(36, n), self%scale(n_packed, n), self%is_new(n))
       call take_pages(self%lower)
       call take_pages(self%remainder)
       call take_pages(self%scale)
@@ -227,12 +228,10 @@ contains
       logical, intent(in) :: changed_rows_only              !! only rows in matrix%changed
       integer, intent(in) :: g                !! chunk
       integer, intent(inout) :: replaced      !! counts pivots replaced
-      real(wp) :: b(6, 6, self%most_lower), pivot(6, 6), l(6, 6)
+      real(wp) :: b(36, self%most_lower), pivot(6, 6), l(n_packed)
       logical :: ok
-      integer :: i, k, m, c, first, last
+      integer :: i, d, first, last
       do i = self%order%first(g), self%order%first(g + 1) - 1
-         first = self%lower_start(i)
-         last = self%lower_start(i + 1) - 1
          self%is_new(i) = .true.
          if (changed_rows_only) then
             if (.not. matrix%changed(self%order%block(i))) then
@@ -241,120 +240,45 @@ contains
                cycle
             end if
          end if
-         associate (d => matrix%values(:, :, matrix%row_start(self%order%block(i))))
-            pivot = d
-            do k = first, last
-               m = k - first + 1
-               call take(matrix, self%lower_place(k), b(:, :, m))
-               call times_transposed(b(:, :, m), self%scale(:, :, self%lower_column(k)))
-               if (self%modify_pivots) call subtract_square(b(:, :, m), pivot)
-            end do
-            call factorize_block(pivot, l, ok)
-            if (ok .and. self%modify_pivots) then
-               do c = 1, 6
-                  ok = ok .and. l(c, c)**2*d(c, c) < 1.0e4_wp
-               end do
-            end if
-            if (.not. ok) then
-               replaced = replaced + 1
-               call factorize_block(d, l, ok)
-            end if
-            call invert_lower(l, self%scale(:, :, i))
-            pivot = d
-         end associate
-         call scale_rows(self%scale(:, :, i), pivot)
-         call times_transposed(pivot, self%scale(:, :, i))
-         pivot = -pivot
-         do c = 1, 6
-            pivot(c, c) = pivot(c, c) + 2
-         end do
-         call pack_block(pivot, self%remainder(:, i))
-         do k = first, last
-            m = k - first + 1
-            call scale_rows(self%scale(:, :, i), b(:, :, m))
-            call pack_block(b(:, :, m), self%lower(:, k))
-            if (k < self%own_start(i)) call pack_transposed(b(:, :, m), self%upper(:, self%transposed(k)))
-         end do
+         d = matrix%row_start(self%order%block(i))
+         first = self%lower_start(i)
+         last = self%lower_start(i + 1) - 1
+         pivot = matrix%values(:, :, d)
+         call eliminate_couplings(first, last, self%lower_place, self%lower_column, matrix%values, self%scale, &
+                                  merge(1, 0, self%modify_pivots), b, pivot)
+         call factorize_packed(pivot, l, ok)
+         if (ok .and. self%modify_pivots) ok = are_large(l, matrix%values(:, :, d))
+         if (.not. ok) then
+            replaced = replaced + 1
+            call factorize_packed(matrix%values(:, :, d), l, ok)
+         end if
+         call invert_packed(l, self%scale(:, i))
+         call scale_diagonal(self%scale(:, i), matrix%values(:, :, d), self%remainder(:, i))
+         call scale_couplings(first, last, self%scale(:, i), b, self%transposed, self%lower, self%upper)
       end do
    end subroutine factorize_chunk
+
+   !> Is no pivot of a factor very small against the diagonal entry that it came from?
+   pure logical function are_large(l, d)
+      real(wp), intent(in) :: l(n_packed)     !! of factorize_packed
+      real(wp), intent(in) :: d(6, 6)
+      real(wp), parameter :: limit = 1.0e4_wp
+      are_large = l(1)**2*d(1, 1) < limit .and. l(7)**2*d(2, 2) < limit .and. l(12)**2*d(3, 3) < limit .and. &
+                  l(16)**2*d(4, 4) < limit .and. l(19)**2*d(5, 5) < limit .and. l(21)**2*d(6, 6) < limit
+   end function are_large
 
    !> Scale again the couplings of row i that have a new pivot in their column.
    subroutine rescale_row(self, matrix, i)
       class(preconditioner_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(in) :: i                !! place of the row
-      real(wp) :: b(6, 6)
+      real(wp) :: b(36, 1), unused(36)
       integer :: k
       do k = self%lower_start(i), self%lower_start(i + 1) - 1
          if (.not. self%is_new(self%lower_column(k))) cycle
-         call take(matrix, self%lower_place(k), b)
-         call times_transposed(b, self%scale(:, :, self%lower_column(k)))
-         call scale_rows(self%scale(:, :, i), b)
-         call pack_block(b, self%lower(:, k))
-         if (k < self%own_start(i)) call pack_transposed(b, self%upper(:, self%transposed(k)))
+         call eliminate_couplings(k, k, self%lower_place, self%lower_column, matrix%values, self%scale, 0, b, unused)
+         call scale_couplings(k, k, self%scale(:, i), b, self%transposed, self%lower, self%upper)
       end do
    end subroutine rescale_row
-
-   !> The block in a place of the matrix, transposed when the place is negative.
-   pure subroutine take(matrix, place, a)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: place
-      real(wp), intent(out) :: a(6, 6)
-      integer :: j
-      if (place > 0) then
-         a = matrix%values(:, :, place)
-      else
-         do j = 1, 6
-            a(j, :) = matrix%values(:, j, -place)
-         end do
-      end if
-   end subroutine take
-
-   !> a := S a with S lower triangular.
-   pure subroutine scale_rows(s, a)
-      real(wp), intent(in) :: s(6, 6)
-      real(wp), intent(inout) :: a(6, 6)
-      real(wp) :: b(6)
-      integer :: j
-      do j = 1, 6
-         b = a(:, j)
-         a(1:2, j) = s(1:2, 1)*b(1) + s(1:2, 2)*b(2)
-         a(3:4, j) = (s(3:4, 1)*b(1) + s(3:4, 2)*b(2)) + (s(3:4, 3)*b(3) + s(3:4, 4)*b(4))
-         a(5:6, j) = (s(5:6, 1)*b(1) + s(5:6, 2)*b(2)) + (s(5:6, 3)*b(3) + s(5:6, 4)*b(4)) &
-            + (s(5:6, 5)*b(5) + s(5:6, 6)*b(6))
-      end do
-   end subroutine scale_rows
-
-   !> a := a S^T with S lower triangular.
-   pure subroutine times_transposed(a, s)
-      real(wp), intent(inout) :: a(6, 6)
-      real(wp), intent(in) :: s(6, 6)
-      a(:, 6) = (a(:, 1)*s(6, 1) + a(:, 2)*s(6, 2)) + (a(:, 3)*s(6, 3) + a(:, 4)*s(6, 4)) &
-         + (a(:, 5)*s(6, 5) + a(:, 6)*s(6, 6))
-      a(:, 5) = (a(:, 1)*s(5, 1) + a(:, 2)*s(5, 2)) + (a(:, 3)*s(5, 3) + a(:, 4)*s(5, 4)) + a(:, 5)*s(5, 5)
-      a(:, 4) = (a(:, 1)*s(4, 1) + a(:, 2)*s(4, 2)) + (a(:, 3)*s(4, 3) + a(:, 4)*s(4, 4))
-      a(:, 3) = (a(:, 1)*s(3, 1) + a(:, 2)*s(3, 2)) + a(:, 3)*s(3, 3)
-      a(:, 2) = a(:, 1)*s(2, 1) + a(:, 2)*s(2, 2)
-      a(:, 1) = a(:, 1)*s(1, 1)
-   end subroutine times_transposed
-
-   !> d := d - a a^T, at least its lower half.
-   pure subroutine subtract_square(a, d)
-      real(wp), intent(in) :: a(6, 6)
-      real(wp), intent(inout) :: d(6, 6)
-      integer :: j
-      do j = 1, 2
-         d(1:6, j) = d(1:6, j) - ((a(1:6, 1)*a(j, 1) + a(1:6, 2)*a(j, 2)) + (a(1:6, 3)*a(j, 3) + a(1:6, 4)*a(j, 4)) &
-                                  + (a(1:6, 5)*a(j, 5) + a(1:6, 6)*a(j, 6)))
-      end do
-      do j = 3, 4
-         d(3:6, j) = d(3:6, j) - ((a(3:6, 1)*a(j, 1) + a(3:6, 2)*a(j, 2)) + (a(3:6, 3)*a(j, 3) + a(3:6, 4)*a(j, 4)) &
-                                  + (a(3:6, 5)*a(j, 5) + a(3:6, 6)*a(j, 6)))
-      end do
-      do j = 5, 6
-         d(5:6, j) = d(5:6, j) - ((a(5:6, 1)*a(j, 1) + a(5:6, 2)*a(j, 2)) + (a(5:6, 3)*a(j, 3) + a(5:6, 4)*a(j, 4)) &
-                                  + (a(5:6, 5)*a(j, 5) + a(5:6, 6)*a(j, 6)))
-      end do
-   end subroutine subtract_square
 
 end module rockdda_linear_preconditioner

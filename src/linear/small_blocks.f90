@@ -5,8 +5,8 @@ module rockdda_linear_small_blocks
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: factorize_block, solve_lower, solve_lower_transposed, solve_block, invert_lower, n_packed, pack_lower, &
-      unpack_lower, square_packed
+   public :: factorize_block, factorize_packed, solve_lower, solve_lower_transposed, solve_block, invert_lower, &
+      invert_packed, n_packed, unpack_lower, scale_rows, square_packed
 
    !> Numbers of a lower triangle that is packed column by column.
    integer, parameter :: n_packed = 21
@@ -20,6 +20,16 @@ contains
       real(wp), intent(in) :: a(6, 6)     !! symmetric; the lower triangle is read
       real(wp), intent(out) :: l(6, 6)    !! lower triangle of L, reciprocal diagonal; zero above; undefined if not ok
       logical, intent(out) :: ok          !! positive definite and finite
+      real(wp) :: packed(n_packed)
+      call factorize_packed(a, packed, ok)
+      if (ok) call unpack_lower(packed, l)
+   end subroutine factorize_block
+
+   !> The same with a packed factor.
+   pure subroutine factorize_packed(a, packed, ok)
+      real(wp), intent(in) :: a(6, 6)              !! symmetric; the lower triangle is read
+      real(wp), intent(out) :: packed(n_packed)    !! lower triangle of L, reciprocal diagonal; undefined if not ok
+      logical, intent(out) :: ok                   !! positive definite and finite
       real(wp), parameter :: least = 4*epsilon(1.0_wp)
       real(wp) :: pivot(6)
       real(wp) :: c21, c31, c41, c51, c61, c32, c42, c52, c62, c43, c53, c63, c54, c64, c65, rest
@@ -66,13 +76,9 @@ contains
       ok = rest > least*a(6, 6)
       if (.not. ok) return
       pivot(6) = 1/sqrt(rest)
-      l(:, 1) = [pivot(1), c21, c31, c41, c51, c61]
-      l(:, 2) = [0.0_wp, pivot(2), c32, c42, c52, c62]
-      l(:, 3) = [0.0_wp, 0.0_wp, pivot(3), c43, c53, c63]
-      l(:, 4) = [0.0_wp, 0.0_wp, 0.0_wp, pivot(4), c54, c64]
-      l(:, 5) = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, pivot(5), c65]
-      l(:, 6) = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, pivot(6)]
-   end subroutine factorize_block
+      packed = [pivot(1), c21, c31, c41, c51, c61, pivot(2), c32, c42, c52, c62, pivot(3), c43, c53, c63, &
+                pivot(4), c54, c64, pivot(5), c65, pivot(6)]
+   end subroutine factorize_packed
 
    !> Are all entries finite? Sums of magnitudes, which cannot overflow, are not finite otherwise.
    pure logical function is_finite(a)
@@ -100,14 +106,7 @@ contains
       b = [b1, b2, b3, b4, b5, b6]
    end subroutine solve_lower
 
-   !> The lower triangle of a factor without the zeros above.
-   pure subroutine pack_lower(l, packed)
-      real(wp), intent(in) :: l(6, 6)
-      real(wp), intent(out) :: packed(n_packed)
-      packed = [l(1:6, 1), l(2:6, 2), l(3:6, 3), l(4:6, 4), l(5:6, 5), l(6, 6)]
-   end subroutine pack_lower
-
-   !> A factor from its packed form.
+   !> A lower triangle from its packed form.
    pure subroutine unpack_lower(packed, l)
       real(wp), intent(in) :: packed(n_packed)
       real(wp), intent(out) :: l(6, 6)
@@ -173,5 +172,44 @@ contains
       end do
       inverse = transpose(rows)
    end subroutine invert_lower
+
+   !> The same for packed triangles.
+   pure subroutine invert_packed(l, inverse)
+      real(wp), intent(in) :: l(n_packed)
+      real(wp), intent(out) :: inverse(n_packed)
+      real(wp) :: s21, s31, s41, s51, s61, s32, s42, s52, s62, s43, s53, s63, s54, s64, s65
+      s21 = -l(2)*l(1)*l(7)
+      s31 = (-l(3)*l(1) - l(8)*s21)*l(12)
+      s41 = ((-l(4)*l(1) - l(9)*s21) - l(13)*s31)*l(16)
+      s51 = (((-l(5)*l(1) - l(10)*s21) - l(14)*s31) - l(17)*s41)*l(19)
+      s61 = ((((-l(6)*l(1) - l(11)*s21) - l(15)*s31) - l(18)*s41) - l(20)*s51)*l(21)
+      s32 = -l(8)*l(7)*l(12)
+      s42 = (-l(9)*l(7) - l(13)*s32)*l(16)
+      s52 = ((-l(10)*l(7) - l(14)*s32) - l(17)*s42)*l(19)
+      s62 = (((-l(11)*l(7) - l(15)*s32) - l(18)*s42) - l(20)*s52)*l(21)
+      s43 = -l(13)*l(12)*l(16)
+      s53 = (-l(14)*l(12) - l(17)*s43)*l(19)
+      s63 = ((-l(15)*l(12) - l(18)*s43) - l(20)*s53)*l(21)
+      s54 = -l(17)*l(16)*l(19)
+      s64 = (-l(18)*l(16) - l(20)*s54)*l(21)
+      s65 = -l(20)*l(19)*l(21)
+      inverse = [l(1), s21, s31, s41, s51, s61, l(7), s32, s42, s52, s62, l(12), s43, s53, s63, l(16), s54, s64, &
+                 l(19), s65, l(21)]
+   end subroutine invert_packed
+
+   !> a := S a with S lower triangular.
+   pure subroutine scale_rows(s, a)
+      real(wp), intent(in) :: s(6, 6)
+      real(wp), intent(inout) :: a(6, 6)
+      real(wp) :: b(6)
+      integer :: j
+      do j = 1, 6
+         b = a(:, j)
+         a(1:2, j) = s(1:2, 1)*b(1) + s(1:2, 2)*b(2)
+         a(3:4, j) = (s(3:4, 1)*b(1) + s(3:4, 2)*b(2)) + (s(3:4, 3)*b(3) + s(3:4, 4)*b(4))
+         a(5:6, j) = (s(5:6, 1)*b(1) + s(5:6, 2)*b(2)) + (s(5:6, 3)*b(3) + s(5:6, 4)*b(4)) &
+            + (s(5:6, 5)*b(5) + s(5:6, 6)*b(6))
+      end do
+   end subroutine scale_rows
 
 end module rockdda_linear_small_blocks

@@ -17,7 +17,7 @@ module rockdda_linear_sor
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_graph, only : colour_blocks
-   use rockdda_linear_small_blocks, only : solve_block, unpack_lower
+   use rockdda_linear_small_blocks, only : n_packed, solve_block, unpack_lower
    implicit none
    private
    public :: sor_solver_type
@@ -106,7 +106,7 @@ contains
       real(wp), intent(in), contiguous :: f(:, :)           !! (6, n)
       integer, intent(in) :: i                              !! block
       real(wp), intent(inout), contiguous :: x(:, :)        !! (6, n)
-      real(wp) :: b(6), y(6), l(6, 6)
+      real(wp) :: b(6), y(6), l(6, 6), packed(n_packed)
       integer :: j, k, c
       b = f(:, i)
       do k = self%residual%graph%start(i), self%residual%graph%start(i + 1) - 1
@@ -123,7 +123,8 @@ contains
             end if
          end associate
       end do
-      call unpack_lower(self%residual%weights%factor(:, i), l)
+      call self%residual%weights%get_factor(i, packed)
+      call unpack_lower(packed, l)
       call solve_block(l, b)
       x(:, i) = x(:, i) + self%omega*(b - x(:, i))
    end subroutine relax

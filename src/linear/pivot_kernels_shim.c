@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: MIT */
+/* Rows of the preconditioner of rockdda_linear_preconditioner: pivots and scaled couplings. Blocks of 6x6 are stored
+ * column by column, lower triangles without the zeros above. */
+#include "lanes.h"
+
+/* Place of row i, column j of a packed lower triangle, both counted from 0. */
+#define PACKED(i, j) ((j) * (11 - (j)) / 2 + (i))
+/* Lanes of the halves of a column. */
+#define LOW(c4) __builtin_shufflevector(c4, c4, 0, 1)
+#define HIGH(c4) __builtin_shufflevector(c4, c4, 2, 3)
+
+/* Columns of a block of the matrix, or of its transpose when `place` is negative. */
+#define TAKE(values, place, a4, a2) \
+   do \
+   { \
+      if ((place) > 0) \
+      { \
+         const double *from_ = (values) + 36 * ((long)(place) - 1); \
+         _Pragma("GCC unroll 6") for (int j_ = 0; j_ < 6; ++j_) LOAD((a4)[j_], (a2)[j_], from_ + 6 * j_); \
+      } \
+      else \
+      { \
+         const double *from_ = (values) + 36 * (-(long)(place) - 1); \
+         four c_[6]; \
+         two d_[6]; \
+         _Pragma("GCC unroll 6") for (int j_ = 0; j_ < 6; ++j_) LOAD(c_[j_], d_[j_], from_ + 6 * j_); \
+         const four e0_ = __builtin_shufflevector(c_[0], c_[1], 0, 4, 2, 6); \
+         const four e1_ = __builtin_shufflevector(c_[0], c_[1], 1, 5, 3, 7); \
+         const four e2_ = __builtin_shufflevector(c_[2], c_[3], 0, 4, 2, 6); \
+         const four e3_ = __builtin_shufflevector(c_[2], c_[3], 1, 5, 3, 7); \
+         (a4)[0] = __builtin_shufflevector(e0_, e2_, 0, 1, 4, 5); \
+         (a4)[1] = __builtin_shufflevector(e1_, e3_, 0, 1, 4, 5); \
+         (a4)[2] = __builtin_shufflevector(e0_, e2_, 2, 3, 6, 7); \
+         (a4)[3] = __builtin_shufflevector(e1_, e3_, 2, 3, 6, 7); \
+         const two p_ = __builtin_shufflevector(d_[0], d_[1], 0, 2), q_ = __builtin_shufflevector(d_[2], d_[3], 0, 2); \
+         const two r_ = __builtin_shufflevector(d_[0], d_[1], 1, 3), s_ = __builtin_shufflevector(d_[2], d_[3], 1, 3); \
+         (a4)[4] = __builtin_shufflevector(p_, q_, 0, 1, 2, 3); \
+         (a4)[5] = __builtin_shufflevector(r_, s_, 0, 1, 2, 3); \
+         const four f_ = __builtin_shufflevector(c_[4], c_[5], 0, 4, 2, 6); \
+         const four g_ = __builtin_shufflevector(c_[4], c_[5], 1, 5, 3, 7); \
+         (a2)[0] = LOW(f_); \
+         (a2)[1] = LOW(g_); \
+         (a2)[2] = HIGH(f_); \
+         (a2)[3] = HIGH(g_); \
+         (a2)[4] = __builtin_shufflevector(d_[4], d_[5], 0, 2); \
+         (a2)[5] = __builtin_shufflevector(d_[4], d_[5], 1, 3); \
+      } \
+   } while (0)
+
+/* b := a S^T with a packed lower triangle S, for rows in lanes. */
+#define TIMES_TRANSPOSED(a, s, b) \
+   do \
+   { \
+      (b)[5] = ((a)[0] * (s)[PACKED(5, 0)] + (a)[1] * (s)[PACKED(5, 1)]) + \
+               ((a)[2] * (s)[PACKED(5, 2)] + (a)[3] * (s)[PACKED(5, 3)]) + \
+               ((a)[4] * (s)[PACKED(5, 4)] + (a)[5] * (s)[PACKED(5, 5)]); \
+      (b)[4] = ((a)[0] * (s)[PACKED(4, 0)] + (a)[1] * (s)[PACKED(4, 1)]) + \
+               ((a)[2] * (s)[PACKED(4, 2)] + (a)[3] * (s)[PACKED(4, 3)]) + (a)[4] * (s)[PACKED(4, 4)]; \
+      (b)[3] = ((a)[0] * (s)[PACKED(3, 0)] + (a)[1] * (s)[PACKED(3, 1)]) + \
+               ((a)[2] * (s)[PACKED(3, 2)] + (a)[3] * (s)[PACKED(3, 3)]); \
+      (b)[2] = ((a)[0] * (s)[PACKED(2, 0)] + (a)[1] * (s)[PACKED(2, 1)]) + (a)[2] * (s)[PACKED(2, 2)]; \
+      (b)[1] = (a)[0] * (s)[PACKED(1, 0)] + (a)[1] * (s)[PACKED(1, 1)]; \
+      (b)[0] = (a)[0] * (s)[PACKED(0, 0)]; \
+   } while (0)
+
+/* The columns of a packed lower triangle, with zeros above. Loads begin before a column, and its first lanes are
+ * replaced. */
+#define UNPACK(s, s4, s2) \
+   do \
+   { \
+      const four zero_ = {0, 0, 0, 0}; \
+      LOAD((s4)[0], (s2)[0], s); \
+      LOAD((s4)[1], (s2)[1], (s) + PACKED(0, 1)); \
+      LOAD((s4)[2], (s2)[2], (s) + PACKED(0, 2)); \
+      LOAD((s4)[3], (s2)[3], (s) + PACKED(0, 3)); \
+      memcpy(&(s2)[4], (s) + PACKED(4, 4), sizeof(two)); \
+      memcpy(&(s2)[5], (s) + PACKED(4, 5), sizeof(two)); \
+      (s4)[1] = __builtin_shufflevector((s4)[1], zero_, 4, 1, 2, 3); \
+      (s4)[2] = __builtin_shufflevector((s4)[2], zero_, 4, 5, 2, 3); \
+      (s4)[3] = __builtin_shufflevector((s4)[3], zero_, 4, 5, 6, 3); \
+      (s2)[5] = __builtin_shufflevector((s2)[5], LOW(zero_), 2, 1); \
+   } while (0)
+
+/* Rows 1 to 4 of S a, given a column a of six numbers. */
+#define SCALE_UPPER(s4, a) (((s4)[0] * (a)[0] + (s4)[1] * (a)[1]) + ((s4)[2] * (a)[2] + (s4)[3] * (a)[3]))
+/* Rows 5 and 6 of S a for two columns, first those of the first one; `twice` has the rows of S twice. */
+#define BOTH(a, b, k) ((four){(a)[k], (a)[k], (b)[k], (b)[k]})
+#define SCALE_LOWER(twice, a, b) \
+   (((twice)[0] * BOTH(a, b, 0) + (twice)[1] * BOTH(a, b, 1)) + \
+    ((twice)[2] * BOTH(a, b, 2) + (twice)[3] * BOTH(a, b, 3)) + \
+    ((twice)[4] * BOTH(a, b, 4) + (twice)[5] * BOTH(a, b, 5)))
+
+/* Two neighbouring columns u and v in tiles of single precision: t[r] has rows 2 r, 2 r + 1 of the first, then of the
+ * second; w has rows 5 and 6 of both. */
+#define TILES(u, v, w, t) \
+   ((t)[0] = __builtin_convertvector(__builtin_shufflevector(u, v, 0, 1, 4, 5), single_four), \
+    (t)[1] = __builtin_convertvector(__builtin_shufflevector(u, v, 2, 3, 6, 7), single_four), \
+    (t)[2] = __builtin_convertvector(w, single_four))
+
+/* b := K_q S_j^T for each coupling q from first to last, K_q in place[q] of the matrix (negative: transposed),
+ * j = column[q], all counted from 1; with `squares` d := d - b b^T, at least its lower half. */
+FOR_EACH_PROCESSOR
+void rockdda_eliminate_couplings(int first, int last, const int *place, const int *column, const double *values,
+                                 const double *scale, int squares, double *b, double *d)
+{
+   for (int q = first - 1; q < last; ++q, b += 36)
+   {
+      const double *s = scale + 21 * ((long)column[q] - 1);
+      four a4[6], b4[6], d4;
+      two a2[6], b2[6], d2;
+      TAKE(values, place[q], a4, a2);
+      TIMES_TRANSPOSED(a4, s, b4);
+      TIMES_TRANSPOSED(a2, s, b2);
+#pragma GCC unroll 6
+      for (int j = 0; j < 6; ++j)
+         STORE(b4[j], b2[j], b + 6 * j);
+      if (!squares)
+         continue;
+#pragma GCC unroll 6
+      for (int j = 0; j < 6; ++j)
+      {
+         const double *x = b + j;
+         LOAD(d4, d2, d + 6 * j);
+         if (j < 4)
+         {
+            d4 -= (b4[0] * x[0] + b4[1] * x[6]) + (b4[2] * x[12] + b4[3] * x[18]) + (b4[4] * x[24] + b4[5] * x[30]);
+            memcpy(d + 6 * j, &d4, sizeof(four));
+         }
+         d2 -= (b2[0] * x[0] + b2[1] * x[6]) + (b2[2] * x[12] + b2[3] * x[18]) + (b2[4] * x[24] + b2[5] * x[30]);
+         memcpy(d + 6 * j + 4, &d2, sizeof(two));
+      }
+   }
+}
+
+/* The remainder 2 I - S d S^T in tiles. */
+FOR_EACH_PROCESSOR
+void rockdda_scale_diagonal(const double *s, const double *d, float *remainder)
+{
+   static const four two4[4] = {{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}, {0, 0, 0, 2}};
+   static const two two2[2] = {{2, 0}, {0, 2}};
+   four s4[6], twice[6], a4[6], b4[6], low;
+   two s2[6], a2[6], b2[6];
+   UNPACK(s, s4, s2);
+#pragma GCC unroll 6
+   for (int j = 0; j < 6; ++j)
+      twice[j] = __builtin_shufflevector(s2[j], s2[j], 0, 1, 0, 1);
+#pragma GCC unroll 3
+   for (int j = 0; j < 6; j += 2)
+   {
+      a4[j] = SCALE_UPPER(s4, d + 6 * j);
+      a4[j + 1] = SCALE_UPPER(s4, d + 6 * j + 6);
+      low = SCALE_LOWER(twice, d + 6 * j, d + 6 * j + 6);
+      a2[j] = LOW(low);
+      a2[j + 1] = HIGH(low);
+   }
+   TIMES_TRANSPOSED(a4, s, b4);
+   TIMES_TRANSPOSED(a2, s, b2);
+#pragma GCC unroll 6
+   for (int j = 0; j < 6; ++j)
+   {
+      b4[j] = j < 4 ? two4[j] - b4[j] : -b4[j];
+      b2[j] = j < 4 ? -b2[j] : two2[j - 4] - b2[j];
+   }
+#pragma GCC unroll 3
+   for (int c = 0; c < 3; ++c)
+   {
+      single_four t[3];
+      low = __builtin_shufflevector(b2[2 * c], b2[2 * c + 1], 0, 1, 2, 3);
+      TILES(b4[2 * c], b4[2 * c + 1], low, t);
+#pragma GCC unroll 3
+      for (int r = 0; r < 3; ++r)
+         memcpy(remainder + 12 * r + 4 * c, &t[r], sizeof(single_four));
+   }
+}
+
+/* lower_q := S b in tiles for each coupling q from first to last, and upper_k its transpose, k = transposed[q] or 0:
+ * none; all are counted from 1. */
+FOR_EACH_PROCESSOR
+void rockdda_scale_couplings(int first, int last, const double *s, const double *b, const int *transposed, float *lower,
+                             float *upper)
+{
+   four s4[6], twice[6];
+   two s2[6];
+   UNPACK(s, s4, s2);
+#pragma GCC unroll 6
+   for (int j = 0; j < 6; ++j)
+      twice[j] = __builtin_shufflevector(s2[j], s2[j], 0, 1, 0, 1);
+   for (int q = first - 1; q < last; ++q, b += 36)
+   {
+      float *own = lower + 36 * (long)q;
+      float *other = transposed[q] > 0 ? upper + 36 * ((long)transposed[q] - 1) : NULL;
+#pragma GCC unroll 3
+      for (int c = 0; c < 3; ++c)
+      {
+         single_four t[3];
+         const four u = SCALE_UPPER(s4, b + 12 * c), v = SCALE_UPPER(s4, b + 12 * c + 6);
+         const four w = SCALE_LOWER(twice, b + 12 * c, b + 12 * c + 6);
+         TILES(u, v, w, t);
+#pragma GCC unroll 3
+         for (int r = 0; r < 3; ++r)
+            memcpy(own + 12 * r + 4 * c, &t[r], sizeof(single_four));
+         if (!other)
+            continue;
+#pragma GCC unroll 3
+         for (int r = 0; r < 3; ++r)
+         {
+            t[r] = __builtin_shufflevector(t[r], t[r], 0, 2, 1, 3);
+            memcpy(other + 12 * c + 4 * r, &t[r], sizeof(single_four));
+         }
+      }
+   }
+}
