@@ -13,18 +13,32 @@
 !> Sign: gap > 0 is open. The edge of block b runs counter-clockwise, from s to q, its outward normal is
 !> n = (ty, -tx) with t = (q - s)/|q - s|.
 module rockdda_interaction_contact_lengths
+   use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, &
       end_point, turns
-   use rockdda_interaction_link_vectors, only : pack_vectors
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
    public :: place_contacts, measure_lengths, contact_vectors, spring_vectors, contact_lengths, move_contacts
+
+   interface
+      !> `contact_vectors` of some rows, packed (rockdda_interaction_link_vectors): in contact_kernels_shim.c.
+      pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, moving, vectors) &
+         bind(c, name='rockdda_place_contacts')
+         import :: c_int, c_double, moving_block_type
+         integer(c_int), value :: n
+         integer(c_int), intent(in) :: rows(*)                 !! (n)
+         integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
+         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*)
+         type(moving_block_type), intent(in) :: moving(*)      !! all blocks
+         real(c_double), intent(inout) :: vectors(18, *)       !! of all rows
+      end subroutine place_rows
+   end interface
 
 contains
 
@@ -34,22 +48,19 @@ contains
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: e(6, 2), g(6, 2)
-      integer :: c
-      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, e, g) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
-         associate (a => context%moving(table%block_a(c)), b => context%moving(table%block_b(c)))
-            if (table%share(c) > 0 .or. abs(a%angle) > 0 .or. abs(b%angle) > 0) then
-               call contact_vectors(table, c, a, b, e, g)
-            else
-               ! the same for a vertex on an edge, straight on
-               call spring_vectors(table%point(:, c), table%distance(c), table%normal(:, c), a%centroid, b%centroid, &
-                                   e, g)
-            end if
-            call pack_vectors(e, g, equations%vectors(:, first_link + c))
-         end associate
+      integer :: rows(piece)
+      integer :: c, n, p
+      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, n, p, rows) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         n = 0
+         do c = (p - 1)*piece + 1, min(p*piece, table%n)
+            if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
+            n = n + 1
+            rows(n) = c
+         end do
+         call place_rows(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, table%share, &
+                         context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
       end do
       !$omp end parallel do
    end subroutine place_contacts

@@ -317,7 +317,7 @@ contains
       class(equations_type), intent(in) :: self
       integer, intent(in) :: first, last
       real(wp), intent(inout), contiguous :: along(:, :)   !! (2, >= last - first + 1)
-      call many_elongations(self%vectors(:, first:last), self%pair(:, first:last), self%x, along(:, 1:last - first + 1))
+      call many_elongations(last - first + 1, self%vectors(:, first:last), self%pair(:, first:last), self%x, along)
    end subroutine link_motions
 
    !> Forces along the two lines of a link, on both of its blocks.
@@ -458,7 +458,8 @@ contains
       real(wp) :: f(6), magnitude(6)
       f = eq%block_load(:, i)
       magnitude = eq%block_magnitude(:, i)
-      call add_loads(eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%vectors, eq%force, f, magnitude)
+      call add_loads(eq%start(i + 1) - eq%start(i), eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%vectors, &
+                     eq%force, f, magnitude)
       eq%f(:, i) = f
       eq%magnitude(:, i) = magnitude
    end subroutine assemble_load
@@ -467,18 +468,12 @@ contains
    pure subroutine assemble_row(i, first_slot, last_slot, eq)
       integer, intent(in) :: i, first_slot, last_slot
       class(equations_type), intent(inout) :: eq
-      real(wp) :: diagonal(6, 6)
       integer :: j
-      diagonal = eq%block_matrix(:, :, i)
       do j = first_slot + 1, last_slot
          call clear(eq%matrix%values(1, 1, j))
       end do
-      call add_stiffness(i, eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, eq%slot, eq%vectors, eq%stiffness, &
-                         diagonal, eq%matrix%values)
-      do j = 2, 6
-         diagonal(1:j - 1, j) = diagonal(j, 1:j - 1)
-      end do
-      eq%matrix%values(:, :, first_slot) = diagonal
+      call add_stiffness(i, eq%start(i + 1) - eq%start(i), eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, &
+                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, :, i), first_slot, eq%matrix%values)
    end subroutine assemble_row
 
    !> d = 0, in one go.

@@ -13,6 +13,7 @@
 !> Products of two lengths that both change are taken by the rule r1.n1 - r0.n0 = (r1 - r0).(n1 + n0)/2 +
 !> (r1 + r0)/2.(n1 - n0), which is exact.
 module rockdda_interaction_finite_rotation
+   use, intrinsic :: iso_c_binding, only : c_double
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_kinematics, only : displacement_gradient
    implicit none
@@ -23,14 +24,14 @@ module rockdda_interaction_finite_rotation
    !> Smaller angles are rounding. Much larger ones matter where stiff ties join many blocks.
    real(wp), parameter :: least_angle = 1.0e-12_wp
 
-   !> A block and its expected motion.
-   type :: moving_block_type
-      real(wp) :: centroid(2) = 0   !! at the start of the step [length]
-      real(wp) :: d(6) = 0          !! expected motion
-      real(wp) :: angle = 0         !! expected rotation, 0 if it is negligible [rad]
-      real(wp) :: half(2) = [1.0_wp, 0.0_wp]   !! cosine and sine of angle/2
-      real(wp) :: full(2) = [1.0_wp, 0.0_wp]   !! cosine and sine of the angle
-      real(wp) :: chord = 1         !! 2 sin(angle/2)/angle
+   !> A block and its expected motion. contact_kernels_shim.c has the same.
+   type, bind(c) :: moving_block_type
+      real(c_double) :: centroid(2) = 0   !! at the start of the step [length]
+      real(c_double) :: d(6) = 0          !! expected motion
+      real(c_double) :: angle = 0         !! expected rotation, 0 if it is negligible [rad]
+      real(c_double) :: half(2) = [1.0_c_double, 0.0_c_double]   !! cosine and sine of angle/2
+      real(c_double) :: full(2) = [1.0_c_double, 0.0_c_double]   !! cosine and sine of the angle
+      real(c_double) :: chord = 1         !! 2 sin(angle/2)/angle
    end type moving_block_type
 
    !> A block and a motion that was found, with exact rotation: all that its points need.

@@ -9,7 +9,10 @@
 !>     line 2        [-n2   n1   a(3:6, 2)]      [ n2  -n1   b(3:6, 2)]
 !>
 !> Of these 24 numbers 18 are stored: n, a(3:6, 1), a(3:6, 2), b(3:6, 1), b(3:6, 2).
+!>
+!> Sums over many links are in link_kernels_shim.c.
 module rockdda_interaction_link_vectors
+   use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
    implicit none
    private
@@ -18,6 +21,52 @@ module rockdda_interaction_link_vectors
 
    !> Numbers that are stored of a link.
    integer, parameter :: link_numbers = 18
+
+   interface
+      !> Elongations of n links with two blocks, one after the other.
+      pure subroutine many_elongations(n, vectors, pair, x, along) bind(c, name='rockdda_many_elongations')
+         import :: c_int, c_double
+         integer(c_int), value :: n
+         real(c_double), intent(in) :: vectors(18, *)     !! of the n links
+         integer(c_int), intent(in) :: pair(2, *)         !! their blocks
+         real(c_double), intent(in) :: x(6, *)            !! of all blocks
+         real(c_double), intent(inout) :: along(2, *)     !! of the n links
+      end subroutine many_elongations
+
+      !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links, added to its
+      !> couplings with blocks of larger numbers.
+      pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, terms, diagonal, values) &
+         bind(c, name='rockdda_add_stiffness')
+         import :: c_int, c_double
+         integer(c_int), value :: i
+         integer(c_int), value :: n                       !! links of the block
+         integer(c_int), intent(in) :: incident(*)        !! which they are, < 0: as their second block
+         integer(c_int), intent(in) :: pair(2, *)         !! of all links
+         integer(c_int), intent(in) :: slot(*)            !! stored block of each pair, 0 none
+         real(c_double), intent(in) :: vectors(18, *), stiffness(2, *)
+         real(c_double), intent(in) :: terms(6, 6)        !! symmetric, its lower half is used
+         integer(c_int), value :: diagonal                !! stored block of the diagonal
+         real(c_double), intent(inout) :: values(6, 6, *) !! stored blocks
+      end subroutine add_stiffness
+
+      !> Forces of the n links of a block, with their signs and without.
+      pure subroutine add_loads(n, incident, vectors, force, f, magnitude) bind(c, name='rockdda_add_loads')
+         import :: c_int, c_double
+         integer(c_int), value :: n
+         integer(c_int), intent(in) :: incident(*)        !! its links, < 0: as their second block
+         real(c_double), intent(in) :: vectors(18, *), force(2, *)   !! of all links
+         real(c_double), intent(inout) :: f(6), magnitude(6)
+      end subroutine add_loads
+
+      !> Forces of the n links of a block.
+      pure subroutine add_forces(n, incident, vectors, force, r) bind(c, name='rockdda_add_forces')
+         import :: c_int, c_double
+         integer(c_int), value :: n
+         integer(c_int), intent(in) :: incident(*)        !! its links, < 0: as their second block
+         real(c_double), intent(in) :: vectors(18, *), force(2, *)   !! of all links
+         real(c_double), intent(inout) :: r(6)
+      end subroutine add_forces
+   end interface
 
 contains
 
@@ -64,91 +113,6 @@ contains
       along(2) = t(1) + t(2)
    end subroutine elongations
 
-   !> Elongations of links with two blocks, one after the other.
-   pure subroutine many_elongations(vectors, pair, x, along)
-      real(wp), intent(in), contiguous :: vectors(:, :)   !! (link_numbers, n)
-      integer, intent(in), contiguous :: pair(:, :)       !! (2, n) their blocks
-      real(wp), intent(in), contiguous :: x(:, :)         !! (6, nb)
-      real(wp), intent(inout), contiguous :: along(:, :)  !! (2, n)
-      integer :: l
-      do l = 1, size(along, 2)
-         call elongations(vectors(:, l), x(:, pair(1, l)), x(:, pair(2, l)), along(:, l))
-      end do
-   end subroutine many_elongations
-
-   !> Stiffness of the links of block i, added to its diagonal block and to its couplings with blocks of larger numbers.
-   pure subroutine add_stiffness(i, incident, pair, slot, vectors, stiffness, diagonal, values)
-      integer, intent(in) :: i
-      integer, intent(in), contiguous :: incident(:)            !! its links, < 0: as their second block
-      integer, intent(in), contiguous :: pair(:, :)             !! (2, links)
-      integer, intent(in), contiguous :: slot(:)                !! (links) stored block of each pair, 0 none
-      real(wp), intent(in), contiguous :: vectors(:, :)         !! (link_numbers, links)
-      real(wp), intent(in), contiguous :: stiffness(:, :)       !! (2, links)
-      real(wp), intent(inout) :: diagonal(6, 6)
-      real(wp), intent(inout), contiguous :: values(:, :, :)    !! (6, 6, stored blocks)
-      integer :: c, l
-      logical :: is_first
-      do l = 1, size(incident)
-         c = abs(incident(l))
-         if (.not. (abs(stiffness(1, c)) > 0 .or. abs(stiffness(2, c)) > 0)) cycle
-         is_first = incident(l) > 0
-         call add_diagonal(vectors(:, c), is_first, stiffness(:, c), diagonal)
-         if (slot(c) > 0 .and. i < pair(merge(2, 1, is_first), c)) &
-            call add_coupling(vectors(:, c), is_first, stiffness(:, c), values(:, :, slot(c)))
-      end do
-   end subroutine add_stiffness
-
-   !> d += k1 v1 v1^T + k2 v2 v2^T, at least its lower half, v the vectors of one of the blocks.
-   pure subroutine add_diagonal(p, is_first, k, d)
-      real(wp), intent(in) :: p(link_numbers)
-      logical, intent(in) :: is_first
-      real(wp), intent(in) :: k(2)
-      real(wp), intent(inout) :: d(6, 6)
-      real(wp) :: n(2), t(2), a, b
-      integer :: i, j
-      call unpack_lines(p, is_first, n, t, i)
-      do j = 1, 2
-         a = k(1)*n(j)
-         b = k(2)*t(j)
-         d(1:2, j) = d(1:2, j) + (a*n + b*t)
-         d(3:6, j) = d(3:6, j) + (a*p(i + 1:i + 4) + b*p(i + 5:i + 8))
-      end do
-      do j = 1, 2
-         a = k(1)*p(i + j)
-         b = k(2)*p(i + 4 + j)
-         d(3:6, 2 + j) = d(3:6, 2 + j) + (a*p(i + 1:i + 4) + b*p(i + 5:i + 8))
-      end do
-      do j = 3, 4
-         a = k(1)*p(i + j)
-         b = k(2)*p(i + 4 + j)
-         d(5:6, 2 + j) = d(5:6, 2 + j) + (a*p(i + 3:i + 4) + b*p(i + 7:i + 8))
-      end do
-   end subroutine add_diagonal
-
-   !> m += k1 v1 w1^T + k2 v2 w2^T, v the vectors of one of the blocks, w those of the other one.
-   pure subroutine add_coupling(p, is_first, k, m)
-      real(wp), intent(in) :: p(link_numbers)
-      logical, intent(in) :: is_first
-      real(wp), intent(in) :: k(2)
-      real(wp), intent(inout) :: m(6, 6)
-      real(wp) :: n(2), t(2), a, b
-      integer :: i, j, other
-      call unpack_lines(p, is_first, n, t, i)
-      other = merge(10, 2, is_first)
-      do j = 1, 2
-         a = -(k(1)*n(j))
-         b = -(k(2)*t(j))
-         m(1:2, j) = m(1:2, j) + (a*n + b*t)
-         m(3:6, j) = m(3:6, j) + (a*p(i + 1:i + 4) + b*p(i + 5:i + 8))
-      end do
-      do j = 1, 4
-         a = k(1)*p(other + j)
-         b = k(2)*p(other + 4 + j)
-         m(1:2, 2 + j) = m(1:2, 2 + j) + (a*n + b*t)
-         m(3:6, 2 + j) = m(3:6, 2 + j) + (a*p(i + 1:i + 4) + b*p(i + 5:i + 8))
-      end do
-   end subroutine add_coupling
-
    !> Directions of both lines, as the first two numbers of the vectors of one of the blocks. The other four are
    !> p(i + 1:i + 4) of line 1 and p(i + 5:i + 8) of line 2.
    pure subroutine unpack_lines(p, is_first, n, t, i)
@@ -166,40 +130,6 @@ contains
       t(1) = -n(2)
       t(2) = n(1)
    end subroutine unpack_lines
-
-   !> Forces of the links of a block, with their signs and without.
-   pure subroutine add_loads(incident, vectors, force, f, magnitude)
-      integer, intent(in), contiguous :: incident(:)        !! its links, < 0: as their second block
-      real(wp), intent(in), contiguous :: vectors(:, :)     !! (link_numbers, links)
-      real(wp), intent(in), contiguous :: force(:, :)       !! (2, links)
-      real(wp), intent(inout) :: f(6), magnitude(6)
-      real(wp) :: n(2), t(2)
-      integer :: c, i, l
-      do l = 1, size(incident)
-         c = abs(incident(l))
-         if (abs(force(1, c)) <= 0 .and. abs(force(2, c)) <= 0) cycle
-         call unpack_lines(vectors(:, c), incident(l) > 0, n, t, i)
-         f(1:2) = f(1:2) + (force(1, c)*n + force(2, c)*t)
-         magnitude(1:2) = magnitude(1:2) + (abs(force(1, c)*n) + abs(force(2, c)*t))
-         f(3:6) = f(3:6) + (force(1, c)*vectors(i + 1:i + 4, c) + force(2, c)*vectors(i + 5:i + 8, c))
-         magnitude(3:6) = magnitude(3:6) + (abs(force(1, c)*vectors(i + 1:i + 4, c)) + &
-                                            abs(force(2, c)*vectors(i + 5:i + 8, c)))
-      end do
-   end subroutine add_loads
-
-   !> Forces of the links of a block.
-   pure subroutine add_forces(incident, vectors, force, r)
-      integer, intent(in), contiguous :: incident(:)        !! its links, < 0: as their second block
-      real(wp), intent(in), contiguous :: vectors(:, :)     !! (link_numbers, links)
-      real(wp), intent(in), contiguous :: force(:, :)       !! (2, >= links)
-      real(wp), intent(inout) :: r(6)
-      integer :: c, l
-      do l = 1, size(incident)
-         c = abs(incident(l))
-         if (.not. (abs(force(1, c)) > 0 .or. abs(force(2, c)) > 0)) cycle
-         call add_force(vectors(:, c), incident(l) > 0, force(:, c), r)
-      end do
-   end subroutine add_forces
 
    !> Forces along both lines of a link on one of its blocks.
    pure subroutine add_force(p, is_first, force, r)

@@ -274,7 +274,8 @@ contains
       sums = -equations%block_load(:, i)
       y = x + a*(equations%x(:, i) - x)
       call add_product(equations%block_matrix(:, :, i), y, sums)
-      call add_forces(equations%incident(equations%start(i) + 1:equations%start(i + 1)), equations%vectors, force, sums)
+      call add_forces(equations%start(i + 1) - equations%start(i), &
+                      equations%incident(equations%start(i) + 1:equations%start(i + 1)), equations%vectors, force, sums)
       r = sums
    end subroutine residual_of_block
 

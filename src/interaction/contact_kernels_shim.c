@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: MIT */
+/* Vectors of gap and slip of contacts (rockdda_interaction_contact_lengths), seen from both blocks at once.
+ *
+ * The first half of four numbers belongs to the view in which block a has the vertex and block b the edge, the second
+ * half to that in which b has the vertex and a the edge, with the normal reversed; x and y of both. Where a number is one
+ * of a block, not of a point, it is held twice in its half. */
+#include "four_lanes.h"
+
+#define LINK_NUMBERS 18
+
+/* moving_block_type of rockdda_interaction_finite_rotation. */
+typedef struct
+{
+   double centroid[2], d[6], angle, half[2], full[2], chord;
+} moving_block;
+
+/* -v in the second half, and in both. */
+#define REVERSE_SECOND(v) FLIP(v, ((mask){0, 0, SIGN, SIGN}))
+#define NEGATIVE(v) FLIP(v, ((mask){SIGN, SIGN, SIGN, SIGN}))
+/* v turned by an angle, of which the cosine is given twice, and the sine with the signs (-, +). */
+#define COSINE(angle) FIRST(angle)
+#define SINE(angle) FLIP(SECOND(angle), ((mask){SIGN, 0, SIGN, 0}))
+#define TURNED(v, cosine, sine) ((cosine) * (v) + (sine) * TURN(v))
+/* v.w of each view, twice. */
+#define DOT(v, w) (FIRST((v) * (w)) + SECOND((v) * (w)))
+
+/* T^T f without its first two numbers: (4, 5) of a force f turned back, (3, 6) of f on the arm mid. */
+#define ON_ARM(f, back, mid, x, f36, f45)                                                                              \
+   four f36, f45;                                                                                                      \
+   {                                                                                                                   \
+      const four moment = (mid) * TURN(f), shear = (x) * TURN(back);                                                   \
+      f36 = ((four){1, 0.5, 1, 0.5}) * (PICK(moment, shear, 0, 4, 2, 6) +                                              \
+                                        FLIP(PICK(moment, shear, 1, 5, 3, 7), ((mask){SIGN, 0, SIGN, 0})));            \
+      f45 = (x) * (back);                                                                                              \
+   }
+
+/* T d of a point on an arm; linear where a block does not turn, in the order of `displacement_at`. */
+#define DISPLACEMENT(k, mid, x, u)                                                                                     \
+   four u;                                                                                                             \
+   {                                                                                                                   \
+      const four rigid = k##_d12 + k##_d3 * NORMAL_TO(mid), stretch = k##_d45 * (x), shear = k##_d6 * TURN(x);         \
+      const four strain = stretch + shear, turning = rigid + TURNED(strain, k##_full_cos, k##_full_sin);               \
+      const four straight = (rigid + stretch) + shear;                                                                 \
+      u = (four)(((mask)turning & k##_turns) | ((mask)straight & ~k##_turns));                                         \
+   }
+
+/* Vectors of n contacts, rows[0] to rows[n - 1] of the table, counted from 1. */
+FOR_EACH_PROCESSOR
+void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, const int *block_b, const double *point,
+                            const double *distance, const double *normal, const double *shares,
+                            const moving_block *moving, double *vectors)
+{
+   for (int l = 0; l < n_rows; ++l)
+   {
+      const long c = rows[l] - 1;
+      const moving_block *a = moving + (block_a[c] - 1), *b = moving + (block_b[c] - 1);
+      const double gap = distance[c], share = shares[c];
+      const four n = REVERSE_SECOND(JOIN(normal + 2 * c, normal + 2 * c)), t = NORMAL_TO(n);
+      four p = JOIN(point + 2 * c, point + 2 * c);
+      /* a point half-way between the blocks */
+      if (share > 0 && share < 1)
+         p += (0.5 * gap) * n;
+      const four gap_n = gap * n, foot = p - gap_n;
+      const four a_centroid = JOIN(a->centroid, b->centroid), b_centroid = SWAP(a_centroid);
+      const four on_a = p - a_centroid, on_foot = foot - b_centroid, on_b = p - b_centroid;
+      four e1, e136, e145, g136, g145, e236, e245, g236, g245;
+      if (a->angle == 0 && b->angle == 0)
+      {
+         ON_ARM(n, n, on_a, on_a, ea36, ea45)
+         ON_ARM(n, n, on_foot, on_foot, ga36, ga45)
+         ON_ARM(t, t, on_a, on_a, eb36, eb45)
+         ON_ARM(t, t, on_b, on_b, gb36, gb45)
+         e1 = n;
+         e136 = ea36, e145 = ea45, e236 = eb36, e245 = eb45;
+         g136 = NEGATIVE(ga36), g145 = NEGATIVE(ga45), g236 = NEGATIVE(gb36), g245 = NEGATIVE(gb45);
+      }
+      else
+      {
+         const four a_half = JOIN(a->half, b->half), a_full = JOIN(a->full, b->full);
+         const four a_chord = TWICE(a->chord, b->chord), b_chord = SWAP(a_chord);
+         const four a_d12 = JOIN(a->d, b->d), a_d3 = TWICE(a->d[2], b->d[2]), a_d45 = JOIN(a->d + 3, b->d + 3);
+         const four a_d6 = 0.5 * TWICE(a->d[5], b->d[5]), a_angle = TWICE(a->angle, b->angle);
+         const four b_d12 = SWAP(a_d12), b_d3 = SWAP(a_d3), b_d45 = SWAP(a_d45), b_d6 = SWAP(a_d6);
+         const mask a_turns = (mask)(a_angle != 0), b_turns = SWAP(a_turns);
+         const four a_full_cos = COSINE(a_full), a_full_sin = SINE(a_full);
+         const four b_full_cos = SWAP(a_full_cos), b_full_sin = SWAP(a_full_sin);
+         const four a_cos = COSINE(a_half), a_sin = SINE(a_half), b_cos = SWAP(a_cos), b_sin = SWAP(a_sin);
+         const four mid_a = a_chord * TURNED(on_a, a_cos, a_sin);
+         const four mid_foot = b_chord * TURNED(on_foot, b_cos, b_sin), mid_b = b_chord * TURNED(on_b, b_cos, b_sin);
+         const four mid_n = TURNED(n, b_cos, b_sin), mid_t = NORMAL_TO(mid_n);
+         DISPLACEMENT(a, mid_a, on_a, moved)
+         DISPLACEMENT(b, mid_foot, on_foot, moved_foot)
+         DISPLACEMENT(b, mid_b, on_b, moved_b)
+         /* from the foot to the vertex, and from the point of b where the vertex was, at the end of the step */
+         const four apart = gap_n + (moved - moved_foot), slid = moved - moved_b;
+         const four across = n * TURN(t), shear45 = n * t, shear6 = 0.5 * (FIRST(across) + SECOND(across));
+         e1 = b_cos * mid_n;
+         const four e2 = NORMAL_TO(e1);
+         const four a_back = TURNED(e1, a_full_cos, -a_full_sin), b_back = TURNED(e1, b_full_cos, -b_full_sin);
+         const four a_back2 = NORMAL_TO(a_back), b_back2 = NORMAL_TO(b_back);
+         ON_ARM(e1, a_back, mid_a, on_a, ea36, ea45)
+         ON_ARM(e1, b_back, mid_foot, on_foot, ga36, ga45)
+         ON_ARM(e2, a_back2, mid_a, on_a, eb36, eb45)
+         ON_ARM(e2, b_back2, mid_b, on_b, gb36, gb45)
+         const four turn_gap = 0.5 * b_chord * DOT(mid_t, apart + gap_n), turn_slip = 0.5 * b_chord * DOT(mid_n, slid);
+         const four strain_gap = DOT(TURNED(t, b_full_cos, b_full_sin), apart);
+         const four strain_slip = DOT(TURNED(n, b_full_cos, b_full_sin), slid);
+         e136 = ea36, e145 = ea45, e236 = eb36, e245 = eb45;
+         g136 = NEGATIVE(ga36) + PICK(turn_gap, NEGATIVE(strain_gap * shear6), 0, 5, 2, 7);
+         g145 = NEGATIVE(ga45) - strain_gap * shear45;
+         g236 = NEGATIVE(gb36) - PICK(turn_slip, NEGATIVE(strain_slip * shear6), 0, 5, 2, 7);
+         g245 = NEGATIVE(gb45) + strain_slip * shear45;
+      }
+      /* to block a in the first half, to block b in the second */
+      double *out = vectors + LINK_NUMBERS * c;
+      if (share > 0 && share < 1)
+      {
+         e1 = 0.5 * (e1 - SWAP(e1));
+         e136 = 0.5 * (e136 + SWAP(g136)), e145 = 0.5 * (e145 + SWAP(g145));
+         e236 = 0.5 * (e236 + SWAP(g236)), e245 = 0.5 * (e245 + SWAP(g245));
+      }
+      else if (share <= 0)
+      {
+         e136 = PICK(e136, g136, 0, 1, 4, 5), e145 = PICK(e145, g145, 0, 1, 4, 5);
+         e236 = PICK(e236, g236, 0, 1, 4, 5), e245 = PICK(e245, g245, 0, 1, 4, 5);
+      }
+      else
+      {
+         e1 = NEGATIVE(SWAP(e1));
+         e136 = PICK(g136, e136, 2, 3, 6, 7), e145 = PICK(g145, e145, 2, 3, 6, 7);
+         e236 = PICK(g236, e236, 2, 3, 6, 7), e245 = PICK(g245, e245, 2, 3, 6, 7);
+      }
+      memcpy(out, &e1, sizeof(four) / 2);
+      const four line1 = PICK(e136, e145, 0, 4, 2, 6), rest1 = PICK(e145, e136, 1, 5, 3, 7);
+      const four line2 = PICK(e236, e245, 0, 4, 2, 6), rest2 = PICK(e245, e236, 1, 5, 3, 7);
+      PART(line1, out + 2, out + 10);
+      PART(rest1, out + 4, out + 12);
+      PART(line2, out + 6, out + 14);
+      PART(rest2, out + 8, out + 16);
+   }
+}
