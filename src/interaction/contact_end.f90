@@ -10,7 +10,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_type, opening_gap, spring_energy
+   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_type, opening_gap, &
+      spring_energies
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    implicit none
@@ -71,10 +72,11 @@ contains
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
       type(joint_end_type) :: ends(piece)
-      real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: before(piece), stretch(piece), shear(piece)
+      real(wp) :: s0, x1, s1, half, start, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
-      integer :: c
-      logical :: was_closed, was_held, dilates
+      integer :: c, k
+      logical :: was_held, dilates, are_springs
       carried = 0
       friction = 0
       dissipated = 0
@@ -83,26 +85,49 @@ contains
       stored = 0
       worst = 0
       dilates = any(laws%dilation > 0)
+      are_springs = .not. (dilates .or. allocated(trial%extra))
       call trial%find_ends(table, first, last, ends)
       do c = first, last
-         was_closed = table%state(c) /= contact_state%open
+         k = c - first + 1
+         shear(k) = table%shear(c)
+         if (trial%joint(c)%worn) shear(k) = 0
+         stretch(k) = 0
+         if (table%state(c) /= contact_state%open) then
+            if (was_stretched(trial, laws, table, is_peer, c)) stretch(k) = table%gap(c)
+         else
+            shear(k) = 0
+         end if
+      end do
+      call spring_energies(last - first + 1, table%k_n(first:last), table%k_s(first:last), stretch, shear, before)
+      do c = first, last
+         k = c - first + 1
          start = table%energy(c)
+         carried = carried + start
+         geometry = geometry + (before(k) - start)
+         if (before(k) - start > worst(3)) worst(3:4) = [before(k) - start, real(c, wp)]
+         if (trial%state_used(c) == contact_state%open) then
+            discarded = discarded + before(k)
+            cycle
+         end if
+         if (are_springs .and. trial%state_used(c) == contact_state%locked .and. &
+             table%state(c) /= contact_state%open .and. table%gap(c) <= 0) then
+            ! most contacts: the general case is below
+            half = trial%level(1) - 0.5_wp
+            dissipated = dissipated + half*table%k_n(c)*(trial%gap(c) - table%gap(c))**2
+            dissipated = dissipated + half*table%k_s(c)*(ends(k)%shear - shear(k))**2
+            if (trial%opened(c)) then
+               discarded = discarded + ends(k)%energy
+            else
+               stored = stored + ends(k)%energy
+            end if
+            cycle
+         end if
          s0 = table%shear(c)
          if (trial%joint(c)%worn) s0 = 0
-         associate (after => ends(c - first + 1), joint => trial%joint(c), x0 => table%gap(c), kn => table%k_n(c), &
-                    ks => table%k_s(c))
-            ! a corner that has passed the other one stands off from it: its spring has nothing to give
-            was_held = was_closed .and. (x0 <= 0 .or. joint%bonded .or. is_peer .or. &
-                                         laws(table%joint(c))%residual_tension > 0)
-            before = 0
-            if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
-            carried = carried + start
-            geometry = geometry + (before - start)
-            if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
-            if (trial%state_used(c) == contact_state%open) then
-               discarded = discarded + before
-               cycle
-            end if
+         associate (after => ends(k), was_closed => table%state(c) /= contact_state%open, x0 => table%gap(c), &
+                    kn => table%k_n(c), ks => table%k_s(c))
+            was_held = was_closed
+            if (was_closed) was_held = was_stretched(trial, laws, table, is_peer, c)
             x1 = trial%gap(c)
             s1 = after%shear
             opens = 0
@@ -156,6 +181,18 @@ contains
       end do
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine measure_some
+
+   !> Had the normal spring of a closed contact an elongation at the start of the step? A corner that has passed the other
+   !> one stands off from it: its spring has nothing to give.
+   pure logical function was_stretched(trial, laws, table, is_peer, c)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)
+      type(contact_table_type), intent(in) :: table
+      logical, intent(in) :: is_peer
+      integer, intent(in) :: c                !! row
+      was_stretched = table%gap(c) <= 0 .or. trial%joint(c)%bonded .or. is_peer
+      if (.not. was_stretched) was_stretched = laws(table%joint(c))%residual_tension > 0
+   end function was_stretched
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Vectors of gap and slip of contacts (rockdda_interaction_contact_lengths), seen from both blocks at once.
+/* Vectors of gap and slip of contacts, their lengths and places (rockdda_interaction_contact_lengths), seen from both
+ * blocks at once.
  *
  * The first half of four numbers belongs to the view in which block a has the vertex and block b the edge, the second
  * half to that in which b has the vertex and a the edge, with the normal reversed; x and y of both. Where a number is one
  * of a block, not of a point, it is held twice in its half. */
 #include "four_lanes.h"
+
+#include <math.h>
 
 #define LINK_NUMBERS 18
 
@@ -13,6 +16,12 @@ typedef struct
 {
    double centroid[2], d[6], angle, half[2], full[2], chord;
 } moving_block;
+
+/* moved_block_type of the same module; the gradient by columns. */
+typedef struct
+{
+   double centroid[2], shift[2], gradient[4];
+} moved_block;
 
 /* -v in the second half, and in both. */
 #define REVERSE_SECOND(v) FLIP(v, ((mask){0, 0, SIGN, SIGN}))
@@ -23,6 +32,8 @@ typedef struct
 #define TURNED(v, cosine, sine) ((cosine) * (v) + (sine) * TURN(v))
 /* v.w of each view, twice. */
 #define DOT(v, w) (FIRST((v) * (w)) + SECOND((v) * (w)))
+/* H v with the columns of H. */
+#define TIMES(h1, h2, v) ((h1) * FIRST(v) + (h2) * SECOND(v))
 
 /* T^T f without its first two numbers: (4, 5) of a force f turned back, (3, 6) of f on the arm mid. */
 #define ON_ARM(f, back, mid, x, f36, f45)                                                                              \
@@ -137,5 +148,64 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
       PART(rest1, out + 4, out + 12);
       PART(line2, out + 6, out + 14);
       PART(rest2, out + 8, out + 16);
+   }
+}
+
+/* Distance and slip of n contacts at the end of a step, seen from one block or as the mean of both views. */
+FOR_EACH_PROCESSOR
+void rockdda_contact_lengths(int n_rows, const int *rows, const int *block_a, const int *block_b, const double *point,
+                             const double *distance, const double *normal, const double *shares, const moved_block *moved,
+                             double *lengths)
+{
+   for (int l = 0; l < n_rows; ++l)
+   {
+      const long c = rows[l] - 1;
+      const moved_block *a = moved + (block_a[c] - 1), *b = moved + (block_b[c] - 1);
+      const double gap = distance[c], share = shares[c];
+      const four n = REVERSE_SECOND(JOIN(normal + 2 * c, normal + 2 * c)), gap_n = gap * n;
+      four p = JOIN(point + 2 * c, point + 2 * c), t = NORMAL_TO(n);
+      if (share > 0 && share < 1)
+         p += (0.5 * gap) * n;
+      const four a_centroid = JOIN(a->centroid, b->centroid), b_centroid = SWAP(a_centroid);
+      const four a_shift = JOIN(a->shift, b->shift), b_shift = SWAP(a_shift);
+      const four a_h1 = JOIN(a->gradient, b->gradient), a_h2 = JOIN(a->gradient + 2, b->gradient + 2);
+      const four b_h1 = SWAP(a_h1), b_h2 = SWAP(a_h2), on_a = p - a_centroid, on_b = p - b_centroid;
+      const four on_foot = (p - gap_n) - b_centroid;
+      t += TIMES(b_h1, b_h2, t);
+      const four square = DOT(t, t);
+      t /= TWICE(sqrt(square[0]), sqrt(square[2]));
+      const four displaced = (a_shift + TIMES(a_h1, a_h2, on_a)) - b_shift;
+      const four x = (gap_n + displaced) - TIMES(b_h1, b_h2, on_foot), y = displaced - TIMES(b_h1, b_h2, on_b);
+      const four across = TURN(t) * x, along = t * y;
+      const four both = PICK(across, along, 0, 4, 2, 6) +
+                        FLIP(PICK(across, along, 1, 5, 3, 7), ((mask){SIGN, 0, SIGN, 0}));
+      const four result = share <= 0 ? both : share >= 1 ? SWAP(both) : 0.5 * (both + SWAP(both));
+      memcpy(lengths + 2 * l, &result, sizeof(four) / 2);
+   }
+}
+
+/* Distances and points of contacts first to last of the table, counted from 1, at the end of a step. A point between two
+ * edges stays half-way between the two points of the blocks that it stood between. */
+FOR_EACH_PROCESSOR
+void rockdda_move_contacts(int first, int last, const int *block_a, const int *block_b, const signed char *station,
+                           const double *normal, const double *shares, const double *gap_before, const double *gap,
+                           const moved_block *moved, double *distance, double *point)
+{
+   for (long c = first - 1; c < last; ++c)
+   {
+      const double before = distance[c], share = shares[c];
+      distance[c] = gap[c] + (before - gap_before[c]);
+      /* a vertex has its place in the blocks */
+      if (station[c] == 0)
+         continue;
+      const moved_block *a = moved + (block_a[c] - 1), *b = moved + (block_b[c] - 1);
+      four p = JOIN(point + 2 * c, point + 2 * c);
+      if (share > 0 && share < 1)
+         p += REVERSE_SECOND((0.5 * before) * JOIN(normal + 2 * c, normal + 2 * c));
+      const four arm = p - JOIN(a->centroid, b->centroid);
+      const four h1 = JOIN(a->gradient, b->gradient), h2 = JOIN(a->gradient + 2, b->gradient + 2);
+      const four end = (p + JOIN(a->shift, b->shift)) + TIMES(h1, h2, arm);
+      const four result = share <= 0 ? end : share >= 1 ? SWAP(end) : 0.5 * (end + SWAP(end));
+      memcpy(point + 2 * c, &result, sizeof(four) / 2);
    }
 }

@@ -13,7 +13,7 @@
 !> Sign: gap > 0 is open. The edge of block b runs counter-clockwise, from s to q, its outward normal is
 !> n = (ty, -tx) with t = (q - s)/|q - s|.
 module rockdda_interaction_contact_lengths
-   use, intrinsic :: iso_c_binding, only : c_int, c_double
+   use, intrinsic :: iso_c_binding, only : c_int, c_double, c_signed_char
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -38,6 +38,32 @@ module rockdda_interaction_contact_lengths
          type(moving_block_type), intent(in) :: moving(*)      !! all blocks
          real(c_double), intent(inout) :: vectors(18, *)       !! of all rows
       end subroutine place_rows
+
+      !> `contact_lengths` of some rows.
+      pure subroutine find_lengths(n, rows, block_a, block_b, point, distance, normal, share, moved, lengths) &
+         bind(c, name='rockdda_contact_lengths')
+         import :: c_int, c_double, moved_block_type
+         integer(c_int), value :: n
+         integer(c_int), intent(in) :: rows(*)                 !! (n)
+         integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
+         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*)
+         type(moved_block_type), intent(in) :: moved(*)        !! all blocks
+         real(c_double), intent(inout) :: lengths(2, *)        !! (2, n)
+      end subroutine find_lengths
+
+      !> Distances and points of rows at the end of a step. A point between two edges stays half-way between the two
+      !> points of the blocks that it stood between.
+      pure subroutine move_rows(first, last, block_a, block_b, station, normal, share, gap_before, gap, moved, distance, &
+                                point) bind(c, name='rockdda_move_contacts')
+         import :: c_int, c_double, c_signed_char, moved_block_type
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
+         integer(c_signed_char), intent(in) :: station(*)
+         real(c_double), intent(in) :: normal(2, *), share(*)
+         real(c_double), intent(in) :: gap_before(*), gap(*)   !! of the springs, at the start and the end of the step
+         type(moved_block_type), intent(in) :: moved(*)        !! all blocks
+         real(c_double), intent(inout) :: distance(*), point(2, *)
+      end subroutine move_rows
    end interface
 
 contains
@@ -173,56 +199,60 @@ contains
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: off(2), force, scale
-      integer :: a, b, c
-      !$omp parallel do default(none) shared(table, trial, first_link, context, equations) &
-      !$omp private(a, b, c, off, force, scale) schedule(static) if (table%n > parallel_contacts)
-      do c = 1, table%n
+      integer :: p
+      !$omp parallel do default(none) shared(table, trial, first_link, context, equations) private(p) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, trial, first_link, context, equations)
+      end do
+      !$omp end parallel do
+   end subroutine measure_lengths
+
+   !> `measure_lengths` of some of the rows.
+   pure subroutine measure_rows(first, last, table, trial, first_link, context, equations)
+      integer, intent(in) :: first, last                 !! at most a piece
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: first_link
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: lengths(2, piece), off(2), force, scale
+      integer :: rows(piece), a, b, c, k, n
+      n = 0
+      do c = first, last
+         ! most blocks do not turn, and nothing else of the contact is read
+         if (.not. (context%is_turning(table%block_a(c)) .or. context%is_turning(table%block_b(c)))) cycle
+         if (trial%joint(c)%state == contact_state%open) cycle
+         n = n + 1
+         rows(n) = c
+      end do
+      call find_lengths(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, table%share, &
+                        context%moved, lengths)
+      do k = 1, n
+         c = rows(k)
          a = table%block_a(c)
          b = table%block_b(c)
-         ! most blocks do not turn, and nothing else of the contact is read
-         if (.not. (context%is_turning(a) .or. context%is_turning(b))) cycle
-         if (trial%joint(c)%state == contact_state%open) cycle
-         if (.not. (turns(equations%x(:, a)) .or. turns(equations%x(:, b)) .or. &
-                    abs(context%moving(a)%angle) > 0 .or. abs(context%moving(b)%angle) > 0)) cycle
-         off = contact_lengths(table, c, context%moved(a), context%moved(b)) &
-               - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
-                  trial%slip(c)/trial%level(trial%start(c))]
+         off = lengths(:, k) - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
+                                trial%slip(c)/trial%level(trial%start(c))]
          force = table%k_n(c)*abs(off(1))
          if (trial%joint(c)%state == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &
                      min(equations%block_force(a), equations%block_force(b)))
          if (scale > 0) equations%link_off(first_link + c) = force/scale
       end do
-      !$omp end parallel do
-   end subroutine measure_lengths
+   end subroutine measure_rows
 
-   !> Distances and points of all rows at the end of a step. A point between two edges stays half-way between the two
-   !> points of the blocks that it stood between.
+   !> Distances and points of all rows at the end of a step.
    subroutine move_contacts(gap, moved, table)
-      real(wp), intent(in) :: gap(:)          !! (>= n) of the springs at the end of the step [length]
-      type(moved_block_type), intent(in) :: moved(:)   !! (nb) with the motion of the step
+      real(wp), intent(in), contiguous :: gap(:)       !! (>= n) of the springs at the end of the step [length]
+      type(moved_block_type), intent(in), contiguous :: moved(:)   !! (nb) with the motion of the step
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: apart, half(2), p(2)
-      integer :: c
-      !$omp parallel do default(none) shared(gap, moved, table) private(c, apart, half, p) schedule(static) &
+      integer :: p
+      !$omp parallel do default(none) shared(gap, moved, table) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
-      do c = 1, table%n
-         apart = table%distance(c)
-         table%distance(c) = gap(c) + (apart - table%gap(c))
-         ! a vertex has its place in the blocks
-         if (table%station(c) == 0) cycle
-         associate (a => moved(table%block_a(c)), b => moved(table%block_b(c)), share => table%share(c))
-            if (share <= 0) then
-               table%point(:, c) = end_point(a, table%point(:, c))
-            else if (share >= 1) then
-               table%point(:, c) = end_point(b, table%point(:, c))
-            else
-               half = 0.5_wp*apart*table%normal(:, c)
-               p = table%point(:, c)
-               table%point(:, c) = 0.5_wp*(end_point(a, p + half) + end_point(b, p - half))
-            end if
-         end associate
+      do p = 1, n_pieces(table%n)
+         call move_rows((p - 1)*piece + 1, min(p*piece, table%n), table%block_a, table%block_b, table%station, &
+                        table%normal, table%share, table%gap, gap, moved, table%distance, table%point)
       end do
       !$omp end parallel do
    end subroutine move_contacts

@@ -18,7 +18,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, new_joint_settings, &
-      recall_joint, linearise_joint
+      linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -120,22 +120,41 @@ contains
    subroutine add_to_links(self, equations)
       class(contacts_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
-      type(joint_type) :: joint
-      real(wp) :: stiffness(2), force(2)
-      integer :: c
-      !$omp parallel do default(none) shared(self, equations) private(c, joint, stiffness, force) schedule(static) &
+      integer :: p
+      !$omp parallel do default(none) shared(self, equations) private(p) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
-      do c = 1, self%table%n
-         if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
-             self%trial%joint(c)%state /= contact_state%sliding) cycle
-         call recall_joint(self%table, c, self%trial%joint(c), self%trial%extra, joint)
-         call linearise_joint(joint, stiffness, force)
-         associate (factor => self%trial%factor(self%trial%start(c)), level => self%trial%level(self%trial%start(c)))
-            call equations%set_link(self%first_link + c, factor*level*stiffness, factor*force)
-         end associate
+      do p = 1, n_pieces(self%table%n)
+         call add_rows((p - 1)*piece + 1, min(p*piece, self%table%n), self, equations)
       end do
       !$omp end parallel do
    end subroutine add_to_links
+
+   !> `add_to_links` for some of the rows.
+   pure subroutine add_rows(first, last, self, equations)
+      integer, intent(in) :: first, last               !! at most a piece
+      class(contacts_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: stiffness(2, piece), force(2, piece)
+      integer :: rows(piece), c, k, n
+      n = 0
+      do c = first, last
+         if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
+             self%trial%joint(c)%state /= contact_state%sliding) cycle
+         n = n + 1
+         rows(n) = c
+      end do
+      call linearise_joints(n, rows, self%table, self%trial%joint, self%trial%extra, stiffness, force)
+      if (any(abs(self%trial%level - 1) > 0 .or. abs(self%trial%factor - 1) > 0)) then
+         do k = 1, n
+            c = rows(k)
+            associate (factor => self%trial%factor(self%trial%start(c)), level => self%trial%level(self%trial%start(c)))
+               stiffness(:, k) = factor*level*stiffness(:, k)
+               force(:, k) = factor*force(:, k)
+            end associate
+         end do
+      end if
+      call equations%set_links(n, rows, self%first_link, stiffness, force)
+   end subroutine add_rows
 
    !> The friction forces alone, where all states are those of the last solve.
    subroutine add_friction(self, equations)

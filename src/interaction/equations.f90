@@ -75,6 +75,7 @@ module rockdda_interaction_equations
       procedure :: set_vectors
       procedure :: vectors_of
       procedure :: set_link
+      procedure :: set_links
       procedure :: link_motion
       procedure :: link_motions
       procedure :: add_link_force
@@ -303,6 +304,18 @@ contains
       self%stiffness(:, c) = stiffness
       self%force(:, c) = force
    end subroutine set_link
+
+   !> Stiffness and force of n links, before + rows(1) to before + rows(n).
+   pure subroutine set_links(self, n, rows, before, stiffness, force)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: n, before
+      integer, intent(in) :: rows(n)
+      real(wp), intent(in) :: stiffness(2, n), force(2, n)
+      integer :: k
+      do k = 1, n
+         call set_link(self, before + rows(k), stiffness(:, k), force(:, k))
+      end do
+   end subroutine set_links
 
    !> Relative motion of the blocks of a link along its two lines, by the solution. It has two blocks.
    pure subroutine link_motion(self, c, along)

@@ -34,11 +34,12 @@ module rockdda_interaction_finite_rotation
       real(c_double) :: chord = 1         !! 2 sin(angle/2)/angle
    end type moving_block_type
 
-   !> A block and a motion that was found, with exact rotation: all that its points need.
-   type :: moved_block_type
-      real(wp) :: centroid(2) = 0      !! at the start of the step [length]
-      real(wp) :: shift(2) = 0         !! of the centroid [length]
-      real(wp) :: gradient(2, 2) = 0   !! of the displacement
+   !> A block and a motion that was found, with exact rotation: all that its points need. contact_kernels_shim.c has the
+   !> same.
+   type, bind(c) :: moved_block_type
+      real(c_double) :: centroid(2) = 0      !! at the start of the step [length]
+      real(c_double) :: shift(2) = 0         !! of the centroid [length]
+      real(c_double) :: gradient(2, 2) = 0   !! of the displacement
    end type moved_block_type
 
    !> Arm of a point: from the centroid of its block, at the start and in the middle of the step [length].

@@ -42,8 +42,8 @@ module rockdda_interaction_joint_law
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type, joint_end_type
-   public :: map_joint, find_held, miss_of_joint, linearise_joint, end_joint, end_joints, opening_gap, sliding_friction
-   public :: spring_energy
+   public :: map_joint, find_held, miss_of_joint, linearise_joint, linearise_joints, end_joint, end_joints, opening_gap
+   public :: sliding_friction, spring_energy, spring_energies
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -305,6 +305,39 @@ contains
       end if
    end subroutine linearise_joint
 
+   !> `linearise_joint` for some rows of the table at the start of the step.
+   pure subroutine linearise_joints(n, rows, table, state, extra, stiffness, force)
+      integer, intent(in) :: n
+      integer, intent(in) :: rows(n)
+      type(contact_table_type), intent(in) :: table
+      type(joint_state_type), intent(in), contiguous :: state(:)    !! (>= rows)
+      type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
+      real(wp), intent(inout) :: stiffness(2, n), force(2, n)       !! [force/length], [force]
+      type(joint_type) :: joint
+      integer :: c, k
+      logical :: has_extra
+      has_extra = allocated(extra)
+      joint%normal_drag = 0
+      joint%drag = 0
+      do k = 1, n
+         c = rows(k)
+         ! what the springs need of `recall_joint`, without a call
+         joint%joint_state_type = state(c)
+         joint%gap = table%gap(c)
+         joint%shear = table%shear(c)
+         if (joint%worn) joint%shear = 0
+         joint%k_n = table%k_n(c)
+         joint%k_s = table%k_s(c)
+         if (has_extra) then
+            joint%normal_drag = extra(c)%normal_drag
+            joint%drag = extra(c)%drag
+            joint%drag_gap = extra(c)%drag_gap
+            joint%late = extra(c)%late
+         end if
+         call linearise_joint(joint, stiffness(:, k), force(:, k))
+      end do
+   end subroutine linearise_joints
+
    !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory. State,
    !> slip direction and friction force are those of the solve, which the joint may have left since.
    pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
@@ -355,6 +388,18 @@ contains
       real(wp), intent(in) :: gap, shear   !! elongations [length]
       spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
    end function spring_energy
+
+   !> `spring_energy` of n contacts.
+   pure subroutine spring_energies(n, k_n, k_s, gap, shear, energies)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: k_n(n), k_s(n)       !! [force/length]
+      real(wp), intent(in) :: gap(n), shear(n)     !! elongations [length]
+      real(wp), intent(inout) :: energies(n)
+      integer :: c
+      do c = 1, n
+         energies(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
+      end do
+   end subroutine spring_energies
 
    !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
    pure real(wp) function opening_gap(law, settings, joint)

@@ -101,19 +101,22 @@ contains
       type(contact_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer :: c
+      self%normal_force(first:last) = table%normal_force(first:last)
+      self%gap(first:last) = table%gap(first:last)
+      self%slip(first:last) = 0
+      self%changes(first:last) = 0
+      self%miss(first:last) = 0
+      self%opened(first:last) = .false.
+      self%state_used(first:last) = no_state
       do c = first, last
-         self%joint(c) = joint_state_type(friction=0, state=int(table%state(c), i1), &
-                                          slip_sign=int(table%slip_sign(c), i1), bonded=table%bonded(c), &
-                                          tied=table%tied(c), worn=.false.)
-         self%normal_force(c) = table%normal_force(c)
-         self%gap(c) = table%gap(c)
-         self%slip(c) = 0
-         self%changes(c) = 0
-         self%miss(c) = 0
-         self%opened(c) = .false.
-         self%start(c) = merge(2_i1, 1_i1, self%joint(c)%state == contact_state%open)
-         self%state_used(c) = no_state
-         if (self%joint(c)%state == contact_state%sliding) call set_friction(self, table, laws, settings, c)
+         self%joint(c)%friction = 0
+         self%joint(c)%state = table%state(c)
+         self%joint(c)%slip_sign = table%slip_sign(c)
+         self%joint(c)%bonded = table%bonded(c)
+         self%joint(c)%tied = table%tied(c)
+         self%joint(c)%worn = .false.
+         self%start(c) = merge(2_i1, 1_i1, table%state(c) == contact_state%open)
+         if (table%state(c) == contact_state%sliding) call set_friction(self, table, laws, settings, c)
       end do
    end subroutine begin_rows
 
