@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Contacts at the end of an accepted step: energies of the step, and the table for the next one.
 module rockdda_interaction_contact_end
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -10,8 +10,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_type, opening_gap, &
-      spring_energies
+   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_state_type, joint_type, &
+      end_locked, opening_gap, spring_energy, spring_energies
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    implicit none
@@ -71,63 +71,127 @@ contains
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      type(joint_end_type) :: ends(piece)
-      real(wp) :: before(piece), stretch(piece), shear(piece)
-      real(wp) :: s0, x1, s1, half, start, carried, friction, dissipated, discarded, geometry, stored, worst(4)
-      real(wp) :: gained, level, where_acts, moved, opens
-      integer :: c, k
-      logical :: was_held, dilates, are_springs
-      carried = 0
-      friction = 0
-      dissipated = 0
-      discarded = 0
-      geometry = 0
-      stored = 0
-      worst = 0
-      dilates = any(laws%dilation > 0)
-      are_springs = .not. (dilates .or. allocated(trial%extra))
-      call trial%find_ends(table, first, last, ends)
+      logical(l1) :: are_held(piece)
+      integer :: c, n
+      logical :: are_springs
+      sums = 0
+      are_springs = .not. (any(laws%dilation > 0) .or. allocated(trial%extra))
       do c = first, last
-         k = c - first + 1
-         shear(k) = table%shear(c)
-         if (trial%joint(c)%worn) shear(k) = 0
-         stretch(k) = 0
-         if (table%state(c) /= contact_state%open) then
-            if (was_stretched(trial, laws, table, is_peer, c)) stretch(k) = table%gap(c)
+         ! most contacts: locked before and in the step, and pressed together
+         are_held(c - first + 1) = are_springs .and. trial%state_used(c) == contact_state%locked .and. &
+                                   table%state(c) /= contact_state%open .and. table%gap(c) <= 0
+      end do
+      c = first
+      do while (c <= last)
+         n = run_length(last - c + 1, are_held(c - first + 1:last - first + 1))
+         associate (e => c + n - 1)
+            if (are_held(c - first + 1)) then
+               call measure_held(n, c, trial%joint(c:e), table%k_n(c:e), table%k_s(c:e), table%gap(c:e), &
+                                 table%shear(c:e), table%energy(c:e), trial%gap(c:e), trial%slip(c:e), &
+                                 trial%opened(c:e), trial%level(1), sums)
+            else
+               call measure_others(c, e, trial, laws, table, is_peer, sums)
+            end if
+         end associate
+         c = c + n
+      end do
+   end subroutine measure_some
+
+   !> Length of the first run of equal values.
+   pure integer function run_length(n, values)
+      integer, intent(in) :: n
+      logical(l1), intent(in) :: values(n)
+      do run_length = 1, n - 1
+         if (values(run_length + 1) .neqv. values(1)) return
+      end do
+      run_length = n
+   end function run_length
+
+   !> `measure_some` for contacts that were locked and pressed together at the start of the step, and locked in the last
+   !> solve, without dilation and dashpots: what `measure_others` does for them, array by array.
+   pure subroutine measure_held(n, first, joint, k_n, k_s, gap_before, shear_before, energy, gap, slip, opened, level, sums)
+      integer, intent(in) :: n                    !! at most a piece
+      integer, intent(in) :: first                !! row
+      type(joint_state_type), intent(in) :: joint(n)
+      real(wp), intent(in) :: k_n(n), k_s(n)
+      real(wp), intent(in) :: gap_before(n), shear_before(n), energy(n)   !! at the start of the step
+      real(wp), intent(in) :: gap(n), slip(n)     !! at the end of the step, of the step
+      logical(l1), intent(in) :: opened(n)
+      real(wp), intent(in) :: level               !! share of the step's motion after which forces act
+      real(wp), intent(inout) :: sums(10)
+      real(wp) :: shear(piece), next_shear(piece), before(piece), after(piece), half, given
+      real(wp) :: carried, dissipated, discarded, geometry, stored
+      integer :: k
+      do k = 1, n
+         shear(k) = shear_before(k)
+         if (joint(k)%worn) shear(k) = 0
+         next_shear(k) = shear(k) + slip(k)
+      end do
+      call spring_energies(n, k_n, k_s, gap_before, shear, before)
+      call spring_energies(n, k_n, k_s, gap, next_shear, after)
+      carried = sums(1)
+      dissipated = sums(3)
+      discarded = sums(4)
+      geometry = sums(5)
+      stored = sums(6)
+      half = level - 0.5_wp
+      do k = 1, n
+         given = before(k) - energy(k)
+         carried = carried + energy(k)
+         geometry = geometry + given
+         if (given > sums(9)) sums(9:10) = [given, real(first - 1 + k, wp)]
+         dissipated = dissipated + half*k_n(k)*(gap(k) - gap_before(k))**2
+         dissipated = dissipated + half*k_s(k)*(next_shear(k) - shear(k))**2
+         if (opened(k)) then
+            discarded = discarded + after(k)
          else
-            shear(k) = 0
+            stored = stored + after(k)
          end if
       end do
-      call spring_energies(last - first + 1, table%k_n(first:last), table%k_s(first:last), stretch, shear, before)
+      sums(1) = carried
+      sums(3:6) = [dissipated, discarded, geometry, stored]
+   end subroutine measure_held
+
+   !> `measure_some` for any contacts.
+   pure subroutine measure_others(first, last, trial, laws, table, is_peer, sums)
+      integer, intent(in) :: first, last
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)
+      type(contact_table_type), intent(in) :: table
+      logical, intent(in) :: is_peer
+      real(wp), intent(inout) :: sums(10)
+      type(joint_end_type) :: ends(piece)
+      real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: gained, level, where_acts, moved, opens
+      integer :: c
+      logical :: was_held, dilates
+      carried = sums(1)
+      friction = sums(2)
+      dissipated = sums(3)
+      discarded = sums(4)
+      geometry = sums(5)
+      stored = sums(6)
+      worst = sums(7:10)
+      dilates = any(laws%dilation > 0)
+      call trial%find_ends(table, first, last, ends)
       do c = first, last
-         k = c - first + 1
-         start = table%energy(c)
-         carried = carried + start
-         geometry = geometry + (before(k) - start)
-         if (before(k) - start > worst(3)) worst(3:4) = [before(k) - start, real(c, wp)]
-         if (trial%state_used(c) == contact_state%open) then
-            discarded = discarded + before(k)
-            cycle
-         end if
-         if (are_springs .and. trial%state_used(c) == contact_state%locked .and. &
-             table%state(c) /= contact_state%open .and. table%gap(c) <= 0) then
-            ! most contacts: the general case is below
-            half = trial%level(1) - 0.5_wp
-            dissipated = dissipated + half*table%k_n(c)*(trial%gap(c) - table%gap(c))**2
-            dissipated = dissipated + half*table%k_s(c)*(ends(k)%shear - shear(k))**2
-            if (trial%opened(c)) then
-               discarded = discarded + ends(k)%energy
-            else
-               stored = stored + ends(k)%energy
-            end if
-            cycle
-         end if
          s0 = table%shear(c)
          if (trial%joint(c)%worn) s0 = 0
-         associate (after => ends(k), was_closed => table%state(c) /= contact_state%open, x0 => table%gap(c), &
+         start = table%energy(c)
+         associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, x0 => table%gap(c), &
                     kn => table%k_n(c), ks => table%k_s(c))
-            was_held = was_closed
-            if (was_closed) was_held = was_stretched(trial, laws, table, is_peer, c)
+            ! a corner that has passed the other one stands off from it: its spring has nothing to give
+            was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_peer .or. &
+                                         laws(table%joint(c))%residual_tension > 0)
+            before = 0
+            if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
+            carried = carried + start
+            geometry = geometry + (before - start)
+            if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
+            if (trial%state_used(c) == contact_state%open) then
+               discarded = discarded + before
+               cycle
+            end if
             x1 = trial%gap(c)
             s1 = after%shear
             opens = 0
@@ -180,19 +244,7 @@ contains
          end associate
       end do
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
-   end subroutine measure_some
-
-   !> Had the normal spring of a closed contact an elongation at the start of the step? A corner that has passed the other
-   !> one stands off from it: its spring has nothing to give.
-   pure logical function was_stretched(trial, laws, table, is_peer, c)
-      type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)
-      type(contact_table_type), intent(in) :: table
-      logical, intent(in) :: is_peer
-      integer, intent(in) :: c                !! row
-      was_stretched = table%gap(c) <= 0 .or. trial%joint(c)%bonded .or. is_peer
-      if (.not. was_stretched) was_stretched = laws(table%joint(c))%residual_tension > 0
-   end function was_stretched
+   end subroutine measure_others
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
@@ -274,6 +326,50 @@ contains
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
+      logical(l1) :: are_held(piece)
+      integer :: c, n
+      do c = first, last
+         are_held(c - first + 1) = trial%state_used(c) == contact_state%locked .and. .not. trial%opened(c)
+      end do
+      c = first
+      do while (c <= last)
+         n = run_length(last - c + 1, are_held(c - first + 1:last - first + 1))
+         associate (e => c + n - 1)
+            if (are_held(c - first + 1)) then
+               call commit_held(n, trial%joint(c:e), table%state(c:e), table%slip_sign(c:e), table%bonded(c:e), &
+                                table%shear(c:e))
+               call end_locked(n, table%k_n(c:e), table%k_s(c:e), trial%gap(c:e), trial%slip(c:e), table%shear(c:e), &
+                               table%normal_force(c:e), table%shear_force(c:e), table%energy(c:e))
+            else
+               call commit_others(c, e, trial, laws, table)
+            end if
+         end associate
+         c = c + n
+      end do
+   end subroutine commit_rows
+
+   !> States and bonds of contacts that were locked in the last solve; elongation of worn ones at the start of the step.
+   pure subroutine commit_held(n, joint, state, slip_sign, bonded, shear)
+      integer, intent(in) :: n
+      type(joint_state_type), intent(in) :: joint(n)
+      integer(i1), intent(inout) :: state(n), slip_sign(n)
+      logical(l1), intent(inout) :: bonded(n)
+      real(wp), intent(inout) :: shear(n)         !! [length]
+      integer :: k
+      do k = 1, n
+         state(k) = joint(k)%state
+         slip_sign(k) = joint(k)%slip_sign
+         bonded(k) = joint(k)%bonded
+         if (joint(k)%worn) shear(k) = 0
+      end do
+   end subroutine commit_held
+
+   !> `commit_rows` for any contacts.
+   pure subroutine commit_others(first, last, trial, laws, table)
+      integer, intent(in) :: first, last
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)
+      type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(piece)
       real(wp) :: slip
       integer :: c
@@ -300,6 +396,6 @@ contains
             table%energy(c) = joint_end%energy
          end associate
       end do
-   end subroutine commit_rows
+   end subroutine commit_others
 
 end module rockdda_interaction_contact_end

@@ -42,8 +42,8 @@ module rockdda_interaction_joint_law
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type, joint_end_type
-   public :: map_joint, find_held, miss_of_joint, linearise_joint, linearise_joints, end_joint, end_joints, opening_gap
-   public :: sliding_friction, spring_energy, spring_energies
+   public :: map_joint, find_held, miss_of_joint, linearise_joint, linearise_joints, end_joint, end_joints, end_locked
+   public :: opening_gap, sliding_friction, spring_energy, spring_energies
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -381,6 +381,23 @@ contains
          call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
       end do
    end subroutine end_joints
+
+   !> `end_joint` of n contacts that were locked in the last solve, with their elongations at the start of the step (0 of
+   !> worn ones), which become those at its end.
+   pure subroutine end_locked(n, k_n, k_s, gap, slip, shear, normal_force, shear_force, energy)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
+      real(wp), intent(in) :: gap(n), slip(n)        !! [length]
+      real(wp), intent(inout) :: shear(n)            !! [length]
+      real(wp), intent(inout) :: normal_force(n), shear_force(n), energy(n)
+      integer :: c
+      do c = 1, n
+         shear(c) = shear(c) + slip(c)
+         normal_force(c) = -k_n(c)*gap(c)
+         shear_force(c) = -k_s(c)*shear(c)
+         energy(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
+      end do
+   end subroutine end_locked
 
    !> Energy in the two springs of a closed contact.
    pure real(wp) function spring_energy(k_n, k_s, gap, shear)
