@@ -29,8 +29,8 @@ module rockdda_interaction_loads
    !> middle of the step, where a constant acceleration over the step gives the velocity to second order.
    type, extends(interaction_type) :: loads_type
       integer, allocatable :: line_blocks(:)        !! (line loads) block that carries each
-      real(wp), allocatable :: weight(:, :)         !! (6, nb) gravity
-      real(wp), allocatable :: external(:, :)       !! (6, nb) point loads, line loads, base motion
+      real(wp), allocatable :: weight(:, :)         !! (2, nb) gravity, at the centroids
+      real(wp), allocatable :: external(:, :)       !! (6, nb) point loads, line loads, base motion; none: no array
    contains
       procedure :: init
       procedure :: add_to_blocks
@@ -72,9 +72,9 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       integer :: l, n
       n = size(parameters%line_loads)
-      if (allocated(self%weight)) deallocate (self%weight, self%external, self%line_blocks)
-      allocate (line_ends(4, n), self%line_blocks(n), self%weight(6, blocks%n_blocks), &
-                self%external(6, blocks%n_blocks))
+      if (allocated(self%weight)) deallocate (self%weight, self%line_blocks)
+      if (allocated(self%external)) deallocate (self%external)
+      allocate (line_ends(4, n), self%line_blocks(n), self%weight(2, blocks%n_blocks))
       do l = 1, n
          line_ends(:, l) = parameters%line_loads(l)%ends
       end do
@@ -86,31 +86,37 @@ contains
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: base(2), gravity
+      real(wp) :: base(2), gravity, f(6)
       integer :: i
       base = -base_motion(context)
-      !$omp parallel do default(none) private(i, gravity) schedule(static) shared(self, context, base) &
+      !$omp parallel do default(none) private(i, gravity, f) schedule(static) shared(self, context, equations) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          associate (material => context%parameters%block_materials(context%blocks%block_material(i)))
             gravity = material%weight/material%density
          end associate
          if (context%parameters%gravity >= 0) gravity = context%parameters%gravity
-         self%weight(:, i) = body_force(context%state%mass(i), &
-                                        gravity*context%gravity*context%parameters%weight_direction)
-         self%external(:, i) = body_force(context%state%mass(i), base)
-         if (context%state%active(i)) cycle
-         self%weight(:, i) = 0
-         self%external(:, i) = 0
+         f = 0
+         if (context%state%active(i)) f = body_force(context%state%mass(i), &
+                                                     gravity*context%gravity*context%parameters%weight_direction)
+         self%weight(:, i) = f(1:2)
+         equations%block_load(1:2, i) = equations%block_load(1:2, i) + self%weight(:, i)
+         equations%block_magnitude(1:2, i) = equations%block_magnitude(1:2, i) + abs(self%weight(:, i))
       end do
       !$omp end parallel do
+      if (.not. (allocated(self%external) .or. any(abs(base) > 0) .or. context%blocks%loading%n > 0 .or. &
+                 size(self%line_blocks) > 0)) return
+      if (.not. allocated(self%external)) allocate (self%external(6, context%blocks%n_blocks))
+      self%external = 0
+      do i = 1, context%blocks%n_blocks
+         if (context%state%active(i)) self%external(:, i) = body_force(context%state%mass(i), base)
+      end do
       call add_points_and_lines(self, context)
       !$omp parallel do default(none) shared(self, context, equations) private(i) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
-         equations%block_load(:, i) = equations%block_load(:, i) + self%weight(:, i) + self%external(:, i)
-         equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(self%weight(:, i)) + &
-                                           abs(self%external(:, i))
+         equations%block_load(:, i) = equations%block_load(:, i) + self%external(:, i)
+         equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(self%external(:, i))
       end do
       !$omp end parallel do
    end subroutine add_to_blocks
@@ -158,8 +164,9 @@ contains
       do p = 1, n
          balance%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
+            balance%sums(2, p) = balance%sums(2, p) - dot_product(self%weight(:, i), d(1:2, i))
+            if (.not. allocated(self%external)) cycle
             balance%sums(1, p) = balance%sums(1, p) + dot_product(self%external(:, i), d(:, i))
-            balance%sums(2, p) = balance%sums(2, p) - dot_product(self%weight(:, i), d(:, i))
          end do
       end do
       !$omp end parallel do
@@ -194,7 +201,7 @@ contains
       base = -base_motion(context)
       do i = 1, context%blocks%n_blocks
          if (.not. context%state%active(i)) cycle
-         call forces%add_load(i, self%weight(1:3, i))
+         call forces%add_load(i, [self%weight(:, i), 0.0_wp])
          if (any(abs(base) > 0)) call forces%add_load(i, [context%state%mass(i)*base, 0.0_wp])
       end do
       do p = 1, context%blocks%loading%n
