@@ -8,6 +8,7 @@
 !>        line search             shorten the change of the motion where the residual grows
 !>        follow the rotation     arms of forces for the rotation just found, if it differs from the one expected
 !>        judge                   new trial states
+!>        end friction            if no state is new: until friction and normal forces agree as they must in the end
 !>     until the forces of all links follow their laws, at a motion solved for to the end
 !>
 !> States that are not final need no exact motion: a solve that takes many iterations pauses (an inexact Newton method,
@@ -137,7 +138,7 @@ contains
          if (.not. peer) call self%line%keep(families, equations)
          call solve(merge(change%states, change%loads, found%n_changes > 0 .or. found%turned .or. peer), families, &
                     equations, solver, times, report, solved, error)
-         if (solved) call self%settle_friction(families, equations, solver, times, report, solved, error)
+         if (solved) call self%settle_friction(.false., families, equations, solver, times, report, solved, error)
          if (solved) call self%solve_on(families, equations, solver, times, report, solved, error)
          if (.not. solved) return
          fraction = 1
@@ -152,6 +153,14 @@ contains
             call self%solve_on(families, equations, solver, times, report, solved, error)
             if (.not. solved) return
             families%contacts%judges_again = .true.
+            call judge_round()
+         end if
+         if (.not. (found%agree .or. found%turned .or. fraction < 1 .or. peer) .and. found%n_changes == 0) then
+            ! friction, with the states and the matrix that it has in the end
+            solver%pause = 0
+            call solve(change%loads, families, equations, solver, times, report, solved, error)
+            if (solved) call self%settle_friction(.true., families, equations, solver, times, report, solved, error)
+            if (.not. solved) return
             call judge_round()
          end if
          call times%lap(phase%judge)
@@ -434,8 +443,9 @@ contains
 
    !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
-   subroutine settle_friction(self, families, equations, solver, times, report, solved, error)
+   subroutine settle_friction(self, to_end, families, equations, solver, times, report, solved, error)
       class(newton_type), intent(in) :: self
+      logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -455,6 +465,7 @@ contains
          do k = 1, friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
             call friction%assess(worst, small, may_leave, is_enough)
+            if (to_end) is_enough = worst <= 0.5_wp*small
             if (is_enough) then
                call friction%take_used(contacts%trial)
                exit
