@@ -15,7 +15,7 @@ module rockdda_base_first_use
    !> Smaller arrays are left to faults [bytes].
    integer(i8), parameter :: large = 2_i8**20
    !> Arrays from here on take huge pages as far as these fit whole into them [bytes].
-   integer(i8), parameter :: huge_pages = 2_i8**26
+   integer(i8), parameter :: huge_pages = 2_i8**27
 
    !> Set all numbers of an array, or of a contiguous section, to zero.
    interface set_zero
