@@ -14,7 +14,7 @@ module rockdda_linear_kernels
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: sp, pack_block, pack_transposed, subtract_products, subtract_transposed, cg_update
+   public :: sp, pack_block, pack_transposed, subtract_products, cg_update
 
    !> Precision of the preconditioned iteration.
    integer, parameter :: sp = real32
@@ -44,32 +44,6 @@ contains
       sums(:, 2) = v
       sums(:, 3) = w
    end subroutine subtract_products
-
-   !> sums_j := sums_j - A^T t for the blocks first to last of a row, lanes 1 and 2, 3 and 4 of each four to be added.
-   pure subroutine subtract_transposed(first, last, column, a, t, sums)
-      integer, value :: first, last                !! blocks of the row
-      integer, intent(in) :: column(*)             !! j of each block
-      real(sp), intent(in) :: a(36, *)
-      real(sp), intent(in) :: t(4, 3)              !! t1 t2 t1 t2, t3 t4 t3 t4, t5 t6 t5 t6
-      real(sp), intent(inout) :: sums(12, *)       !! two rows in each four
-      real(sp) :: t1(4), t2(4), t3(4), u(4), v(4), w(4)
-      integer :: k, j
-      t1 = t(:, 1)
-      t2 = t(:, 2)
-      t3 = t(:, 3)
-      do k = first, last
-         j = column(k)
-         u = sums(1:4, j)
-         v = sums(5:8, j)
-         w = sums(9:12, j)
-         u = u - ((a(1:4, k)*t1 + a(13:16, k)*t2) + a(25:28, k)*t3)
-         v = v - ((a(5:8, k)*t1 + a(17:20, k)*t2) + a(29:32, k)*t3)
-         w = w - ((a(9:12, k)*t1 + a(21:24, k)*t2) + a(33:36, k)*t3)
-         sums(1:4, j) = u
-         sums(5:8, j) = v
-         sums(9:12, j) = w
-      end do
-   end subroutine subtract_transposed
 
    !> A step of conjugate gradients: d := d + alpha t, r := r - alpha (q + t), p := r + beta p.
    pure subroutine cg_update(n, alpha, beta, q, t, d, r, p)

@@ -37,7 +37,8 @@ module rockdda_linear_pcg
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_preconditioner, only : preconditioner_type
    use rockdda_linear_deflation, only : deflation_type
-   use rockdda_linear_sweeps, only : update_chunk, sweep_backward, sweep_forward, subtract_coarse, row_sum
+   use rockdda_linear_sweeps, only : update_chunk, sweep_backward, update_and_sweep_backward, sweep_forward, &
+      subtract_coarse, row_sum
    use rockdda_linear_kernels, only : sp, subtract_products
    use rockdda_linear_small_blocks, only : n_packed
    implicit none
@@ -62,7 +63,7 @@ module rockdda_linear_pcg
       type(deflation_type) :: deflation
       real(sp), allocatable :: s(:, :)     !! (6, n) (I + L)^-T r of the deflated iteration
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the new order
-      real(sp), allocatable :: back_sum(:, :)  !! (12, n) sums of the backward sweep, see rockdda_linear_kernels
+      real(sp), allocatable :: back_sum(:, :)  !! (12, n) sums of the backward sweep, zero between sweeps
       real(wp), allocatable :: sums(:, :)  !! (5, chunks) r r, p v, r v, v v with v = q + t, r p if deflated
    contains
       procedure :: solve => solve_pcg
@@ -291,22 +292,20 @@ contains
          do phase = 3, 2, -1
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
-               call sweep_backward(m, c, self%p, self%t, self%back_sum)
+               call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
             end do
             !$omp end do
          end do
          !$omp do schedule(static)
          do c = order%phase(1), order%phase(2) - 1
-            call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
-            call sweep_backward(m, c, self%p, self%t, self%back_sum)
-            if (m%has_sweeps) call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+            call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
+            if (m%has_sweeps) call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(1:4, c))
          end do
          !$omp end do
          do phase = merge(2, 1, m%has_sweeps), 3
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(1:4, c))
             end do
             !$omp end do
          end do
@@ -332,10 +331,10 @@ contains
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
                associate (first => order%first(c), last => order%first(c + 1) - 1)
-                  self%sums(1, c) = sum(real(self%r(:, first:last), wp)**2)
                   self%s(:, first:last) = 0
                   call subtract_coarse(m, self%deflation, c, self%d, self%s)
-                  call sweep_forward(m, c, self%r, self%s, self%d, self%q, self%sums(2:4, c))
+                  call sweep_forward(m, c, self%r, self%s, self%d, self%q, self%sums(1:4, c))
+                  self%sums(1, c) = sum(real(self%r(:, first:last), wp)**2)
                   self%r(:, first:last) = self%r(:, first:last) - (self%q(:, first:last) + self%d(:, first:last))
                end associate
             end do
@@ -356,7 +355,7 @@ contains
          do phase = 3, 1, -1
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%sums(1, c))
+               call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p)
                call sweep_backward(m, c, self%r, self%s, self%back_sum)
             end do
             !$omp end do
@@ -378,7 +377,7 @@ contains
                call subtract_coarse(m, self%deflation, c, self%t, self%p)
                self%sums(5, c) = sum(real(self%r(:, order%first(c):order%first(c + 1) - 1), wp) &
                                      *self%p(:, order%first(c):order%first(c + 1) - 1))
-               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(2:4, c))
+               call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(1:4, c))
             end do
             !$omp end do
          end do
@@ -448,6 +447,7 @@ contains
          end do
          associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
             self%d(:, first:last) = 0
+            self%back_sum(:, first:last) = 0
             if (.not. self%direction_factor > 0) self%p(:, first:last) = 0
             self%q(:, first:last) = 0
             if (.not. (self%is_deflated .and. self%direction_factor > 0)) self%t(:, first:last) = 0

@@ -1,12 +1,35 @@
 ! SPDX-License-Identifier: MIT
 !> Products with the symmetric block matrix.
 module rockdda_linear_products
+   use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: multiply, rounding_level, n_stored_blocks, find_block, &
-      add_product, add_transposed_product, add_both_products
+   public :: multiply, rounding_level, n_stored_blocks, find_block, add_product, subtract_own, subtract_foreign
+
+   ! in residual_kernels_shim.c
+   interface
+      !> r := f - K x as far as the rows first to last of the matrix hold it: all of their upper half, and its transpose
+      !> within these rows.
+      pure subroutine subtract_own(first, last, row_start, column, values, f, x, r) bind(c, name='rockdda_subtract_own')
+         import :: c_int, c_double
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: row_start(*), column(*)
+         real(c_double), intent(in) :: values(36, *), f(6, *), x(6, *)
+         real(c_double), intent(inout) :: r(6, *)
+      end subroutine subtract_own
+
+      !> r := r - K x in the rows first to last as far as earlier rows hold it.
+      pure subroutine subtract_foreign(first, last, start, neighbour, place, values, x, r) &
+         bind(c, name='rockdda_subtract_foreign')
+         import :: c_int, c_double
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: start(*), neighbour(*), place(*)    !! of the graph
+         real(c_double), intent(in) :: values(36, *), x(6, *)
+         real(c_double), intent(inout) :: r(6, *)
+      end subroutine subtract_foreign
+   end interface
 
 contains
 
@@ -98,20 +121,5 @@ contains
          y(j) = y(j) + (t(1) + t(2))
       end do
    end subroutine add_transposed_product
-
-   !> y := y + A x, z := z - A^T w.
-   pure subroutine add_both_products(a, x, w, y, z)
-      real(wp), intent(in) :: a(6, 6), x(6), w(6)
-      real(wp), intent(inout) :: y(6), z(6)
-      real(wp) :: t(2), sums(6)
-      integer :: j
-      sums = y
-      do j = 1, 6
-         sums = sums + a(:, j)*x(j)
-         t = (a(1:2, j)*w(1:2) + a(3:4, j)*w(3:4)) + a(5:6, j)*w(5:6)
-         z(j) = z(j) - (t(1) + t(2))
-      end do
-      y = sums
-   end subroutine add_both_products
 
 end module rockdda_linear_products

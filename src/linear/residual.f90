@@ -23,8 +23,7 @@ module rockdda_linear_residual
    use rockdda_linear_block_norm, only : block_norm_type
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_solver, only : solve_report_type
-   use rockdda_linear_products, only : rounding_level, add_product, add_transposed_product, &
-      add_both_products
+   use rockdda_linear_products, only : rounding_level, subtract_own, subtract_foreign
    use rockdda_linear_graph, only : graph_type
    implicit none
    private
@@ -172,12 +171,14 @@ contains
       !$omp parallel if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c)
       !$omp do schedule(static)
       do c = 1, self%weights%n_chunks
-         call subtract_own(self, matrix, c, f, x)
+         call subtract_own(self%weights%first(c), self%weights%first(c + 1) - 1, matrix%row_start, matrix%column, &
+                           matrix%values, f, x, self%r)
       end do
       !$omp end do
       !$omp do schedule(static)
       do c = 1, self%weights%n_chunks
-         call subtract_foreign(self, matrix, c, x)
+         call subtract_foreign(self%weights%first(c), self%weights%first(c + 1) - 1, self%graph%start, &
+                               self%graph%neighbour, self%graph%place, matrix%values, x, self%r)
          self%weights%partial(c) = self%weights%chunk_square(c, self%r)
       end do
       !$omp end do
@@ -234,50 +235,6 @@ contains
       relative = self%r_norm/self%load_norm
       if (.not. ieee_is_finite(relative)) relative = huge(1.0_wp)
    end subroutine finish_evaluation
-
-   !> r := f - K x as far as the rows of one chunk hold it: all of their upper half, and its transpose within the chunk.
-   pure subroutine subtract_own(self, matrix, c, f, x)
-      class(residual_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: c                               !! chunk
-      real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
-      real(wp) :: y(6)
-      integer :: i, j, k, last
-      last = self%weights%first(c + 1) - 1
-      self%r(:, self%weights%first(c):last) = f(:, self%weights%first(c):last)
-      do i = self%weights%first(c), last
-         y = 0
-         k = matrix%row_start(i)
-         call add_product(matrix%values(:, :, k), x(:, i), y)
-         do k = k + 1, matrix%row_start(i + 1) - 1
-            j = matrix%column(k)
-            if (j <= last) then
-               call add_both_products(matrix%values(:, :, k), x(:, j), x(:, i), y, self%r(:, j))
-            else
-               call add_product(matrix%values(:, :, k), x(:, j), y)
-            end if
-         end do
-         self%r(:, i) = self%r(:, i) - y
-      end do
-   end subroutine subtract_own
-
-   !> r := r - K x as far as rows of earlier chunks hold it.
-   pure subroutine subtract_foreign(self, matrix, c, x)
-      class(residual_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: c                      !! chunk
-      real(wp), intent(in), contiguous :: x(:, :)   !! (6, n)
-      real(wp) :: y(6)
-      integer :: i, k
-      do i = self%weights%first(c), self%weights%first(c + 1) - 1
-         y = 0
-         do k = self%graph%start(i), self%graph%start(i + 1) - 1
-            if (self%graph%neighbour(k) >= self%weights%first(c)) exit
-            call add_transposed_product(matrix%values(:, :, self%graph%place(k)), x(:, self%graph%neighbour(k)), y)
-         end do
-         self%r(:, i) = self%r(:, i) - y
-      end do
-   end subroutine subtract_foreign
 
    !> Fill the report for x with the given relative residual.
    subroutine judge(self, matrix, f, x, relative, tolerance, report)

@@ -1,36 +1,64 @@
 ! SPDX-License-Identifier: MIT
-!> Sweeps of conjugate gradients over one chunk of blocks, see rockdda_linear_pcg and rockdda_linear_chunk_order.
+!> Sweeps of conjugate gradients over one chunk of blocks, see rockdda_linear_pcg and rockdda_linear_chunk_order. Their
+!> kernels are in sweep_kernels_shim.c.
 module rockdda_linear_sweeps
+   use, intrinsic :: iso_c_binding, only : c_int, c_double, c_float
    use rockdda_base_kinds, only : wp
    use rockdda_linear_preconditioner, only : preconditioner_type
    use rockdda_linear_deflation, only : deflation_type
-   use rockdda_linear_kernels, only : sp, subtract_products, subtract_transposed, cg_update
+   use rockdda_linear_kernels, only : sp, subtract_products, cg_update
    implicit none
    private
-   public :: update_chunk, sweep_backward, sweep_forward, subtract_coarse, row_sum
+   public :: update_chunk, sweep_backward, update_and_sweep_backward, sweep_forward, subtract_coarse, row_sum
+
+   interface
+      !> t := (I + L)^-T s in the rows first to last.
+      pure subroutine sweep_rows_backward(first, last, upper_start, upper_column, upper, own_start, lower_start, &
+                                          lower_column, lower, s, t, back_sum) bind(c, name='rockdda_sweep_backward')
+         import :: c_int, c_float
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: upper_start(*), upper_column(*), own_start(*), lower_start(*), lower_column(*)
+         real(c_float), intent(in) :: upper(36, *), lower(36, *), s(6, *)
+         real(c_float), intent(inout) :: t(6, *), back_sum(12, *)
+      end subroutine sweep_rows_backward
+
+      !> d := d + alpha t, r := r - alpha (q + t), p := r + beta p, then t := (I + L)^-T p in the rows first to last.
+      pure subroutine update_and_sweep_rows(first, last, upper_start, upper_column, upper, own_start, lower_start, &
+                                            lower_column, lower, alpha, beta, q, d, r, p, t, back_sum) &
+         bind(c, name='rockdda_update_and_sweep')
+         import :: c_int, c_float
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: upper_start(*), upper_column(*), own_start(*), lower_start(*), lower_column(*)
+         real(c_float), intent(in) :: upper(36, *), lower(36, *), q(6, *)
+         real(c_float), value :: alpha, beta
+         real(c_float), intent(inout) :: d(6, *), r(6, *), p(6, *), t(6, *), back_sum(12, *)
+      end subroutine update_and_sweep_rows
+
+      !> q := (I + L)^-1 (p + N t) in the rows first to last, and r r, p v, r v, v v with v = q + t.
+      pure subroutine sweep_rows_forward(first, last, lower_start, lower_column, lower, remainder, r, p, t, q, total) &
+         bind(c, name='rockdda_sweep_forward')
+         import :: c_int, c_double, c_float
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: lower_start(*), lower_column(*)
+         real(c_float), intent(in) :: lower(36, *), remainder(36, *), r(6, *), p(6, *), t(6, *)
+         real(c_float), intent(inout) :: q(6, *)
+         real(c_double), intent(inout) :: total(4)
+      end subroutine sweep_rows_forward
+   end interface
 
 contains
 
    !> In one chunk: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p.
-   pure subroutine update_chunk(s, c, alpha, beta, q, t, d, r, p, square)
+   pure subroutine update_chunk(s, c, alpha, beta, q, t, d, r, p)
       type(preconditioner_type), intent(in) :: s
       integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: alpha, beta
       real(sp), intent(in) :: q(6, *), t(6, *)
       real(sp), intent(inout) :: d(6, *), r(6, *), p(6, *)
-      real(wp), intent(out) :: square              !! sum of r r
-      real(wp) :: lane(6)
-      integer :: first, last, i
+      integer :: first, n
       first = s%order%first(c)
-      last = s%order%first(c + 1) - 1
-      square = 0
-      if (first > last) return
-      lane = 0
-      call cg_update(6*(last - first + 1), alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
-      do i = first, last
-         lane = lane + real(r(:, i), wp)**2
-      end do
-      square = sum(lane)
+      n = 6*(s%order%first(c + 1) - first)
+      if (n > 0) call cg_update(n, alpha, beta, q(1, first), t(1, first), d(1, first), r(1, first), p(1, first))
    end subroutine update_chunk
 
    !> In one chunk: t := (I + L)^-T p.
@@ -39,33 +67,29 @@ contains
       integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: p(6, *)
       real(sp), intent(inout) :: t(6, *)
-      real(sp), intent(inout) :: back_sum(12, *)   !! work
-      real(sp) :: b(6), sums(4, 3), twice(4, 3)
-      integer :: first, last, i
-      first = s%order%first(c)
-      last = s%order%first(c + 1) - 1
-      if (.not. s%has_sweeps) then
-         t(:, first:last) = p(:, first:last)
-         return
-      end if
-      back_sum(:, first:last) = 0
-      do i = last, first, -1
-         b = p(:, i) + (back_sum(1:11:2, i) + back_sum(2:12:2, i))
-         if (s%upper_start(i) < s%upper_start(i - 1)) then
-            sums = 0
-            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
-            b = b + row_sum(sums)
-         end if
-         t(:, i) = b
-         twice(1:2, 1) = b(1:2)
-         twice(3:4, 1) = b(1:2)
-         twice(1:2, 2) = b(3:4)
-         twice(3:4, 2) = b(3:4)
-         twice(1:2, 3) = b(5:6)
-         twice(3:4, 3) = b(5:6)
-         call subtract_transposed(s%own_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, twice, back_sum)
-      end do
+      real(sp), intent(inout) :: back_sum(12, *)   !! work, zero before and after
+      call sweep_rows_backward(s%order%first(c), s%order%first(c + 1) - 1, s%upper_start, s%upper_column, s%upper, &
+                               s%own_start, s%lower_start, s%lower_column, s%lower, p, t, back_sum)
    end subroutine sweep_backward
+
+   !> In one chunk: update_chunk, then t := (I + L)^-T p.
+   pure subroutine update_and_sweep_backward(s, c, alpha, beta, q, t, d, r, p, back_sum)
+      type(preconditioner_type), intent(in) :: s
+      integer, intent(in) :: c                     !! chunk
+      real(sp), intent(in) :: alpha, beta
+      real(sp), intent(in) :: q(6, *)
+      real(sp), intent(inout) :: t(6, *), d(6, *), r(6, *), p(6, *)
+      real(sp), intent(inout) :: back_sum(12, *)   !! work, zero before and after
+      associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
+         if (s%has_sweeps) then
+            call update_and_sweep_rows(first, last, s%upper_start, s%upper_column, s%upper, s%own_start, &
+                                       s%lower_start, s%lower_column, s%lower, alpha, beta, q, d, r, p, t, back_sum)
+         else
+            call update_chunk(s, c, alpha, beta, q, t, d, r, p)
+            t(:, first:last) = p(:, first:last)
+         end if
+      end associate
+   end subroutine update_and_sweep_backward
 
    !> In one chunk: q := (I + L)^-1 (p + N t).
    pure subroutine sweep_forward(s, c, r, p, t, q, total)
@@ -73,29 +97,28 @@ contains
       integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: r(6, *), p(6, *), t(6, *)
       real(sp), intent(inout) :: q(6, *)
-      real(wp), intent(out) :: total(3)            !! p v, r v, v v with v = q + t
+      real(wp), intent(inout) :: total(4)          !! r r, p v, r v, v v with v = q + t
       real(sp) :: sums(4, 3)
-      real(wp) :: v(6), lane(6, 3)
+      real(wp) :: v(6), lane(6, 4)
       integer :: i
-      do i = s%order%first(c), s%order%first(c + 1) - 1
-         sums = 0
-         if (s%has_sweeps) then
-            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
-            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, q, sums)
-         else
-            call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, t, sums)
-            call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
-            sums = -sums
-            call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
-         end if
-         q(:, i) = p(:, i) + row_sum(sums)
-      end do
+      if (s%has_sweeps) then
+         call sweep_rows_forward(s%order%first(c), s%order%first(c + 1) - 1, s%lower_start, s%lower_column, s%lower, &
+                                 s%remainder, r, p, t, q, total)
+         return
+      end if
       lane = 0
       do i = s%order%first(c), s%order%first(c + 1) - 1
+         sums = 0
+         call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, t, sums)
+         call subtract_products(s%upper_start(i), s%upper_start(i - 1) - 1, s%upper_column, s%upper, t, sums)
+         sums = -sums
+         call subtract_products(1, 1, [1], s%remainder(:, i), t(:, i), sums)
+         q(:, i) = p(:, i) + row_sum(sums)
          v = real(q(:, i) + t(:, i), wp)
-         lane(:, 1) = lane(:, 1) + real(p(:, i), wp)*v
-         lane(:, 2) = lane(:, 2) + real(r(:, i), wp)*v
-         lane(:, 3) = lane(:, 3) + v*v
+         lane(:, 1) = lane(:, 1) + real(r(:, i), wp)**2
+         lane(:, 2) = lane(:, 2) + real(p(:, i), wp)*v
+         lane(:, 3) = lane(:, 3) + real(r(:, i), wp)*v
+         lane(:, 4) = lane(:, 4) + v*v
       end do
       total = sum(lane, dim=1)
    end subroutine sweep_forward
