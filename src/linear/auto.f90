@@ -156,7 +156,9 @@ contains
       wasted = 0
       if (.not. use_direct) then
          self%pcg%max_iterations = granted
+         call lend(self, self%pcg)
          call self%pcg%solve(matrix, f, x, report, error)
+         call lend(self%pcg, self)
          if (allocated(error) .or. report%interrupted) return
          if (report%converged) then
             share = share_of_digits(self, report%residual)
@@ -176,7 +178,9 @@ contains
       end if
       report%interrupted = self%is_interrupted()
       if (report%interrupted) return
+      call lend(self, self%direct)
       call self%direct%solve(matrix, f, x, report, error)
+      call lend(self%direct, self)
       report%iterations = wasted
       if (allocated(failure)) self%choice = self%direct%name()//' took over: '//failure
       if (.not. allocated(report%detail)) report%detail = self%choice
@@ -321,17 +325,20 @@ contains
       self%per_digit = memory(7)
    end subroutine unpack_auto
 
-   !> Pass the reference load and requests to stop to the solvers.
+   !> Let another solver have the reference load and the centroids.
+   pure subroutine lend(from, to)
+      class(linear_solver_type), intent(inout) :: from, to
+      call move_alloc(from%reference_load, to%reference_load)
+      call move_alloc(from%centroid, to%centroid)
+   end subroutine lend
+
+   !> Pass requests to stop, and where to stop, to the solvers.
    subroutine pass_settings(self)
       type(auto_solver_type), intent(inout) :: self
       if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
       if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
       self%pcg%enough = self%enough
       self%pcg%pause = self%pause
-      if (allocated(self%centroid)) self%pcg%centroid = self%centroid
-      if (.not. allocated(self%reference_load)) return
-      self%pcg%reference_load = self%reference_load
-      self%direct%reference_load = self%reference_load
    end subroutine pass_settings
 
    !> Geometric mean of rho_i, see the head of the module, over some hundred blocks.
