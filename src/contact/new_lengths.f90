@@ -2,7 +2,7 @@
 !> Joints that come to bear on more of their edges: springs that grow while they are compressed keep their energy.
 module rockdda_contact_new_lengths
    use rockdda_base_first_use, only : take_pages
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -15,9 +15,10 @@ module rockdda_contact_new_lengths
 
    !> Of each edge, kept from step to step as scratch.
    type :: new_lengths_type
-      real(wp), allocatable :: before(:), now(:)     !! (nv) length that bears [length]
-      real(wp), allocatable :: gained(:), lost(:)    !! (nv) by the springs whose energy rises, falls [energy]
-      !> (2, >= rows) Energy of each row that is compressed, before and now; -1 for others [energy].
+      !> (4, nv) Length that bears, before and now [length]; energy gained by the springs whose energy rises, and lost
+      !> by those whose energy falls [energy].
+      real(wp), allocatable :: sums(:, :)
+      !> (2, >= rows) Energy of each row that is compressed, before and now; -1 and -1 for others that bear [energy].
       real(wp), allocatable :: stored(:, :)
    contains
       procedure :: make_room
@@ -29,8 +30,7 @@ contains
    pure subroutine make_room(self, n_vertices)
       class(new_lengths_type), intent(inout) :: self
       integer, intent(in) :: n_vertices
-      if (allocated(self%before)) return
-      allocate (self%before(n_vertices), self%now(n_vertices), self%gained(n_vertices), self%lost(n_vertices))
+      if (.not. allocated(self%sums)) allocate (self%sums(4, n_vertices))
    end subroutine make_room
 
    !> What the joints of both edges bear more than in the last step begins free of force: the length by which both have
@@ -58,32 +58,37 @@ contains
       !$omp private(p, ends) if (table%n > parallel_contacts)
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
-         call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, table, work%stored)
+         if (same_rows) then
+            call compare_energies((p - 1)*piece + 1, min(p*piece, table%n), table%n, table%station, table%state, &
+                                  table%tied, table%gap, table%shear, table%length, previous%length, previous%k_n, &
+                                  previous%k_s, previous%shear, previous%normal_force, work%stored)
+         else
+            call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, table, work%stored)
+         end if
       end do
       !$omp end do
       !$omp do schedule(static)
       do p = 1, ranges
-         ends = range_of(p, ranges, size(work%before))
-         associate (first => ends(1), last => ends(2))
-            if (same_rows) then
-               call add_up_both(first, last, previous, table, work%stored, work%before(first:last), &
-                                work%now(first:last), work%gained(first:last), work%lost(first:last))
-            else
-               call add_up(first, last, previous, is_taken, table, work%stored, work%before(first:last), &
-                           work%now(first:last), work%gained(first:last), work%lost(first:last))
-            end if
-         end associate
+         ends = range_of(p, ranges, size(work%sums, 2))
+         if (same_rows) then
+            call add_up_both(ends(1), ends(2), size(work%sums, 2), table%n, table%vertex, table%edge, table%length, &
+                             previous%length, work%stored, work%sums)
+         else
+            call add_up(ends(1), ends(2), previous, is_taken, table, work%stored, work%sums(:, ends(1):ends(2)))
+         end if
       end do
       !$omp end do
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
-         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), work, table)
+         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), size(work%sums, 2), table%n, table%vertex, &
+                        table%edge, work%stored, work%sums, table%gap, table%offset, table%shear)
       end do
       !$omp end do
       !$omp end parallel
    end subroutine free_new_lengths
 
-   !> Energies of some of the rows before and now, of those that are compressed; -1 for others that bear, and -2.
+   !> Energies of some of the rows before and now, of those that are compressed; -1 for others that bear, and -2 for
+   !> those that do not.
    pure subroutine find_energies(first, last, previous, source, pressed, table, energy)
       integer, intent(in) :: first, last
       type(contact_table_type), intent(in) :: previous
@@ -94,124 +99,144 @@ contains
       do k = first, last
          energy(1, k) = -2
          if (.not. is_bearing(table, k)) cycle
-         energy(1, k) = -1
+         energy(:, k) = -1
          if (table%gap(k) < 0 .and. .not. table%tied(k)) &
             energy(:, k) = energies(previous, abs(source(k)), pressed(table%vertex(k)), pressed(table%edge(k)), k, &
                                     table)
       end do
    end subroutine find_energies
 
+   !> `find_energies` where each row goes on with itself. Many arguments: arrays of constant shape spare the place of
+   !> each number.
+   pure subroutine compare_energies(first, last, n, station, state, tied, gap, shear, length, length_before, k_n, k_s, &
+                                    shear_before, normal_force, energy)
+      integer, intent(in) :: first, last, n
+      integer(i1), intent(in) :: station(n), state(n)
+      logical(l1), intent(in) :: tied(n)
+      real(wp), intent(in) :: gap(n), shear(n), length(n)
+      !> At the end of the last step.
+      real(wp), intent(in) :: length_before(n), k_n(n), k_s(n), shear_before(n), normal_force(n)
+      real(wp), intent(inout) :: energy(2, n)
+      real(wp) :: before, now
+      integer :: k
+      do k = first, last
+         before = -2
+         now = -2
+         if (station(k) > 0 .and. station(k) /= corner_station .and. state(k) /= contact_state%open) then
+            before = -1
+            now = -1
+            if (gap(k) < 0 .and. .not. tied(k)) then
+               before = 0.5_wp*k_s(k)*shear_before(k)**2
+               if (k_n(k) > 0) before = before + 0.5_wp*normal_force(k)**2/k_n(k)
+               now = before
+               if (length_before(k) > 0) now = 0.5_wp*(length(k)/length_before(k))*(k_n(k)*gap(k)**2 + &
+                                                                                   k_s(k)*shear(k)**2)
+            end if
+         end if
+         energy(1, k) = before
+         energy(2, k) = now
+      end do
+   end subroutine compare_energies
+
    !> Of some of the edges: the length that bears before and now, the energy that springs have gained and lost since the
    !> end of the last step.
-   pure subroutine add_up(first, last, previous, is_taken, table, energy, before, now, gained, lost)
+   pure subroutine add_up(first, last, previous, is_taken, table, energy, sums)
       integer, intent(in) :: first, last        !! edges
       type(contact_table_type), intent(in) :: previous
       logical, intent(in) :: is_taken(0:)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: energy(:, :)     !! (2, >= rows) of `find_energies`
-      real(wp), intent(out) :: before(first:last), now(first:last), gained(first:last), lost(first:last)
+      real(wp), intent(out) :: sums(4, first:last)
       real(wp) :: more
       integer :: k
-      before = 0
-      now = 0
-      gained = 0
-      lost = 0
+      sums = 0
       do k = 1, table%n
          if (energy(1, k) < -1) cycle
-         associate (f => table%vertex(k), e => table%edge(k))
-            call add(f, e, table%length(k), first, last, now)
-            if (energy(1, k) < 0) cycle
-            more = energy(2, k) - energy(1, k)
-            if (more > 0) then
-               call add(f, e, more, first, last, gained)
-            else
-               call add(f, e, -more, first, last, lost)
-            end if
-         end associate
+         more = energy(2, k) - energy(1, k)
+         call add(table%vertex(k), table%edge(k), [0.0_wp, table%length(k), max(more, 0.0_wp), max(-more, 0.0_wp)], &
+                  first, last, sums)
       end do
       do k = 1, previous%n
          if (.not. is_bearing(previous, k)) cycle
-         associate (f => previous%vertex(k), e => previous%edge(k))
-            call add(f, e, previous%length(k), first, last, before)
-            if (.not. (is_taken(k) .or. previous%tied(k))) call add(f, e, stored(previous, k), first, last, lost)
-         end associate
+         more = 0
+         if (.not. (is_taken(k) .or. previous%tied(k))) more = stored(previous, k)
+         call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, sums)
       end do
    end subroutine add_up
 
-   !> `add_up` where each row goes on with itself: a row that bears has borne, and none was lost.
-   pure subroutine add_up_both(first, last, previous, table, energy, before, now, gained, lost)
+   !> `add_up` where each row goes on with itself: a row that bears has borne, and none was lost. Many arguments: arrays
+   !> of constant shape spare the place of each number.
+   pure subroutine add_up_both(first, last, nv, n, vertex, edge, length, length_before, energy, sums)
       integer, intent(in) :: first, last        !! edges
-      type(contact_table_type), intent(in) :: previous
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(in), contiguous :: energy(:, :)
-      real(wp), intent(out) :: before(first:last), now(first:last), gained(first:last), lost(first:last)
-      integer :: k, side, edge
-      before = 0
-      now = 0
-      gained = 0
-      lost = 0
-      do k = 1, table%n
+      integer, intent(in) :: nv, n              !! vertices, rows
+      integer, intent(in) :: vertex(n), edge(n)
+      real(wp), intent(in) :: length(n), length_before(n)   !! [length]
+      real(wp), intent(in) :: energy(2, n)      !! of `compare_energies`
+      real(wp), intent(inout) :: sums(4, nv)
+      real(wp) :: more, what(4)
+      integer :: k, f, e
+      sums(:, first:last) = 0
+      do k = 1, n
          if (energy(1, k) < -1) cycle
-         do side = 1, 2
-            edge = merge(table%vertex(k), table%edge(k), side == 1)
-            if (edge < first .or. edge > last) cycle
-            now(edge) = now(edge) + table%length(k)
-            before(edge) = before(edge) + previous%length(k)
-            if (energy(1, k) < 0) cycle
-            if (energy(2, k) - energy(1, k) > 0) then
-               gained(edge) = gained(edge) + (energy(2, k) - energy(1, k))
-            else
-               lost(edge) = lost(edge) - (energy(2, k) - energy(1, k))
-            end if
-         end do
+         more = energy(2, k) - energy(1, k)
+         what(1) = length_before(k)
+         what(2) = length(k)
+         what(3) = max(more, 0.0_wp)
+         what(4) = what(3) - more
+         f = vertex(k)
+         e = edge(k)
+         if (f >= first .and. f <= last) sums(:, f) = sums(:, f) + what
+         if (e >= first .and. e <= last) sums(:, e) = sums(:, e) + what
       end do
    end subroutine add_up_both
 
    !> Add to the sums of two edges, if they are among some of the edges.
    pure subroutine add(f, e, what, first, last, sums)
       integer, intent(in) :: f, e
-      real(wp), intent(in) :: what
+      real(wp), intent(in) :: what(4)
       integer, intent(in) :: first, last
-      real(wp), intent(inout) :: sums(first:last)
-      if (f >= first .and. f <= last) sums(f) = sums(f) + what
-      if (e >= first .and. e <= last) sums(e) = sums(e) + what
+      real(wp), intent(inout) :: sums(4, first:last)
+      if (f >= first .and. f <= last) sums(:, f) = sums(:, f) + what
+      if (e >= first .and. e <= last) sums(:, e) = sums(:, e) + what
    end subroutine add
 
    !> Free the new lengths of some of the rows.
-   pure subroutine free_rows(first, last, work, table)
+   pure subroutine free_rows(first, last, nv, n, vertex, edge, energy, sums, gap, offset, shear)
       integer, intent(in) :: first, last
-      type(new_lengths_type), intent(in) :: work
-      type(contact_table_type), intent(inout) :: table
-      real(wp) :: growth, rise(2), share, shift
-      integer :: k
+      integer, intent(in) :: nv, n                         !! vertices, rows
+      integer, intent(in) :: vertex(n), edge(n)
+      real(wp), intent(in) :: energy(2, n)                 !! of `find_energies`
+      real(wp), intent(in) :: sums(4, nv)
+      real(wp), intent(inout) :: gap(n), offset(n), shear(n)
+      real(wp) :: growth, rise, share, shift, covered
+      integer :: k, f, e
+      logical :: grows, rises
       do k = first, last
-         rise = work%stored(:, k)
-         if (.not. rise(1) >= 0) cycle
-         associate (f => table%vertex(k), e => table%edge(k))
-            share = 1
-            if (min(work%before(f), work%before(e)) > 0 .and. &
-                min(work%now(f) - work%before(f), work%now(e) - work%before(e)) > 0) then
-               growth = min(work%now(f)/work%before(f), work%now(e)/work%before(e))
+         if (.not. energy(1, k) >= 0) cycle
+         f = vertex(k)
+         e = edge(k)
+         rise = energy(2, k) - energy(1, k)
+         rises = rise > least_growth*energy(2, k)
+         grows = sums(2, f) > sums(1, f) .and. sums(2, e) > sums(1, e)
+         if (.not. (rises .or. grows)) cycle
+         share = 1
+         if (grows) then
+            if (sums(1, f) > 0 .and. sums(1, e) > 0) then
+               growth = min(sums(2, f)/sums(1, f), sums(2, e)/sums(1, e))
                if (growth >= 1 + least_growth) share = 1/sqrt(growth)
             end if
-            if (rise(2) - rise(1) > least_growth*rise(2)) &
-               share = min(share, sqrt((rise(1) + (rise(2) - rise(1))*covered(f, e))/rise(2)))
-         end associate
+         end if
+         if (rises) then
+            ! share of the rise at an edge that the loss at the same edge covers, of the better one of two edges
+            covered = min(1.0_wp, max(sums(4, f)/sums(3, f), sums(4, e)/sums(3, e)))
+            share = min(share, sqrt((energy(1, k) + rise*covered)/energy(2, k)))
+         end if
          if (share >= 1) cycle
-         shift = table%gap(k)*(1 - share)
-         table%offset(k) = table%offset(k) + shift
-         table%gap(k) = table%gap(k) - shift
-         table%shear(k) = table%shear(k)*share
+         shift = gap(k)*(1 - share)
+         offset(k) = offset(k) + shift
+         gap(k) = gap(k) - shift
+         shear(k) = shear(k)*share
       end do
-
-   contains
-
-      !> Share of the rise at an edge that the loss at the same edge covers, of the better one of two edges.
-      pure real(wp) function covered(f, e)
-         integer, intent(in) :: f, e
-         covered = min(1.0_wp, max(work%lost(f)/work%gained(f), work%lost(e)/work%gained(e)))
-      end function covered
-
    end subroutine free_rows
 
    !> Energy of the springs of row k: at the end of the last step, and with the length and the gap that it has now.
