@@ -18,7 +18,7 @@ module rockdda_contact_corner_search
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
+   use rockdda_contact_intervals, only : interval_type, measure_interval
    use rockdda_contact_outlines, only : outlines_type, outward
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -280,8 +280,12 @@ contains
       real(wp) :: r(2), zone
       integer :: k, edge(4), v, e
       if (outlines%concave(a) .or. outlines%concave(b)) return
-      r = vertices(:, a) - vertices(:, b)
-      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      r(1) = vertices(1, a) - vertices(1, b)
+      r(2) = vertices(2, a) - vertices(2, b)
+      edge(1) = topology%edge_out(b)
+      edge(2) = topology%edge_in(b)
+      edge(3) = topology%edge_out(a)
+      edge(4) = topology%edge_in(a)
       ! each vertex in the other's corner region, which holds the arc: it depends on the blocks alone
       associate (t => outlines%tangent, length => outlines%length)
          zone = corner_zone*min(length(edge(1)), length(edge(2)), length(edge(3)), length(edge(4)))
@@ -290,7 +294,15 @@ contains
          if (-(r(1)*t(1, edge(3)) + r(2)*t(2, edge(3))) > zone) return
          if (r(1)*t(1, edge(4)) + r(2)*t(2, edge(4)) > zone) return
       end associate
-      if (is_lateral(edge(2), edge(3)) .or. is_lateral(edge(4), edge(1))) return
+      ! `is_facing`, in place
+      associate (t => outlines%tangent)
+         if (t(1, edge(2))*t(1, edge(3)) + t(2, edge(2))*t(2, edge(3)) <= -limits%cosine) then
+            if (is_lateral(edge(2), edge(3))) return
+         end if
+         if (t(1, edge(4))*t(1, edge(1)) + t(2, edge(4))*t(2, edge(1)) <= -limits%cosine) then
+            if (is_lateral(edge(4), edge(1))) return
+         end if
+      end associate
       call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner, &
                         is_weighed=.false.)
       if (.not. corner%exists) return
@@ -307,12 +319,11 @@ contains
 
    contains
 
-      !> Do these edges at the two corners face each other on an interval, or lie in one plane?
+      !> Do these edges at the two corners, which run in opposite directions, face each other on an interval, or lie in
+      !> one plane?
       pure logical function is_lateral(e, f)
          integer, intent(in) :: e, f
          type(interval_type) :: interval
-         is_lateral = .false.
-         if (.not. is_facing(f, e, outlines, limits%cosine)) return
          call measure_interval(f, e, vertices, topology, outlines, interval)
          is_lateral = interval%exists .or. &
                       abs(dot_product(r, outward(outlines%tangent(:, e)))) <= exposure%between(f, e)

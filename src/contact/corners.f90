@@ -15,7 +15,7 @@
 module rockdda_contact_corners
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
+   use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
@@ -42,7 +42,7 @@ module rockdda_contact_corners
 contains
 
    !> Corner a of one block and corner b of another; weight, point and share on request: most corners that are
-   !> looked at have no row.
+   !> examined have no row.
    pure subroutine meet_corners(a, b, vertices, topology, outlines, sine, cosine, radius, corner, is_weighed)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
@@ -54,44 +54,47 @@ contains
       logical, intent(in), optional :: is_weighed          !! default: yes
       real(wp) :: r(2), normal(2, 4), sides(2, 2), shortest, share, part
       integer :: edge(4), vertex(4), side(4), chosen(2), i, k, n_sides, v
-      logical :: is_along(4)
-      logical :: passes
-      edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      logical :: is_along(4), weighs, passes(4)
+      weighs = .true.
+      if (present(is_weighed)) weighs = is_weighed
+      edge(1) = topology%edge_out(b)
+      edge(2) = topology%edge_in(b)
+      edge(3) = topology%edge_out(a)
+      edge(4) = topology%edge_in(a)
       vertex = [a, a, b, b]
-      shortest = minval(outlines%length(edge))
-      r = vertices(:, a) - vertices(:, b)
+      r(1) = vertices(1, a) - vertices(1, b)
+      r(2) = vertices(2, a) - vertices(2, b)
+      do k = 1, 4
+         normal(1, k) = outlines%tangent(2, edge(k))
+         normal(2, k) = -outlines%tangent(1, edge(k))
+      end do
+      call find_passes(normal, sine, passes)
+      normal(:, 3:4) = -normal(:, 3:4)
       n_sides = 0
       do k = 1, 4
-         normal(:, k) = outward(outlines%tangent(:, edge(k)))
-         if (k <= 2) then
-            passes = is_outside(outlines%tangent(:, edge(4)), outlines%tangent(:, edge(3)), normal(:, k), sine)
-         else
-            passes = is_outside(outlines%tangent(:, edge(2)), outlines%tangent(:, edge(1)), normal(:, k), sine)
-            normal(:, k) = -normal(:, k)
-         end if
-         if (.not. passes) cycle
+         if (.not. passes(k)) cycle
          n_sides = n_sides + 1
          side(n_sides) = k
       end do
       if (n_sides == 0) return
       corner%exists = .true.
-      call take_extremes(normal, side(1:n_sides), chosen)
+      call take_extremes(normal, side, n_sides, chosen)
       do k = 1, merge(2, 1, chosen(1) /= chosen(2))
          corner%edge(k) = edge(chosen(k))
          corner%vertex(k) = vertex(chosen(k))
       end do
       if (chosen(1) == chosen(2)) then
-         corner%gap = dot_product(r, normal(:, chosen(1)))
+         corner%gap = r(1)*normal(1, chosen(1)) + r(2)*normal(2, chosen(1))
          corner%normal = normal(:, chosen(1))
          share = 0
       else
          sides(:, 1) = normal(:, chosen(1))
          sides(:, 2) = normal(:, chosen(2))
-         call round_wedge(r, sides, shortest, radius, corner%gap, corner%normal, share)
+         shortest = min(outlines%length(edge(1)), outlines%length(edge(2)), outlines%length(edge(3)), &
+                        outlines%length(edge(4)))
+         call round_wedge(r, sides, shortest, radius, weighs, corner%gap, corner%normal, share)
       end if
-      if (present(is_weighed)) then
-         if (.not. is_weighed) return
-      end if
+      if (.not. weighs) return
       do k = 1, 2
          if (corner%edge(k) == 0) cycle
          ! of edges of both blocks that lie along one side each takes its part, whichever block comes first
@@ -111,31 +114,52 @@ contains
       end do
    end subroutine meet_corners
 
+   !> Which edges are sides of the wedge: they have both edges of the other corner on their outer side (`is_outside`).
+   pure subroutine find_passes(n, sine, passes)
+      real(wp), intent(in) :: n(2, 4)     !! outward normals of the edges that leave and reach b, leave and reach a
+      real(wp), intent(in) :: sine        !! of the angle tolerance
+      logical, intent(out) :: passes(4)
+      real(wp) :: c31, c41, c32, c42
+      ! an edge of a along the outward normal of an edge of b: the same the other way round but for the sign
+      c31 = n(1, 3)*n(2, 1) - n(2, 3)*n(1, 1)
+      c41 = n(1, 4)*n(2, 1) - n(2, 4)*n(1, 1)
+      c32 = n(1, 3)*n(2, 2) - n(2, 3)*n(1, 2)
+      c42 = n(1, 4)*n(2, 2) - n(2, 4)*n(1, 2)
+      passes(1) = c31 >= -sine .and. c41 <= sine
+      passes(2) = c32 >= -sine .and. c42 <= sine
+      passes(3) = c31 <= sine .and. c32 >= -sine
+      passes(4) = c41 <= sine .and. c42 >= -sine
+   end subroutine find_passes
+
    !> The two sides of a wedge whose directions differ most; twice the same when all are parallel.
-   pure subroutine take_extremes(normal, side, chosen)
+   pure subroutine take_extremes(normal, side, n_sides, chosen)
       real(wp), intent(in) :: normal(2, 4)
-      integer, intent(in) :: side(:)      !! those of the four that count, at least one
+      integer, intent(in) :: n_sides
+      integer, intent(in) :: side(n_sides)   !! those of the four that count, at least one
       integer, intent(out) :: chosen(2)
-      real(wp) :: least
+      real(wp) :: least, cosine
       integer :: i, j
       chosen = side(1)
       least = 1 - same_side
-      do i = 1, size(side)
-         do j = i + 1, size(side)
-            if (dot_product(normal(:, side(i)), normal(:, side(j))) < least) then
-               least = dot_product(normal(:, side(i)), normal(:, side(j)))
-               chosen = [side(i), side(j)]
+      do i = 1, n_sides
+         do j = i + 1, n_sides
+            cosine = normal(1, side(i))*normal(1, side(j)) + normal(2, side(i))*normal(2, side(j))
+            if (cosine < least) then
+               least = cosine
+               chosen(1) = side(i)
+               chosen(2) = side(j)
             end if
          end do
       end do
    end subroutine take_extremes
 
    !> Distance from a wedge of two sides with a rounded tip at the origin, and the direction in which it grows.
-   pure subroutine round_wedge(r, n, shortest, share, gap, normal, second)
+   pure subroutine round_wedge(r, n, shortest, share, weighs, gap, normal, second)
       real(wp), intent(in) :: r(2)       !! place [length]
       real(wp), intent(in) :: n(2, 2)    !! outward unit normals of the sides
       real(wp), intent(in) :: shortest   !! edge at the tip [length]
       real(wp), intent(in) :: share      !! radius over that edge
+      logical, intent(in) :: weighs      !! `second` is wanted
       real(wp), intent(out) :: gap       !! [length]
       real(wp), intent(out) :: normal(2)
       real(wp), intent(out) :: second    !! how far the direction has turned from side 1 to side 2, 0 to 1
@@ -156,6 +180,8 @@ contains
             if (distance > 0) then
                gap = distance - radius
                normal = x/distance
+               second = 0
+               if (.not. weighs) return
                second = norm2(normal - n(:, 1))
                second = second/(second + norm2(normal - n(:, 2)))
                return
