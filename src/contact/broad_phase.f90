@@ -97,7 +97,9 @@ contains
       if (allocated(self%resting)) then
          if (self%resting(self%candidates(1, k)) .and. self%resting(self%candidates(2, k))) return
       end if
-      is_close = boxes_close(self%boxes(:, self%candidates(1, k)), self%boxes(:, self%candidates(2, k)), self%reach)
+      associate (a => self%candidates(1, k), b => self%candidates(2, k))
+         is_close = boxes_close(self%boxes(:, a), self%boxes(:, b), self%reach)
+      end associate
    end function is_close
 
    !> How far vertices may move while lists of what is close in the pairs are kept: a part of what boxes may.
@@ -161,7 +163,8 @@ contains
    !> Do two boxes come closer than the margin in both directions?
    pure logical function boxes_close(p, q, margin)
       real(wp), intent(in) :: p(4), q(4), margin
-      boxes_close = all(p(1:2) - margin <= q(3:4)) .and. all(q(1:2) - margin <= p(3:4))
+      boxes_close = p(1) - margin <= q(3) .and. p(2) - margin <= q(4) .and. q(1) - margin <= p(3) .and. &
+                    q(2) - margin <= p(4)
    end function boxes_close
 
 end module rockdda_contact_broad_phase

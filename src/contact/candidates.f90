@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> Rows of a contact table to be, as the narrow phase finds them: a list that grows, and the scratch of the search for
-!> one pair of blocks, which is kept from pair to pair.
+!> Rows of a contact table to be, as the narrow phase finds them: lists that grow, of intervals and of single rows, and
+!> the scratch of the search for one pair of blocks, which is kept from pair to pair.
 module rockdda_contact_candidates
-   use rockdda_contact_intervals, only : stretch_type
+   use rockdda_contact_intervals, only : interval_type
    implicit none
    private
    public :: candidate_type, other_rows_type, candidate_list_type
 
-   !> A row of the table to be.
+   !> A row of the table to be that is no station of an interval.
    type :: candidate_type
       integer :: vertex = 0, edge = 0
-      integer :: station = 0
+      integer :: station = 0                            !! of a corner against a corner, or 0
       integer :: others = 0                             !! its `other_rows` in the list, 0 none
    end type candidate_type
 
@@ -20,7 +20,7 @@ module rockdda_contact_candidates
       integer :: alias_vertex = 0, alias_edge = 0       !! row of the last step to go on with, 0 its own
    end type other_rows_type
 
-   !> Growing list of candidate rows and the scratch of the pair search.
+   !> Growing lists of candidate rows and the scratch of the pair search.
    type :: candidate_list_type
       integer :: n = 0
       integer :: room = 0                                        !! size of `rows`
@@ -28,7 +28,8 @@ module rockdda_contact_candidates
       integer :: n_others = 0
       type(other_rows_type), allocatable :: others(:)            !! (>= n_others)
       integer :: n_intervals = 0
-      type(stretch_type), allocatable :: intervals(:)            !! in the order of the rows of their first stations
+      integer :: room_for_intervals = 0                          !! size of `intervals`
+      type(interval_type), allocatable :: intervals(:)           !! (>= n_intervals) with rows of their own
       integer, allocatable :: near_a(:), near_b(:)               !! vertices of the pair close to the other block
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
@@ -39,7 +40,7 @@ module rockdda_contact_candidates
       procedure :: clear
       procedure :: append
       procedure :: append_with
-      procedure :: append_interval
+      procedure :: make_room_for_interval
       procedure :: keep_near
       procedure :: recall_near
       procedure :: add_corners
@@ -52,6 +53,7 @@ contains
       class(candidate_list_type), intent(inout) :: self
       self%n = 0
       self%n_others = 0
+      self%n_intervals = 0
    end subroutine clear
 
    !> Append a candidate row.
@@ -92,20 +94,15 @@ contains
       self%room = size(self%rows)
    end subroutine make_room
 
-   !> Append the interval of which the rows that follow are stations.
-   pure subroutine append_interval(self, interval)
+   !> Make room for more intervals: each is measured in its place.
+   pure subroutine make_room_for_interval(self)
       class(candidate_list_type), intent(inout) :: self
-      type(stretch_type), intent(in) :: interval
-      type(stretch_type), allocatable :: larger(:)
-      if (.not. allocated(self%intervals)) allocate (self%intervals(64))
-      if (self%n_intervals == size(self%intervals)) then
-         allocate (larger(2*self%n_intervals))
-         larger(1:self%n_intervals) = self%intervals
-         call move_alloc(larger, self%intervals)
-      end if
-      self%n_intervals = self%n_intervals + 1
-      self%intervals(self%n_intervals) = interval
-   end subroutine append_interval
+      type(interval_type), allocatable :: larger(:)
+      allocate (larger(max(64, 2*self%n_intervals)))
+      if (self%n_intervals > 0) larger(1:self%n_intervals) = self%intervals(1:self%n_intervals)
+      call move_alloc(larger, self%intervals)
+      self%room_for_intervals = size(self%intervals)
+   end subroutine make_room_for_interval
 
    !> Keep the vertices and edges of the pair that are close to the other block.
    pure subroutine keep_near(self)

@@ -15,7 +15,7 @@ module rockdda_contact_exposure
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
-   use rockdda_contact_intervals, only : stretch_type, interval_type, measure_interval, is_facing
+   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
    implicit none
    private
    public :: exposure_type
@@ -68,22 +68,24 @@ contains
       if (allocated(self%own)) between = max(between, self%own(f), self%own(e))
    end function between
 
-   !> Edges f and e face each other on an interval.
-   pure subroutine cover(self, f, e, interval, is_tied)
+   !> The edges of an interval face each other.
+   pure subroutine cover(self, interval, is_tied)
       class(exposure_type), intent(inout) :: self
-      integer, intent(in) :: f, e
-      class(stretch_type), intent(in) :: interval
+      type(interval_type), intent(in) :: interval
       logical, intent(in) :: is_tied       !! covers however far it is stretched
       real(wp) :: tolerance
-      tolerance = self%between(f, e)
-      if (min(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
-      self%is_borne(f) = .true.
-      self%is_borne(e) = .true.
-      if (max(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
-      call widen(self%low(e), self%high(e), interval%low, interval%high, tolerance)
-      ! along f, which runs the other way
-      call widen(self%low(f), self%high(f), interval%start - interval%high, interval%start - interval%low, &
-                 tolerance)
+      associate (f => interval%f, e => interval%e)
+         tolerance = self%tolerance
+         if (allocated(self%own)) tolerance = max(tolerance, self%own(f), self%own(e))
+         if (min(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
+         self%is_borne(f) = .true.
+         self%is_borne(e) = .true.
+         if (max(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
+         call widen(self%low(e), self%high(e), interval%low, interval%high, tolerance)
+         ! along f, which runs the other way
+         call widen(self%low(f), self%high(f), interval%start - interval%high, interval%start - interval%low, &
+                    tolerance)
+      end associate
    end subroutine cover
 
    !> Join a stretch to one that it touches; of two that do not touch the longer stays.

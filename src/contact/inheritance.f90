@@ -9,7 +9,7 @@
 !> offset goes back to zero as the blocks leave each other. The same holds for vertices on edges, but for presets, which
 !> keep the ways of the programs that they stand for: there a row begins with the force of its depth.
 module rockdda_contact_inheritance
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_base_room, only : reserve
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -20,6 +20,7 @@ module rockdda_contact_inheritance
    use rockdda_contact_intervals, only : is_facing
    use rockdda_contact_new_lengths, only : new_lengths_type, free_new_lengths
    use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_predecessors, only : predecessor
    use rockdda_contact_search_limits, only : search_limits_type
    implicit none
    private
@@ -36,7 +37,7 @@ module rockdda_contact_inheritance
    type :: inheritance_work_type
       integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
       logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
-      logical :: same_rows = .false.               !! rows are those of the last step, each goes on with itself
+      logical :: same_rows = .false.               !! by length: rows are those of the last step, in the same order
       !> (nv) Row of the last step that is compressed most, of each edge on which a row begins; 0 none, < 0 not sought.
       integer, allocatable :: pressed(:)
       type(new_lengths_type) :: new_lengths
@@ -59,9 +60,11 @@ contains
       type(contact_table_type), intent(inout) :: table
       integer :: p
       call make_room(work, previous%n, table%n, size(topology%block))
-      call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken, work%same_rows)
-      if (limits%by_length .or. limits%corrected) &
-         call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
+      if (.not. work%same_rows) then
+         call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
+         if (limits%by_length .or. limits%corrected) &
+            call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
+      end if
       !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
       !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table)
       do p = 1, n_pieces(table%n)
@@ -154,12 +157,38 @@ contains
       table%total_slip(first:last) = previous%total_slip(first:last)
       table%energy(first:last) = previous%energy(first:last)
       table%offset(first:last) = previous%offset(first:last)
+      call follow_intervals(first, last, table%n, table%station, table%state, table%tied, table%bonded, &
+                            table%total_slip, previous%length, table%gap, table%offset, table%length, table%distance)
       do k = first, last
+         if (table%station(k) /= 0 .and. table%station(k) /= corner_station) cycle
          call keep_energy(previous, k, .true., limits, k, table)
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
    end subroutine go_on
+
+   !> `keep_energy` for stations of intervals that go on with themselves, and their gaps. Many arguments: arrays of
+   !> constant shape spare the place of each number.
+   pure subroutine follow_intervals(first, last, n, station, state, tied, bonded, total_slip, length_before, gap, &
+                                    offset, length, distance)
+      integer, intent(in) :: first, last, n
+      integer(i1), intent(in) :: station(n), state(n)
+      logical(l1), intent(in) :: tied(n), bonded(n)
+      real(wp), intent(in) :: total_slip(n), length_before(n)
+      real(wp), intent(inout) :: gap(n), offset(n), length(n), distance(n)
+      integer :: k
+      do k = first, last
+         if (station(k) == 0 .or. station(k) == corner_station) cycle
+         if (tied(k)) then
+            length(k) = length_before(k)
+         else
+            if (bonded(k) .and. .not. total_slip(k) > 0) length(k) = min(length(k), length_before(k))
+            call follow_gap(state(k) /= contact_state%open, gap(k), offset(k))
+         end if
+         distance(k) = gap(k)
+         gap(k) = gap(k) - offset(k)
+      end do
+   end subroutine follow_intervals
 
    !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
    !> but for presets.
@@ -190,7 +219,7 @@ contains
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
    !> row goes on twice.
-   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken, same_rows)
+   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken)
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(contact_topology_type), intent(in) :: topology
@@ -198,12 +227,10 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       integer, intent(inout) :: source(:)        !! (>= rows)
-      logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) work; as it was with `same_rows`
-      logical, intent(out) :: same_rows          !! by length: rows are those of the last step, each goes on with itself
+      logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) by length, rows that go on
       integer :: k, row, alias
-      same_rows = limits%by_length .and. previous%n == table%n
       !$omp parallel do default(none) private(k, row, alias) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, history, limits, others, table, source) reduction(.and.:same_rows)
+      !$omp shared(previous, history, limits, others, table, source)
       do k = 1, table%n
          alias = 0
          if (size(others) > 0) alias = others(k)%alias_vertex
@@ -220,10 +247,9 @@ contains
             if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), int(table%station(k)))
          end if
          source(k) = row
-         same_rows = same_rows .and. row == k
       end do
       !$omp end parallel do
-      if (same_rows .or. .not. limits%by_length) return
+      if (.not. limits%by_length) return
       is_taken = .false.
       is_taken(source(1:table%n)) = .true.
       is_taken(0) = .false.
@@ -309,94 +335,6 @@ contains
          offset = min(0.0_wp, max(offset, gap))
       end if
    end subroutine follow_gap
-
-   !> Row of the last step in whose place row k stands, 0 none: a contact of the same corner, closed and as it lay on
-   !> an edge, on a corner or at the end of an interval. Long by its small searches, each for one kind of row.
-   pure integer function predecessor(k, previous, history, topology, table) result(row)
-      integer, intent(in) :: k
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(contact_topology_type), intent(in) :: topology
-      type(contact_table_type), intent(in) :: table
-      integer :: f, e, w
-      f = table%vertex(k)
-      e = table%edge(k)
-      row = 0
-      select case (table%station(k))
-      case (0)
-         row = end_row(topology%edge_in(f), e)
-         if (row == 0) row = end_row(topology%edge_out(f), e)
-         if (row == 0) row = corner_row(f, topology%owner(e))
-         if (row == 0) row = corner_row(f, topology%owner(topology%next(e)))
-      case (corner_station)
-         w = e
-         row = vertex_row(f, topology%edge_in(w))
-         if (row == 0) row = vertex_row(f, topology%edge_out(w))
-         if (row == 0) row = vertex_row(w, topology%edge_in(f))
-         if (row == 0) row = vertex_row(w, topology%edge_out(f))
-         if (row == 0) row = end_row(topology%edge_in(f), topology%edge_out(w))
-         if (row == 0) row = end_row(topology%edge_out(f), topology%edge_in(w))
-      case (1)
-         row = vertex_row(topology%next(f), e)
-         if (row == 0) row = vertex_row(e, f)
-         if (row == 0) row = corner_row(topology%next(f), e)
-      case default
-         if (.not. is_last()) return
-         row = vertex_row(f, e)
-         if (row == 0) row = vertex_row(topology%next(e), f)
-         if (row == 0) row = corner_row(f, topology%next(e))
-      end select
-
-   contains
-
-      !> A vertex on an edge.
-      pure integer function vertex_row(v, edge)
-         integer, intent(in) :: v, edge
-         vertex_row = closed_row(history%find(previous, topology%owner(v), edge))
-      end function vertex_row
-
-      !> A corner on a corner.
-      pure integer function corner_row(a, b)
-         integer, intent(in) :: a, b
-         if (topology%block(a) < topology%block(b)) then
-            corner_row = closed_row(history%find(previous, a, b, corner_station))
-         else
-            corner_row = closed_row(history%find(previous, b, a, corner_station))
-         end if
-      end function corner_row
-
-      !> The end of the interval of an edge at vertex f and another edge.
-      pure integer function end_row(own, other)
-         integer, intent(in) :: own, other
-         integer :: n
-         logical :: is_first, is_high
-         is_first = topology%block(own) < topology%block(other)
-         ! the first station stands at the last vertex of the first block's edge
-         is_high = topology%edge_out(f) == own .eqv. is_first
-         end_row = 0
-         do n = merge(5, 1, is_high), merge(3, 1, is_high), -1
-            if (is_first) end_row = closed_row(history%find(previous, own, other, n))
-            if (.not. is_first) end_row = closed_row(history%find(previous, other, own, n))
-            if (end_row > 0) return
-         end do
-      end function end_row
-
-      !> A row of the last step when it was closed, else 0.
-      pure integer function closed_row(found)
-         integer, intent(in) :: found
-         closed_row = 0
-         if (found == 0) return
-         if (previous%state(found) /= contact_state%open) closed_row = found
-      end function closed_row
-
-      !> Is row k the last station of its interval?
-      pure logical function is_last()
-         is_last = .true.
-         if (k == table%n) return
-         is_last = table%vertex(k + 1) /= table%vertex(k) .or. table%edge(k + 1) /= table%edge(k)
-      end function is_last
-
-   end function predecessor
 
    !> For each edge on which a row begins the row of the last step, of an interval or of two edges that lie against each
    !> other, that is compressed most; 0 none. For other edges -1.

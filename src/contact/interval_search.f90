@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Intervals of the joints between close blocks, as rows of a contact table: one for each station; and what they cover.
+!> Intervals of the joints between close blocks, which become rows of a contact table, one for each station; and what
+!> they cover.
 module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
@@ -9,11 +10,12 @@ module rockdda_contact_interval_search
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
-   use rockdda_contact_candidates, only : candidate_type, candidate_list_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing, most_points
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, edges_with_edges
+   use rockdda_contact_candidates, only : candidate_list_type
+   use rockdda_contact_intervals, only : interval_type, measure_interval, most_points
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
+                                           corners_with_corners, vertices_of_first, vertices_of_second
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_narrow_phase, only : collect_pair, is_beyond
+   use rockdda_contact_narrow_phase, only : collect_pair
    implicit none
    private
    public :: search_faces, joint_of
@@ -35,17 +37,17 @@ contains
       type(contact_history_type), intent(in) :: history      !! its index
       type(exposure_type), intent(inout) :: exposure
       type(candidate_list_type), intent(inout) :: found(:)   !! (parts)
-      integer :: part, n_parts, k, before, n
-      logical :: is_tied
+      integer :: part, n_parts, k, before
+      logical :: is_tied, may_be_tied
       n_parts = pairs%n_parts()
-      found%n_intervals = 0
       found%n_kept = 0
       !$omp parallel do default(none) shared(pairs, lists, blocks, topology, outlines, vertices, limits, previous) &
       !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
          if (limits%by_length) then
-            call search_listed_edges(lists%parts(part), pairs, vertices, topology, outlines, blocks%edge_joint, &
-                                     limits, previous, history, found(part))
+            call search_listed_edges(lists%parts(part), pairs, size(vertices, 2), vertices, outlines%tangent, &
+                                     topology%next, topology, outlines, blocks%edge_joint, limits, previous, history, &
+                                     found(part))
          else
             call search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
                               found(part))
@@ -57,20 +59,21 @@ contains
       else
          call exposure%clear(size(vertices, 2), limits%smooth)
       end if
+      may_be_tied = .false.
+      if (allocated(limits%is_tied)) may_be_tied = any(limits%is_tied)
       do part = 1, n_parts
-         n = 0
-         do k = 1, found(part)%n
-            associate (row => found(part)%rows(k))
-               if (row%station /= 1) cycle
-               n = n + 1
-               before = history%find(previous, row%vertex, row%edge, 1)
+         do k = 1, found(part)%n_intervals
+            associate (interval => found(part)%intervals(k))
                is_tied = .false.
-               if (before > 0) is_tied = previous%tied(before)
-               call exposure%cover(row%vertex, row%edge, found(part)%intervals(n), is_tied)
+               if (may_be_tied) then
+                  before = history%find(previous, interval%f, interval%e, 1)
+                  if (before > 0) is_tied = previous%tied(before)
+               end if
+               call exposure%cover(interval, is_tied)
             end associate
          end do
       end do
-      if (.not. limits%by_length) found%n = 0
+      if (.not. limits%by_length) found%n_intervals = 0
       do part = 1, merge(n_parts, 0, limits%by_length)
          call drop_hidden_intervals(exposure, outlines, topology, vertices, found(part))
       end do
@@ -84,29 +87,24 @@ contains
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(candidate_list_type), intent(inout) :: list
-      type(interval_type) :: interval
-      integer :: i, k, n
+      integer :: i, n
+      real(wp) :: tolerance
       logical :: is_dropped
-      i = 0
       n = 0
-      is_dropped = .false.
-      do k = 1, list%n
-         if (list%rows(k)%station == 1) then
-            i = i + 1
-            is_dropped = .false.
-            associate (f => list%rows(k)%vertex, e => list%rows(k)%edge)
-               if (list%intervals(i)%high - list%intervals(i)%low <= exposure%between(f, e)) then
-                  call measure_interval(f, e, vertices, topology, outlines, interval)
-                  is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
-                               is_end_hidden(interval%vertex_high, interval%edge_high)
-               end if
-            end associate
-         end if
+      tolerance = exposure%tolerance
+      do i = 1, list%n_intervals
+         associate (interval => list%intervals(i))
+            if (allocated(exposure%own)) tolerance = max(exposure%tolerance, exposure%own(interval%f), &
+                                                         exposure%own(interval%e))
+            is_dropped = interval%high - interval%low <= tolerance
+            if (is_dropped) is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
+                                         is_end_hidden(interval%vertex_high, interval%edge_high)
+         end associate
          if (is_dropped) cycle
          n = n + 1
-         list%rows(n) = list%rows(k)
+         if (n < i) list%intervals(n) = list%intervals(i)
       end do
-      list%n = n
+      list%n_intervals = n
 
    contains
 
@@ -145,71 +143,97 @@ contains
             f = list%edges_a(i)
             do j = 1, list%n_edges_b
                e = list%edges_b(j)
-               if (may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) &
-                  call try_interval(f, e, vertices, topology, outlines, blocks%edge_joint, limits, previous, history, &
-                                    list)
+               if (.not. may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) cycle
+               if (list%n_intervals == list%room_for_intervals) call list%make_room_for_interval()
+               associate (interval => list%intervals(list%n_intervals + 1))
+                  call measure_interval(f, e, vertices, topology, outlines, interval)
+                  if (counts(interval, limits, previous, history)) list%n_intervals = list%n_intervals + 1
+               end associate
             end do
          end do
       end do
    end subroutine search_close
 
    !> Intervals of one part of the pairs by length: of the edges listed, as far as they are close to the other block.
-   pure subroutine search_listed_edges(part, pairs, vertices, topology, outlines, joint, limits, previous, history, &
-                                       list)
+   !> Many arguments: arrays of constant shape spare the place of each number.
+   pure subroutine search_listed_edges(part, pairs, nv, vertices, tangent, next, topology, outlines, joint, limits, &
+                                       previous, history, list)
       type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
-      real(wp), intent(in), contiguous :: vertices(:, :)
+      integer, intent(in) :: nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      integer, intent(in) :: next(nv)                    !! of `topology`
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
-      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
+      integer, intent(in) :: joint(nv)                   !! joint material of each edge
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(inout) :: list
-      type(near_pair_type) :: at
-      integer :: l
-      logical :: found
-      do
-         call at%advance(part, found)
-         if (.not. found) exit
-         if (at%last(edges_with_edges) < at%first(edges_with_edges)) cycle
-         if (.not. pairs%is_close(at%pair)) cycle
-         do l = at%first(edges_with_edges), at%last(edges_with_edges), 2
-            associate (f => part%items(l), e => part%items(l + 1), &
-                       box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
-                       box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
-               if (.not. is_facing(f, e, outlines, limits%cosine)) cycle
-               if (is_beyond(vertices(:, f), vertices(:, topology%next(f)), box_b, limits%reach)) cycle
-               if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), box_a, limits%reach)) cycle
-               call try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
+      real(wp) :: box_a(4), box_b(4)
+      integer :: pair, done, first, last, l, f, e
+      done = 0
+      do while (done < part%n)
+         pair = part%items(done + 1)
+         first = done + n_heads + 1
+         last = done + n_heads + 2*part%items(done + 1 + edges_with_edges)
+         done = last + 2*(part%items(done + 1 + corners_with_corners) + part%items(done + 1 + vertices_of_first) + &
+                          part%items(done + 1 + vertices_of_second))
+         if (last < first) cycle
+         if (.not. pairs%is_close(pair)) cycle
+         box_a = widened(pairs%boxes(:, pairs%candidates(1, pair)))
+         box_b = widened(pairs%boxes(:, pairs%candidates(2, pair)))
+         do l = first, last, 2
+            f = part%items(l)
+            e = part%items(l + 1)
+            if (.not. tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e) <= -limits%cosine) cycle
+            if (is_beyond(f, next(f), box_b)) cycle
+            if (is_beyond(e, next(e), box_a)) cycle
+            if (list%n_intervals == list%room_for_intervals) call list%make_room_for_interval()
+            associate (interval => list%intervals(list%n_intervals + 1))
+               call measure_interval(f, e, vertices, topology, outlines, interval)
+               if (.not. counts(interval, limits, previous, history)) cycle
+               ! `joint_of`, in place
+               interval%joint = max(joint(f), joint(e))
+               list%n_intervals = list%n_intervals + 1
             end associate
          end do
       end do
+
+   contains
+
+      !> A box that is larger by the reach on all sides.
+      pure function widened(box)
+         real(wp), intent(in) :: box(4)    !! xmin ymin xmax ymax [length]
+         real(wp) :: widened(4)
+         widened(1) = box(1) - limits%reach
+         widened(2) = box(2) - limits%reach
+         widened(3) = box(3) + limits%reach
+         widened(4) = box(4) + limits%reach
+      end function widened
+
+      !> Do both ends of an edge lie beyond one side of a box?
+      pure logical function is_beyond(p, q, box)
+         integer, intent(in) :: p, q       !! vertices
+         real(wp), intent(in) :: box(4)
+         is_beyond = max(vertices(1, p), vertices(1, q)) < box(1) .or. max(vertices(2, p), vertices(2, q)) < box(2) &
+                     .or. min(vertices(1, p), vertices(1, q)) > box(3) .or. &
+                     min(vertices(2, p), vertices(2, q)) > box(4)
+      end function is_beyond
+
    end subroutine search_listed_edges
 
-   !> Append the stations of the interval of two edges, if they face each other within reach.
-   pure subroutine try_interval(f, e, vertices, topology, outlines, joint, limits, previous, history, list)
-      integer, intent(in) :: f, e
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      integer, intent(in) :: joint(:)                    !! (nv) joint material of each edge
+   !> Does an interval exist within reach? One that is too deep does where it was closed in the last step.
+   pure logical function counts(interval, limits, previous, history)
+      type(interval_type), intent(in) :: interval
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
-      type(candidate_list_type), intent(inout) :: list
-      type(interval_type) :: interval
-      integer :: k
-      call measure_interval(f, e, vertices, topology, outlines, interval)
-      if (interval%is_deep) interval%exists = was_closed(f, e, previous, history)
-      if (.not. interval%exists) return
-      if (min(interval%gap_low, interval%gap_high) > limits%reach) return
-      if (max(interval%gap_low, interval%gap_high) < -limits%penetration) return
-      call list%append_interval(interval%stretch_type)
-      do k = 1, limits%points(joint_of(f, e, joint))
-         call list%append(candidate_type(f, e, station=k))
-      end do
-   end subroutine try_interval
+      counts = interval%exists
+      if (interval%is_deep) counts = was_closed(interval%f, interval%e, previous, history)
+      if (counts) counts = min(interval%gap_low, interval%gap_high) <= limits%reach .and. &
+                           max(interval%gap_low, interval%gap_high) >= -limits%penetration
+   end function counts
 
    !> May two edges face each other on an interval within reach? Only then is it measured. Their directions differ from
    !> opposite ones by less than the angle tolerance, so that positions and gaps by e differ from those of the interval

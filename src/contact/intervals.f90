@@ -18,11 +18,11 @@
 module rockdda_contact_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, outward
+   use rockdda_contact_outlines, only : outlines_type
    implicit none
    private
-   public :: stretch_type, interval_type, station_type
-   public :: measure_interval, station_of, station_share, is_facing, most_points
+   public :: interval_type
+   public :: measure_interval, place_intervals, place_stations, station_share, is_facing, most_points
 
    !> Stations of an interval, at most.
    integer, parameter :: most_points = 5
@@ -38,29 +38,21 @@ module rockdda_contact_intervals
    real(wp), parameter :: position_5(5) = [0.0_wp, 0.172673164646011428_wp, 0.5_wp, 0.827326835353988572_wp, 1.0_wp]
    real(wp), parameter :: weight_5(5) = [9.0_wp, 49.0_wp, 64.0_wp, 49.0_wp, 9.0_wp]/180
 
-   !> Where an interval lies, and how far its edges are apart.
-   type :: stretch_type
-      real(wp) :: low = 0, high = 0            !! along the mean direction from the first vertex of e [length]
-      real(wp) :: start = 0                    !! of the first vertex of f, along the same [length]
-      real(wp) :: gap_low = 0, gap_high = 0    !! [length]
-   end type stretch_type
-
-   type, extends(stretch_type) :: interval_type
-      logical :: exists = .false.
-      logical :: is_deep = .false.             !! not for its depth in a thin block alone
-      real(wp) :: tangent(2) = 0               !! mean direction of the edges, along e
-      integer :: vertex_low = 0, vertex_high = 0   !! corner at each end
-      integer :: edge_low = 0, edge_high = 0       !! and the edge that it stands on
+   !> Where an interval lies, and how far its edges are apart. (No values to begin with: `measure_interval` sets what
+   !> there is.)
+   type :: interval_type
+      real(wp) :: low, high                    !! along the mean direction from the first vertex of e [length]
+      real(wp) :: start                        !! of the first vertex of f, along the same [length]
+      real(wp) :: gap_low, gap_high            !! [length]
+      real(wp) :: tangent(2)                   !! mean direction of the edges, along e
+      integer :: f, e                          !! edges
+      integer :: joint                         !! joint material, by length
+      integer :: row                           !! of its first station in the table, once rows are sorted
+      integer :: vertex_low, vertex_high       !! corner at each end; 0 where the edges do not overlap
+      integer :: edge_low, edge_high           !! and the edge that it stands on
+      logical :: exists
+      logical :: is_deep                       !! not for its depth in a thin block alone
    end type interval_type
-
-   !> Geometry of one station.
-   type :: station_type
-      real(wp) :: point(2)       !! corner, or between the edges [length]
-      real(wp) :: share          !! of the gap between the point and block a
-      real(wp) :: normal(2)      !! unit vector from block b to block a
-      real(wp) :: gap            !! [length]
-      real(wp) :: weight         !! length of joint that it stands for [length]
-   end type station_type
 
 contains
 
@@ -81,47 +73,69 @@ contains
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(interval_type), intent(out) :: interval
-      real(wp) :: t(2), first, last, length, depth
-      t = outlines%tangent(:, e) - outlines%tangent(:, f)
-      t = t/sqrt(t(1)**2 + t(2)**2)
-      length = outlines%length(e)*dot_product(outlines%tangent(:, e), t)
-      interval%tangent = t
-      first = dot_product(vertices(:, topology%next(f)) - vertices(:, e), t)
-      last = dot_product(vertices(:, f) - vertices(:, e), t)
-      interval%start = last
-      interval%low = max(0.0_wp, first)
-      interval%high = min(length, last)
-      if (interval%high - interval%low <= least_overlap*min(length, outlines%length(f))) return
-      if (first > 0) then
-         interval%vertex_low = topology%next(f)
-         interval%edge_low = e
-      else
-         interval%vertex_low = e
-         interval%edge_low = f
-      end if
-      if (last < length) then
-         interval%vertex_high = f
-         interval%edge_high = e
-      else
-         interval%vertex_high = topology%next(e)
-         interval%edge_high = f
-      end if
-      interval%gap_low = gap_of(interval%vertex_low, interval%edge_low, vertices, outlines)
-      interval%gap_high = gap_of(interval%vertex_high, interval%edge_high, vertices, outlines)
+      real(wp) :: depth
+      call measure(f, e, topology%next(f), topology%next(e), size(vertices, 2), vertices, outlines%tangent, &
+                   outlines%length, interval)
+      interval%exists = .false.
+      interval%is_deep = .false.
+      if (interval%vertex_low == 0) return
       depth = -max(interval%gap_low, interval%gap_high)
       if (.not. depth < interval%high - interval%low) return
       interval%exists = depth < min(topology%inradius(topology%block(f)), topology%inradius(topology%block(e)))
       interval%is_deep = .not. interval%exists
    end subroutine measure_interval
 
+   !> Place, ends and gaps of an interval. (Arrays of constant shape and single numbers: this is done for each interval
+   !> in each step.)
+   pure subroutine measure(f, e, next_f, next_e, nv, vertices, tangent, length, interval)
+      integer, intent(in) :: f, e, next_f, next_e
+      integer, intent(in) :: nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv), length(nv)
+      type(interval_type), intent(out) :: interval
+      real(wp) :: t(2), x, y, first, last, along, norm
+      interval%f = f
+      interval%e = e
+      t(1) = tangent(1, e) - tangent(1, f)
+      t(2) = tangent(2, e) - tangent(2, f)
+      norm = sqrt(t(1)**2 + t(2)**2)
+      t(1) = t(1)/norm
+      t(2) = t(2)/norm
+      interval%tangent = t
+      along = length(e)*(tangent(1, e)*t(1) + tangent(2, e)*t(2))
+      x = vertices(1, e)
+      y = vertices(2, e)
+      first = (vertices(1, next_f) - x)*t(1) + (vertices(2, next_f) - y)*t(2)
+      last = (vertices(1, f) - x)*t(1) + (vertices(2, f) - y)*t(2)
+      interval%start = last
+      interval%low = max(0.0_wp, first)
+      interval%high = min(along, last)
+      interval%vertex_low = 0
+      if (interval%high - interval%low <= least_overlap*min(along, length(f))) return
+      if (first > 0) then
+         interval%vertex_low = next_f
+         interval%edge_low = e
+         interval%gap_low = gap_of(next_f, e, nv, vertices, tangent)
+      else
+         interval%vertex_low = e
+         interval%edge_low = f
+         interval%gap_low = gap_of(e, f, nv, vertices, tangent)
+      end if
+      if (last < along) then
+         interval%vertex_high = f
+         interval%edge_high = e
+         interval%gap_high = gap_of(f, e, nv, vertices, tangent)
+      else
+         interval%vertex_high = next_e
+         interval%edge_high = f
+         interval%gap_high = gap_of(next_e, f, nv, vertices, tangent)
+      end if
+   end subroutine measure
+
    !> Distance of a vertex from the line of an edge, > 0 on its outer side.
-   pure real(wp) function gap_of(v, e, vertices, outlines)
-      integer, intent(in) :: v, e
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(outlines_type), intent(in) :: outlines
-      associate (t => outlines%tangent)
-         gap_of = (vertices(1, v) - vertices(1, e))*t(2, e) + (vertices(2, v) - vertices(2, e))*(-t(1, e))
-      end associate
+   pure real(wp) function gap_of(v, e, nv, vertices, tangent)
+      integer, intent(in) :: v, e, nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      gap_of = (vertices(1, v) - vertices(1, e))*tangent(2, e) + (vertices(2, v) - vertices(2, e))*(-tangent(1, e))
    end function gap_of
 
    !> Share of an interval's length that station k of n stands for.
@@ -137,44 +151,87 @@ contains
       end select
    end function station_share
 
-   !> Station k of n of an interval. Its normal is that of the edge on which a corner stands, between the ends the mean
-   !> of both edges.
-   pure type(station_type) function station_of(interval, k, n, f, e, vertices, outlines) result(station)
+   !> Geometry of the stations of all intervals of a list, in their rows.
+   pure subroutine place_intervals(intervals, points, nv, vertices, tangent, n, point, share, normal, gap, weight)
+      type(interval_type), intent(in) :: intervals(:)
+      integer, intent(in) :: points(:)             !! (joints) stations of an interval
+      integer, intent(in) :: nv, n                 !! vertices, rows
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(inout) :: point(2, n), share(n), normal(2, n), gap(n), weight(n)   !! as of `place_stations`
+      integer :: i
+      do i = 1, size(intervals)
+         associate (row => intervals(i)%row)
+            call place_stations(intervals(i), points(intervals(i)%joint), nv, vertices, tangent, point(1, row), &
+                                share(row), normal(1, row), gap(row), weight(row))
+         end associate
+      end do
+   end subroutine place_intervals
+
+   !> Geometry of the n stations of an interval. Their normals are those of the edges on which corners stand, between
+   !> the ends the mean of both edges.
+   pure subroutine place_stations(interval, n, nv, vertices, tangent, point, share, normal, gap, weight)
       type(interval_type), intent(in) :: interval
-      integer, intent(in) :: k, n
-      integer, intent(in) :: f, e
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(outlines_type), intent(in) :: outlines
-      real(wp) :: foot(2), head(2), share, along
-      integer :: v, edge
-      station%weight = station_share(k, n)*(interval%high - interval%low)
-      if (k == 1 .or. k == n) then
-         v = merge(interval%vertex_low, interval%vertex_high, k == 1)
-         edge = merge(interval%edge_low, interval%edge_high, k == 1)
-         station%gap = merge(interval%gap_low, interval%gap_high, k == 1)
-         station%normal = outward(outlines%tangent(:, edge))
-         station%point = vertices(:, v)
+      integer, intent(in) :: n, nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(out) :: point(2, n)    !! corner, or between the edges [length]
+      real(wp), intent(out) :: share(n)       !! of the gap between the point and block a
+      real(wp), intent(out) :: normal(2, n)   !! unit vector from block b to block a
+      real(wp), intent(out) :: gap(n)         !! [length]
+      real(wp), intent(out) :: weight(n)      !! length of joint that each stands for [length]
+      real(wp) :: t(2), foot(2), head(2), overlap, along, along_e, along_f, part
+      integer :: k
+      overlap = interval%high - interval%low
+      call place_end(interval%vertex_low, interval%edge_low, interval%f, nv, vertices, tangent, point(:, 1), share(1), &
+                     normal(:, 1))
+      call place_end(interval%vertex_high, interval%edge_high, interval%f, nv, vertices, tangent, point(:, n), &
+                     share(n), normal(:, n))
+      gap(1) = interval%gap_low
+      gap(n) = interval%gap_high
+      weight(1) = station_share(1, n)*overlap
+      weight(n) = station_share(n, n)*overlap
+      t = interval%tangent
+      associate (f => interval%f, e => interval%e)
+         along_e = tangent(1, e)*t(1) + tangent(2, e)*t(2)
+         along_f = tangent(1, f)*t(1) + tangent(2, f)*t(2)
+         do k = 2, n - 1
+            select case (n)
+            case (4)
+               part = position_4(k)
+            case (5)
+               part = position_5(k)
+            case default
+               part = position_3(k)
+            end select
+            along = interval%low + part*overlap
+            foot = vertices(:, e) + along/along_e*tangent(:, e)
+            head = vertices(:, f) + (along - interval%start)/along_f*tangent(:, f)
+            normal(1, k) = t(2)
+            normal(2, k) = -t(1)
+            gap(k) = (head(1) - foot(1))*t(2) + (head(2) - foot(2))*(-t(1))
+            share(k) = 0.5_wp
+            point(:, k) = 0.5_wp*(foot + head)
+            weight(k) = station_share(k, n)*overlap
+         end do
+      end associate
+   end subroutine place_stations
+
+   !> The station at the end of an interval, where a corner stands on an edge.
+   pure subroutine place_end(v, edge, f, nv, vertices, tangent, point, share, normal)
+      integer, intent(in) :: v, edge
+      integer, intent(in) :: f, nv          !! edge of block a, vertices
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(out) :: point(2), share, normal(2)
+      point = vertices(:, v)
+      if (edge == f) then
          ! on an edge of block a it is a corner of block b
-         station%share = merge(1.0_wp, 0.0_wp, edge == f)
-         if (edge == f) station%normal = -station%normal
-         return
+         share = 1
+         normal(1) = -tangent(2, edge)
+         normal(2) = tangent(1, edge)
+      else
+         share = 0
+         normal(1) = tangent(2, edge)
+         normal(2) = -tangent(1, edge)
       end if
-      select case (n)
-      case (4)
-         share = position_4(k)
-      case (5)
-         share = position_5(k)
-      case default
-         share = position_3(k)
-      end select
-      station%normal = outward(interval%tangent)
-      along = interval%low + share*(interval%high - interval%low)
-      foot = vertices(:, e) + along/dot_product(outlines%tangent(:, e), interval%tangent)*outlines%tangent(:, e)
-      head = vertices(:, f) + (along - interval%start)/dot_product(outlines%tangent(:, f), interval%tangent) &
-             *outlines%tangent(:, f)
-      station%gap = dot_product(head - foot, station%normal)
-      station%share = 0.5_wp
-      station%point = 0.5_wp*(foot + head)
-   end function station_of
+   end subroutine place_end
 
 end module rockdda_contact_intervals

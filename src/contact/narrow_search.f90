@@ -14,8 +14,8 @@ module rockdda_contact_narrow_search
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_interval_search, only : search_faces
    use rockdda_contact_narrow_phase, only : search_pair, search_near, try_vertex, is_beyond
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, corners_with_corners, &
-                                           vertices_of_first, vertices_of_second
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
+                                           corners_with_corners, vertices_of_first, vertices_of_second
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type
@@ -115,28 +115,32 @@ contains
       type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
-      type(near_pair_type) :: at
-      integer :: l
-      logical :: found
-      do
-         call at%advance(part, found)
-         if (.not. found) exit
-         if (at%last(vertices_of_second) < at%first(corners_with_corners)) cycle
-         if (.not. pairs%is_close(at%pair)) cycle
+      integer :: done, pair, l
+      integer :: ends(n_heads - 1)     !! last numbers of the entries of each kind
+      done = 0
+      do while (done < part%n)
+         pair = part%items(done + 1)
+         ends(edges_with_edges) = done + n_heads + 2*part%items(done + 1 + edges_with_edges)
+         ends(corners_with_corners) = ends(edges_with_edges) + 2*part%items(done + 1 + corners_with_corners)
+         ends(vertices_of_first) = ends(corners_with_corners) + 2*part%items(done + 1 + vertices_of_first)
+         ends(vertices_of_second) = ends(vertices_of_first) + 2*part%items(done + 1 + vertices_of_second)
+         done = ends(vertices_of_second)
+         if (done == ends(edges_with_edges)) cycle
+         if (.not. pairs%is_close(pair)) cycle
          list%n_corners = 0
-         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
-                    box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
-            do l = at%first(corners_with_corners), at%last(corners_with_corners), 2
+         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, pair)), &
+                    box_b => pairs%boxes(:, pairs%candidates(2, pair)))
+            do l = ends(edges_with_edges) + 1, ends(corners_with_corners), 2
                if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
                if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
                call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, exposure, limits, list)
             end do
-            do l = at%first(vertices_of_first), at%last(vertices_of_first), 2
+            do l = ends(corners_with_corners) + 1, ends(vertices_of_first), 2
                call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
                                outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
                                limits, list)
             end do
-            do l = at%first(vertices_of_second), at%last(vertices_of_second), 2
+            do l = ends(vertices_of_first) + 1, ends(vertices_of_second), 2
                call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
                                outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
                                limits, list)

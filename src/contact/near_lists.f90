@@ -27,7 +27,7 @@ module rockdda_contact_near_lists
    implicit none
    private
    public :: near_lists_type, near_part_type, near_pair_type, edges_with_edges, corners_with_corners, &
-             vertices_of_first, vertices_of_second
+             vertices_of_first, vertices_of_second, n_heads
 
    !> Kinds of entries of a pair, in the order in which they are stored: edges that may face each other, corners that
    !> may meet, vertices of the first block that may strike edges of the second, and the other way round. Each entry has
@@ -35,7 +35,7 @@ module rockdda_contact_near_lists
    integer, parameter :: edges_with_edges = 1, corners_with_corners = 2, vertices_of_first = 3, vertices_of_second = 4
    integer, parameter :: n_kinds = 4
 
-   !> Numbers before the entries of a pair: the pair, and its entries of each kind.
+   !> Numbers before the entries of a pair: the pair, and how many entries it has of each kind.
    integer, parameter :: n_heads = 1 + n_kinds
 
    !> An edge that turns by more is taken to point anywhere [rad].

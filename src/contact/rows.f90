@@ -2,12 +2,11 @@
 !> Rows of the contact table from the candidates that the search has found: order, identity, partner, geometry.
 module rockdda_contact_rows
    use rockdda_base_kinds, only : wp, i1
-   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
+   use rockdda_contact_candidates, only : other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_interval_search, only : joint_of
-   use rockdda_contact_intervals, only : interval_type, station_type, measure_interval, station_of
+   use rockdda_contact_intervals, only : interval_type, place_intervals
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type
@@ -20,19 +19,23 @@ module rockdda_contact_rows
 contains
 
    !> Identities of the rows of the table, in the order (vertex, edge, station): counting sort by vertex, insertion sort
-   !> within.
-   pure subroutine sort_rows(lists, nv, start, others, table)
-      type(candidate_list_type), intent(in) :: lists(:)                !! candidates, each once
+   !> within. The stations of an interval stay together.
+   pure subroutine sort_rows(lists, nv, limits, start, others, table)
+      type(candidate_list_type), intent(inout) :: lists(:)             !! candidates, each once
       integer, intent(in) :: nv                                        !! vertices
+      type(search_limits_type), intent(in) :: limits
       integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
       type(other_rows_type), allocatable, intent(inout) :: others(:)   !! (>= rows), or of size 0 when there are none
       type(contact_table_type), intent(inout) :: table
-      integer :: c, v, part
-      call table%resize(sum(lists%n))
-      call make_room(table%n, sum(lists%n_others), others)
+      integer :: i, c, k, v, part, n
       if (.not. allocated(start)) allocate (start(nv + 1))
       start = 0
       do part = 1, size(lists)
+         do i = 1, lists(part)%n_intervals
+            associate (interval => lists(part)%intervals(i))
+               start(interval%f + 1) = start(interval%f + 1) + limits%points(interval%joint)
+            end associate
+         end do
          do c = 1, lists(part)%n
             v = lists(part)%rows(c)%vertex
             start(v + 1) = start(v + 1) + 1
@@ -41,12 +44,27 @@ contains
       do v = 2, nv + 1
          start(v) = start(v) + start(v - 1)
       end do
+      call table%resize(start(nv + 1))
+      call make_room(table%n, sum(lists%n_others), others)
       table%vertex(1:table%n) = 0
+      do part = 1, size(lists)
+         do i = 1, lists(part)%n_intervals
+            associate (interval => lists(part)%intervals(i))
+               n = limits%points(interval%joint)
+               k = start(interval%f) + 1
+               start(interval%f) = start(interval%f) + n
+               call insert(interval%f, interval%e, 1, n, k, others, table)
+               interval%row = k
+            end associate
+         end do
+      end do
       do part = 1, size(lists)
          do c = 1, lists(part)%n
             associate (row => lists(part)%rows(c))
-               start(row%vertex) = start(row%vertex) + 1
-               call insert(row, start(row%vertex), lists(part), others, table)
+               k = start(row%vertex) + 1
+               start(row%vertex) = k
+               call insert(row%vertex, row%edge, row%station, 1, k, others, table)
+               if (row%others > 0) others(k) = lists(part)%others(row%others)
             end associate
          end do
       end do
@@ -67,35 +85,36 @@ contains
       allocate (others(merge(n + n/4 + 16, 0, n_others > 0)))
    end subroutine make_room
 
-   !> Insert a row among those of its vertex that are in the table already, which end before row k. A place still empty
-   !> belongs to another vertex.
-   pure subroutine insert(row, k, list, others, table)
-      type(candidate_type), intent(in) :: row
-      integer, intent(in) :: k
-      type(candidate_list_type), intent(in) :: list     !! of the row
+   !> Insert n rows, of one station or of the stations of an interval, among those of their vertex that are in the table
+   !> already, which end before row k; k becomes the first of them. A place still empty belongs to another vertex.
+   pure subroutine insert(v, e, station, n, k, others, table)
+      integer, intent(in) :: v, e
+      integer, intent(in) :: station                    !! of the first row
+      integer, intent(in) :: n
+      integer, intent(inout) :: k
       type(other_rows_type), intent(inout) :: others(:)
       type(contact_table_type), intent(inout) :: table
       integer :: l
-      l = k
-      do while (l > 1)
-         if (table%vertex(l - 1) /= row%vertex) exit
-         if (row%edge > table%edge(l - 1)) exit
-         if (row%edge == table%edge(l - 1) .and. row%station >= table%station(l - 1)) exit
-         table%edge(l) = table%edge(l - 1)
-         table%station(l) = table%station(l - 1)
-         if (size(others) > 0) others(l) = others(l - 1)
-         l = l - 1
+      table%vertex(k:k + n - 1) = v
+      do while (k > 1)
+         if (table%vertex(k - 1) /= v) exit
+         if (e > table%edge(k - 1)) exit
+         if (e == table%edge(k - 1) .and. station >= table%station(k - 1)) exit
+         k = k - 1
+         table%edge(k + n) = table%edge(k)
+         table%station(k + n) = table%station(k)
+         if (size(others) > 0) others(k + n) = others(k)
       end do
-      table%vertex(k) = row%vertex
-      table%edge(l) = row%edge
-      table%station(l) = int(row%station, i1)
-      if (size(others) == 0) return
-      others(l) = other_rows_type()
-      if (row%others > 0) others(l) = list%others(row%others)
+      do l = k, k + n - 1
+         table%edge(l) = e
+         table%station(l) = int(station + l - k, i1)
+         if (size(others) > 0) others(l) = other_rows_type()
+      end do
    end subroutine insert
 
-   !> Partner and geometry of the rows of the table.
-   subroutine fill_table(blocks, topology, outlines, vertices, limits, others, start, table)
+   !> Partner and geometry of the rows of the table. Are they, by length, those of the last step, in the same order?
+   subroutine fill_table(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, same_rows)
+      type(candidate_list_type), intent(inout) :: lists(:)   !! rows of the intervals
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
@@ -103,20 +122,92 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(other_rows_type), intent(in) :: others(:)   !! of the rows, or none
       integer, intent(in) :: start(:)                  !! rows of each vertex (sort_rows)
+      type(contact_table_type), intent(in) :: previous
       type(contact_table_type), intent(inout) :: table
-      integer :: p
-      !$omp parallel do default(none) schedule(static) private(p) if (table%n > parallel_contacts) &
-      !$omp shared(blocks, topology, outlines, vertices, limits, others, start, table)
-      do p = 1, n_pieces(table%n)
-         call fill_rows((p - 1)*piece + 1, min(p*piece, table%n), blocks, topology, outlines, vertices, limits, &
-                        others, start, table)
+      logical, intent(out) :: same_rows
+      integer :: part
+      same_rows = limits%by_length .and. previous%n == table%n
+      !$omp parallel do default(none) schedule(dynamic) private(part) if (size(lists) > 1) &
+      !$omp shared(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table) &
+      !$omp reduction(.and.:same_rows)
+      do part = 1, size(lists)
+         if (lists(part)%n_intervals > 0) then
+            associate (intervals => lists(part)%intervals(1:lists(part)%n_intervals))
+               call find_rows(table%n, table%edge, table%station, intervals)
+               if (same_rows) call compare_rows(table%n, previous%vertex, previous%edge, previous%station, &
+                                                table%station, limits%points, intervals, same_rows)
+               call fill_intervals(intervals, limits%points, topology%block, table%n, table%block_a, table%block_b, &
+                                   table%joint, table%partner)
+               call place_intervals(intervals, limits%points, size(vertices, 2), vertices, outlines%tangent, table%n, &
+                                    table%point, table%share, table%normal, table%gap, table%length)
+            end associate
+         end if
+         call fill_rows(lists(part), blocks, topology, outlines, vertices, limits, others, start, previous, table, &
+                        same_rows)
       end do
       !$omp end parallel do
    end subroutine fill_table
 
-   !> `fill_table` for some of the rows, with its arguments.
-   pure subroutine fill_rows(first, last, blocks, topology, outlines, vertices, limits, others, start, table)
-      integer, intent(in) :: first, last
+   !> Where the rows of some intervals are now: others have come before them since they were inserted.
+   pure subroutine find_rows(n, edge, station, intervals)
+      integer, intent(in) :: n                         !! rows
+      integer, intent(in) :: edge(n)
+      integer(i1), intent(in) :: station(n)
+      type(interval_type), intent(inout) :: intervals(:)
+      integer :: i
+      do i = 1, size(intervals)
+         associate (interval => intervals(i))
+            do while (edge(interval%row) /= interval%e .or. station(interval%row) /= 1)
+               interval%row = interval%row + 1
+            end do
+         end associate
+      end do
+   end subroutine find_rows
+
+   !> Are the rows of some intervals those of the last step? They are sorted: with the first and the last one of an
+   !> interval those between are the same.
+   pure subroutine compare_rows(n, vertex, edge, station, station_now, points, intervals, same_rows)
+      integer, intent(in) :: n                         !! rows
+      integer, intent(in) :: vertex(n), edge(n)        !! of the last step
+      integer(i1), intent(in) :: station(n), station_now(n)
+      integer, intent(in) :: points(:)                 !! (joints) stations of an interval
+      type(interval_type), intent(in) :: intervals(:)
+      logical, intent(inout) :: same_rows
+      integer :: i, k, last
+      do i = 1, size(intervals)
+         k = intervals(i)%row
+         last = k + points(intervals(i)%joint) - 1
+         same_rows = vertex(k) == intervals(i)%f .and. edge(k) == intervals(i)%e .and. station(k) == 1 .and. &
+                     vertex(last) == intervals(i)%f .and. edge(last) == intervals(i)%e .and. &
+                     station(last) == station_now(last)
+         if (.not. same_rows) return
+      end do
+   end subroutine compare_rows
+
+   !> Blocks and joints of the rows of some intervals.
+   pure subroutine fill_intervals(intervals, points, block, n, block_a, block_b, joint, partner)
+      type(interval_type), intent(in) :: intervals(:)
+      integer, intent(in) :: points(:)                 !! (joints) stations of an interval
+      integer, intent(in) :: block(:)                  !! (nv) of each vertex
+      integer, intent(in) :: n                         !! rows
+      integer, intent(inout) :: block_a(n), block_b(n), joint(n), partner(n)
+      integer :: i, k
+      do i = 1, size(intervals)
+         associate (interval => intervals(i))
+            do k = interval%row, interval%row + points(interval%joint) - 1
+               block_a(k) = block(interval%f)
+               block_b(k) = block(interval%e)
+               joint(k) = interval%joint
+               partner(k) = 0
+            end do
+         end associate
+      end do
+   end subroutine fill_intervals
+
+   !> Rows of one part that are no stations of intervals.
+   pure subroutine fill_rows(list, blocks, topology, outlines, vertices, limits, others, start, previous, table, &
+                             same_rows)
+      type(candidate_list_type), intent(in) :: list
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
@@ -124,17 +215,20 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(other_rows_type), intent(in) :: others(:)
       integer, intent(in) :: start(:)
+      type(contact_table_type), intent(in) :: previous
       type(contact_table_type), intent(inout) :: table
+      logical, intent(inout) :: same_rows              !! so far
       type(corner_type) :: corner
-      integer :: k, v, e, row
-      k = first
-      do while (k <= last)
-         v = table%vertex(k)
-         e = table%edge(k)
-         if (table%station(k) > 0 .and. table%station(k) /= corner_station) then
-            call fill_interval(v, e, last, blocks, topology, outlines, vertices, limits, k, table)
-            cycle
-         end if
+      integer :: c, k, v, e, row
+      do c = 1, list%n
+         v = list%rows(c)%vertex
+         e = list%rows(c)%edge
+         k = start(v) + 1
+         do while (table%edge(k) /= e .or. table%station(k) /= list%rows(c)%station)
+            k = k + 1
+         end do
+         if (same_rows) same_rows = previous%vertex(k) == v .and. previous%edge(k) == e .and. &
+                                    previous%station(k) == table%station(k)
          table%block_a(k) = topology%block(v)
          table%block_b(k) = topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
@@ -147,7 +241,6 @@ contains
             table%normal(:, k) = corner%normal
             table%gap(k) = corner%gap
             table%length(k) = corner%weight
-            k = k + 1
             cycle
          end if
          if (size(others) > 0) then
@@ -162,43 +255,8 @@ contains
                            table%point(:, k), table%gap(k), table%length(k))
          if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
                                                                limits%cosine)
-         k = k + 1
       end do
    end subroutine fill_rows
-
-   !> The stations of an interval of edges v and e from row k on, as far as they follow one another up to row `last`;
-   !> k becomes the row after them. Many arguments: those of `fill_rows`.
-   pure subroutine fill_interval(v, e, last, blocks, topology, outlines, vertices, limits, k, table)
-      integer, intent(in) :: v, e, last
-      type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
-      integer, intent(inout) :: k
-      type(contact_table_type), intent(inout) :: table
-      type(interval_type) :: interval
-      type(station_type) :: station
-      integer :: joint, points
-      call measure_interval(v, e, vertices, topology, outlines, interval)
-      joint = joint_of(v, e, blocks%edge_joint)
-      points = limits%points(joint)
-      do
-         station = station_of(interval, int(table%station(k)), points, v, e, vertices, outlines)
-         table%block_a(k) = topology%block(v)
-         table%block_b(k) = topology%block(e)
-         table%joint(k) = joint
-         table%partner(k) = 0
-         table%point(:, k) = station%point
-         table%share(k) = station%share
-         table%normal(:, k) = station%normal
-         table%gap(k) = station%gap
-         table%length(k) = station%weight
-         k = k + 1
-         if (k > last) return
-         if (table%vertex(k) /= v .or. table%edge(k) /= e .or. table%station(k) == corner_station) return
-      end do
-   end subroutine fill_interval
 
    !> Blocks and joints of the rows of a table with contacts by length, of which none has a partner; gap and share are
    !> zero.

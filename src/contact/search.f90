@@ -53,8 +53,11 @@ contains
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
       call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history)
-      call sort_rows(self%narrow%found(1:self%pairs%n_parts()), size(vertices, 2), self%start, self%others, table)
-      call fill_table(blocks, topology, self%outlines, vertices, limits, self%others, self%start, table)
+      associate (found => self%narrow%found(1:self%pairs%n_parts()), same_rows => self%inheritance%same_rows)
+         call sort_rows(found, size(vertices, 2), limits, self%start, self%others, table)
+         call fill_table(found, blocks, topology, self%outlines, vertices, limits, self%others, self%start, previous, &
+                         table, same_rows)
+      end associate
       call hand_on_history(previous, self%history, topology, self%outlines, self%others, limits, first_step, touch, &
                            self%inheritance, table)
       if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, limits%is_tied, touch, &

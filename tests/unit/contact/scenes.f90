@@ -3,6 +3,7 @@
 module scenes
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_intervals, only : interval_type, place_stations
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search, only : contact_search_type
    use rockdda_contact_search_limits, only : search_limits_type
@@ -10,7 +11,7 @@ module scenes
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    implicit none
    private
-   public :: scene_type, new_scene, box, pair, turned, find_row, close_rows, goes_on
+   public :: scene_type, station_type, new_scene, station_of, box, pair, turned, find_row, close_rows, goes_on
 
    !> Angle tolerance of all scenes [rad].
    real(wp), parameter, public :: angle_tolerance = 0.05_wp
@@ -30,7 +31,23 @@ module scenes
       procedure :: search
    end type scene_type
 
+   !> One station of an interval.
+   type :: station_type
+      real(wp) :: point(2), share, normal(2), gap, weight
+   end type station_type
+
 contains
+
+   !> Station k of n of an interval.
+   type(station_type) function station_of(interval, k, n, scene) result(station)
+      type(interval_type), intent(in) :: interval
+      integer, intent(in) :: k, n
+      type(scene_type), intent(in) :: scene
+      real(wp) :: point(2, n), share(n), normal(2, n), gap(n), weight(n)
+      call place_stations(interval, n, size(scene%vertices, 2), scene%vertices, scene%outlines%tangent, point, share, &
+                          normal, gap, weight)
+      station = station_type(point(:, k), share(k), normal(:, k), gap(k), weight(k))
+   end function station_of
 
    !> A scene from polygons, one after the other, and the number of vertices of each.
    subroutine new_scene(sizes, vertices, scene)
