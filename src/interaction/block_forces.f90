@@ -24,7 +24,6 @@ module rockdda_interaction_block_forces
    contains
       procedure :: clear
       procedure :: add_force
-      procedure :: add_pairs
       procedure :: add_load
       procedure :: counts
       procedure :: force_of
@@ -57,40 +56,6 @@ contains
       end associate
       self%magnitude(block) = self%magnitude(block) + sqrt(force(1)**2 + force(2)**2)
    end subroutine add_force
-
-   !> Add forces at points of blocks a, and their reactions at the same points of blocks b, as far as these are in a
-   !> range.
-   pure subroutine add_pairs(self, n, a, b, force, point, centroid, ends)
-      class(block_forces_type), intent(inout) :: self
-      integer, intent(in) :: n
-      integer, intent(in) :: a(n), b(n)              !! blocks
-      real(wp), intent(in) :: force(2, n)            !! on blocks a
-      real(wp), intent(in) :: point(2, n)            !! where they act [length]
-      real(wp), intent(in), contiguous :: centroid(:, :)   !! (2, nb) [length]
-      integer, intent(in) :: ends(2)                 !! first and last block of the range
-      real(wp) :: size_of_force
-      integer :: k
-      do k = 1, n
-         associate (f => force(:, k), p => point(:, k), i => a(k), j => b(k))
-            size_of_force = sqrt(f(1)**2 + f(2)**2)
-            if (i >= ends(1) .and. i <= ends(2)) &
-               call add_to_block(f, p, centroid(:, i), size_of_force, self%resultant(:, i), self%magnitude(i))
-            if (j >= ends(1) .and. j <= ends(2)) &
-               call add_to_block(-f, p, centroid(:, j), size_of_force, self%resultant(:, j), self%magnitude(j))
-         end associate
-      end do
-   end subroutine add_pairs
-
-   !> Add a force to the sums of one block.
-   pure subroutine add_to_block(force, point, centroid, size_of_force, resultant, magnitude)
-      real(wp), intent(in) :: force(2), point(2), centroid(2), size_of_force
-      real(wp), intent(inout) :: resultant(3), magnitude
-      real(wp) :: arm(2)
-      arm = point - centroid
-      resultant(1:2) = resultant(1:2) + force
-      resultant(3) = resultant(3) + (arm(1)*force(2) - arm(2)*force(1))
-      magnitude = magnitude + size_of_force
-   end subroutine add_to_block
 
    !> Add a load whose first three terms are force and moment.
    pure subroutine add_load(self, block, load)

@@ -3,6 +3,7 @@
 module rockdda_interaction_contact_end
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_base_runs, only : run_length
    use rockdda_model_state, only : energy
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
@@ -10,8 +11,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, joint_settings_type, joint_state_type, joint_type, &
-      end_locked, opening_gap, spring_energy, spring_energies
+   use rockdda_interaction_joint_end, only : joint_end_type, end_locked, spring_energy, spring_energies
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    implicit none
@@ -97,19 +98,10 @@ contains
       end do
    end subroutine measure_some
 
-   !> Length of the first run of equal values.
-   pure integer function run_length(n, values)
-      integer, intent(in) :: n
-      logical(l1), intent(in) :: values(n)
-      do run_length = 1, n - 1
-         if (values(run_length + 1) .neqv. values(1)) return
-      end do
-      run_length = n
-   end function run_length
-
    !> `measure_some` for contacts that were locked and pressed together at the start of the step, and locked in the last
    !> solve, without dilation and dashpots: what `measure_others` does for them, array by array.
-   pure subroutine measure_held(n, first, joint, k_n, k_s, gap_before, shear_before, energy, gap, slip, opened, level, sums)
+   pure subroutine measure_held(n, first, joint, k_n, k_s, gap_before, shear_before, energy, gap, slip, opened, level, &
+                                sums)
       integer, intent(in) :: n                    !! at most a piece
       integer, intent(in) :: first                !! row
       type(joint_state_type), intent(in) :: joint(n)
@@ -178,8 +170,8 @@ contains
          s0 = table%shear(c)
          if (trial%joint(c)%worn) s0 = 0
          start = table%energy(c)
-         associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, x0 => table%gap(c), &
-                    kn => table%k_n(c), ks => table%k_s(c))
+         associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, &
+                    x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_peer .or. &
                                          laws(table%joint(c))%residual_tension > 0)

@@ -3,8 +3,8 @@
  * blocks at once.
  *
  * The first half of four numbers belongs to the view in which block a has the vertex and block b the edge, the second
- * half to that in which b has the vertex and a the edge, with the normal reversed; x and y of both. Where a number is one
- * of a block, not of a point, it is held twice in its half. */
+ * half to that in which b has the vertex and a the edge, with the normal reversed; x and y of both. Single numbers of a
+ * block are held twice in its half. */
 #include "four_lanes.h"
 
 #include <math.h>
@@ -154,8 +154,8 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
 /* Distance and slip of n contacts at the end of a step, seen from one block or as the mean of both views. */
 FOR_EACH_PROCESSOR
 void rockdda_contact_lengths(int n_rows, const int *rows, const int *block_a, const int *block_b, const double *point,
-                             const double *distance, const double *normal, const double *shares, const moved_block *moved,
-                             double *lengths)
+                             const double *distance, const double *normal, const double *shares,
+                             const moved_block *moved, double *lengths)
 {
    for (int l = 0; l < n_rows; ++l)
    {
@@ -184,8 +184,8 @@ void rockdda_contact_lengths(int n_rows, const int *rows, const int *block_a, co
    }
 }
 
-/* Distances and points of contacts first to last of the table, counted from 1, at the end of a step. A point between two
- * edges stays half-way between the two points of the blocks that it stood between. */
+/* Distances and points of contacts first to last of the table, counted from 1, at the end of a step. A point between
+ * two edges stays half-way between the two points of the blocks that it stood between. */
 FOR_EACH_PROCESSOR
 void rockdda_move_contacts(int first, int last, const int *block_a, const int *block_b, const signed char *station,
                            const double *normal, const double *shares, const double *gap_before, const double *gap,
@@ -207,5 +207,45 @@ void rockdda_move_contacts(int first, int last, const int *block_a, const int *b
       const four end = (p + JOIN(a->shift, b->shift)) + TIMES(h1, h2, arm);
       const four result = share <= 0 ? end : share >= 1 ? SWAP(end) : 0.5 * (end + SWAP(end));
       memcpy(point + 2 * c, &result, sizeof(four) / 2);
+   }
+}
+
+/* Forces of closed contacts first to last of the table, counted from 1, on the blocks of a range: their sums with
+ * moments about the centroids, and the sums of their magnitudes. A vertex (station 0) has its place in the blocks. */
+FOR_EACH_PROCESSOR
+void rockdda_add_contact_forces(int first, int last, const int *range, const signed char *state,
+                                const signed char *station, const int *vertex, const int *block_a, const int *block_b,
+                                const double *normal_force, const double *shear_force, const double *normal,
+                                const double *point, const double *vertices, const double *centroid, double *resultant,
+                                double *magnitude)
+{
+   for (long c = first - 1; c < last; ++c)
+   {
+      const long a = block_a[c] - 1, b = block_b[c] - 1;
+      const int on_a = a + 1 >= range[0] && a + 1 <= range[1], on_b = b + 1 >= range[0] && b + 1 <= range[1];
+      if (state[c] == 0 || !(on_a || on_b))
+         continue;
+      const double *place = station[c] == 0 ? vertices + 2 * (long)(vertex[c] - 1) : point + 2 * c;
+      const four n = REVERSE_SECOND(JOIN(normal + 2 * c, normal + 2 * c));
+      const four force = normal_force[c] * n + shear_force[c] * NORMAL_TO(n);
+      const four arm = JOIN(place, place) - JOIN(centroid + 2 * a, centroid + 2 * b), terms = arm * TURN(force);
+      const four square = force * force;
+      const double size = sqrt(square[0] + square[1]);
+      if (on_a)
+      {
+         double *sum = resultant + 3 * a;
+         sum[0] += force[0];
+         sum[1] += force[1];
+         sum[2] += terms[0] - terms[1];
+         magnitude[a] += size;
+      }
+      if (on_b)
+      {
+         double *sum = resultant + 3 * b;
+         sum[0] += force[2];
+         sum[1] += force[3];
+         sum[2] += terms[2] - terms[3];
+         magnitude[b] += size;
+      }
    }
 }

@@ -53,8 +53,8 @@ module rockdda_interaction_contact_lengths
 
       !> Distances and points of rows at the end of a step. A point between two edges stays half-way between the two
       !> points of the blocks that it stood between.
-      pure subroutine move_rows(first, last, block_a, block_b, station, normal, share, gap_before, gap, moved, distance, &
-                                point) bind(c, name='rockdda_move_contacts')
+      pure subroutine move_rows(first, last, block_a, block_b, station, normal, share, gap_before, gap, moved, &
+                                distance, point) bind(c, name='rockdda_move_contacts')
          import :: c_int, c_double, c_signed_char, moved_block_type
          integer(c_int), value :: first, last
          integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
@@ -85,8 +85,8 @@ contains
             n = n + 1
             rows(n) = c
          end do
-         call place_rows(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, table%share, &
-                         context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
+         call place_rows(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, &
+                         table%share, context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
       end do
       !$omp end parallel do
    end subroutine place_contacts

@@ -8,7 +8,8 @@ module rockdda_interaction_contact_start
    use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
-   use rockdda_interaction_joint_law, only : joint_extra_type, spring_energy
+   use rockdda_interaction_joint_end, only : spring_energy
+   use rockdda_interaction_joint_law, only : joint_extra_type
    use rockdda_interaction_kinematics, only : displacement_at
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none

@@ -4,6 +4,7 @@
 !> Which rows exist is found by the search (folder contact); forces and states come from the joint law
 !> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
 module rockdda_interaction_contacts
+   use, intrinsic :: iso_c_binding, only : c_int, c_double, c_signed_char
    use rockdda_base_kinds, only : wp, i2
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -17,8 +18,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_end_type, new_joint_settings, &
-      linearise_joints
+   use rockdda_interaction_joint_end, only : joint_end_type
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings, linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -60,6 +61,24 @@ module rockdda_interaction_contacts
       procedure :: reach_end
       procedure :: add_impulses
    end type contacts_type
+
+   interface
+      !> Forces of some rows on the blocks of a range, `force_on_a` and its reaction: in contact_kernels_shim.c.
+      pure subroutine add_contact_forces(first, last, range, state, station, vertex, block_a, block_b, normal_force, &
+                                         shear_force, normal, point, vertices, centroid, resultant, magnitude) &
+         bind(c, name='rockdda_add_contact_forces')
+         import :: c_int, c_double, c_signed_char
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: range(2)             !! first and last block
+         integer(c_signed_char), intent(in) :: state(*), station(*)   !! of all rows, as what follows
+         integer(c_int), intent(in) :: vertex(*), block_a(*), block_b(*)
+         real(c_double), intent(in) :: normal_force(*), shear_force(*), normal(2, *), point(2, *)
+         real(c_double), intent(in) :: vertices(2, *)       !! of all blocks
+         real(c_double), intent(in) :: centroid(2, *)
+         real(c_double), intent(inout) :: resultant(3, *)   !! forces and moments
+         real(c_double), intent(inout) :: magnitude(*)
+      end subroutine add_contact_forces
+   end interface
 
 contains
 
@@ -405,26 +424,9 @@ contains
       type(contact_table_type), intent(in) :: table
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
-      real(wp) :: force(2, piece), point(2, piece)
-      integer :: a(piece), b(piece), c, k, p
-      do p = 1, n_pieces(table%n)
-         k = 0
-         do c = (p - 1)*piece + 1, min(p*piece, table%n)
-            if (table%state(c) == contact_state%open) cycle
-            if (max(table%block_a(c), table%block_b(c)) < ends(1)) cycle
-            if (min(table%block_a(c), table%block_b(c)) > ends(2)) cycle
-            k = k + 1
-            a(k) = table%block_a(c)
-            b(k) = table%block_b(c)
-            force(:, k) = force_on_a(table, c)
-            if (table%station(c) == 0) then
-               point(:, k) = context%state%vertices(:, table%vertex(c))
-            else
-               point(:, k) = table%point(:, c)
-            end if
-         end do
-         call forces%add_pairs(k, a, b, force, point, context%state%centroid, ends)
-      end do
+      call add_contact_forces(1, table%n, ends, table%state, table%station, table%vertex, table%block_a, &
+                              table%block_b, table%normal_force, table%shear_force, table%normal, table%point, &
+                              context%state%vertices, context%state%centroid, forces%resultant, forces%magnitude)
    end subroutine add_forces_to
 
    !> Share of friction in the work of the contacts in the step that has just been committed.

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Four numbers at a time. Processors with AVX compute them at once, others two by two: the compiler makes a version of a
- * procedure for each, of which the loader chooses one. Each number is computed by the same operations in the same order
- * in all of them, so that the bits do not depend on the processor. */
+/* Four numbers at a time. Processors with AVX compute them at once, others two by two: the compiler makes a version of
+ * a procedure for each, of which the loader chooses one. Each number is computed by the same operations in the same
+ * order in all of them, so that the bits do not depend on the processor. */
 #ifndef ROCKDDA_FOUR_LANES_H
 #define ROCKDDA_FOUR_LANES_H
 

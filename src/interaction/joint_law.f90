@@ -41,9 +41,9 @@ module rockdda_interaction_joint_law
    implicit none
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
-   public :: joint_response_type, joint_end_type
-   public :: map_joint, find_held, miss_of_joint, linearise_joint, linearise_joints, end_joint, end_joints, end_locked
-   public :: opening_gap, sliding_friction, spring_energy, spring_energies
+   public :: joint_response_type
+   public :: map_joint, find_held, stay_locked, miss_of_joint, linearise_joint, linearise_joints, opening_gap
+   public :: sliding_friction
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -106,15 +106,6 @@ module rockdda_interaction_joint_law
       real(wp) :: shear                !! against the slip
       real(wp) :: friction             !! strength without bond, while sliding
    end type joint_response_type
-
-   !> A closed contact at the end of an accepted step.
-   type :: joint_end_type
-      real(wp) :: shear                !! elongation of the shear spring [length]
-      real(wp) :: normal_force         !! of the spring, compression positive
-      real(wp) :: shear_force          !! on block a along the edge
-      real(wp) :: slipped              !! slip to sum up [length], >= 0
-      real(wp) :: energy               !! in both springs
-   end type joint_end_type
 
 contains
 
@@ -223,13 +214,20 @@ contains
       type(joint_state_type), intent(in), contiguous :: state(:) !! (>= rows)
       type(joint_extra_type), allocatable, intent(in) :: extra(:)
       real(wp), intent(in), contiguous :: gap(:), slip(:)        !! (n) at the end of the step, of the step [length]
-      logical, intent(out), contiguous :: held(:)                !! (n)
+      logical(l1), intent(out), contiguous :: held(:)            !! (n)
       real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
       type(joint_type) :: joint
       real(wp) :: limit, trial
       integer :: c, k
       logical :: has_extra
       has_extra = allocated(extra)
+      if (.not. has_extra .and. all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
+                                    (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))) then
+         c = first - 1 + size(held)
+         call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
+                                    table%shear(first:c), state(first:c), settings, gap, slip, held, force)
+         return
+      end if
       joint%normal_drag = 0
       joint%drag = 0
       do k = 1, size(held)
@@ -259,6 +257,56 @@ contains
          if (present(force)) force(:, k) = [-pressing_force(joint, gap(k)), trial]
       end do
    end subroutine find_held
+
+   !> `find_held` for n contacts with friction alone, without dashpots.
+   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, gap, slip, held, force)
+      integer, intent(in) :: n
+      type(contact_law_type), intent(in) :: laws(:)
+      integer, intent(in) :: law(n)                  !! number of each one's law
+      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
+      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
+      type(joint_state_type), intent(in) :: state(n)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: gap(n), slip(n)        !! [length]
+      logical(l1), intent(out) :: held(n)
+      real(wp), intent(inout), optional :: force(2, n)
+      real(wp) :: trial, elongation
+      integer :: k
+      do k = 1, n
+         elongation = shear(k)
+         if (state(k)%worn) elongation = 0
+         trial = k_s(k)*(elongation + slip(k))
+         held(k) = state(k)%state == contact_state%locked .and. .not. state(k)%tied .and. &
+                   gap(k) <= settings%open_tolerance .and. &
+                   abs(trial) <= laws(law(k))%friction*max(-k_n(k)*gap(k), 0.0_wp) + k_s(k)*settings%round_off
+         if (present(force)) force(:, k) = [k_n(k)*gap(k), trial]
+      end do
+   end subroutine find_held_by_friction
+
+   !> Contacts that `find_held` has found stay what they were in the last solve: what is noted of that, what their
+   !> forces miss of their law, and their normal forces.
+   pure subroutine stay_locked(n, k_n, gap, joint, state_used, sign_used, friction_used, bonded_used, miss, &
+                               normal_force)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: k_n(n), gap(n)           !! [force/length], [length]
+      type(joint_state_type), intent(inout) :: joint(n)
+      integer(i1), intent(inout) :: state_used(n), sign_used(n)
+      real(wp), intent(inout) :: friction_used(n)      !! [force]
+      logical(l1), intent(inout) :: bonded_used(n)
+      real(wp), intent(inout) :: miss(n), normal_force(n)   !! [force]
+      integer :: c
+      do c = 1, n
+         state_used(c) = joint(c)%state
+         sign_used(c) = joint(c)%slip_sign
+         friction_used(c) = joint(c)%friction
+         bonded_used(c) = joint(c)%bonded
+         ! most are what they were: lines of memory that are not written need not be stored
+         if (abs(joint(c)%friction) > 0) joint(c)%friction = 0
+         if (joint(c)%slip_sign /= 0) joint(c)%slip_sign = 0
+      end do
+      miss = 0
+      normal_force = -k_n*gap
+   end subroutine stay_locked
 
    !> +1 or -1.
    pure integer function direction(shear)
@@ -337,86 +385,6 @@ contains
          call linearise_joint(joint, stiffness(:, k), force(:, k))
       end do
    end subroutine linearise_joints
-
-   !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory. State,
-   !> slip direction and friction force are those of the solve, which the joint may have left since.
-   pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
-      type(joint_type), intent(in) :: joint
-      integer(i1), intent(in) :: state, slip_sign
-      real(wp), intent(in) :: friction             !! [force]
-      real(wp), intent(in) :: gap, slip            !! [length]
-      type(joint_end_type), intent(out) :: last
-      real(wp) :: limit
-      last%shear = joint%shear + slip
-      last%normal_force = -joint%k_n*gap
-      if (state == contact_state%locked) then
-         last%shear_force = -joint%k_s*last%shear
-         last%slipped = 0
-      else
-         limit = friction/joint%k_s
-         last%shear = max(-limit, min(limit, last%shear))
-         last%shear_force = -slip_sign*friction
-         last%slipped = abs(slip)
-      end if
-      last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
-   end subroutine end_joint
-
-   !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.
-   pure subroutine end_joints(n, k_n, k_s, shear, joint, state, slip_sign, friction, gap, slip, last)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
-      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
-      type(joint_state_type), intent(in) :: joint(n)
-      integer(i1), intent(in) :: state(n), slip_sign(n)
-      real(wp), intent(in) :: friction(n), gap(n), slip(n)
-      type(joint_end_type), intent(inout) :: last(n)
-      type(joint_type) :: whole
-      integer :: c
-      do c = 1, n
-         if (state(c) == contact_state%open) cycle
-         whole%shear = shear(c)
-         if (joint(c)%worn) whole%shear = 0
-         whole%k_n = k_n(c)
-         whole%k_s = k_s(c)
-         call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
-      end do
-   end subroutine end_joints
-
-   !> `end_joint` of n contacts that were locked in the last solve, with their elongations at the start of the step (0 of
-   !> worn ones), which become those at its end.
-   pure subroutine end_locked(n, k_n, k_s, gap, slip, shear, normal_force, shear_force, energy)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
-      real(wp), intent(in) :: gap(n), slip(n)        !! [length]
-      real(wp), intent(inout) :: shear(n)            !! [length]
-      real(wp), intent(inout) :: normal_force(n), shear_force(n), energy(n)
-      integer :: c
-      do c = 1, n
-         shear(c) = shear(c) + slip(c)
-         normal_force(c) = -k_n(c)*gap(c)
-         shear_force(c) = -k_s(c)*shear(c)
-         energy(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
-      end do
-   end subroutine end_locked
-
-   !> Energy in the two springs of a closed contact.
-   pure real(wp) function spring_energy(k_n, k_s, gap, shear)
-      real(wp), intent(in) :: k_n, k_s     !! [force/length]
-      real(wp), intent(in) :: gap, shear   !! elongations [length]
-      spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
-   end function spring_energy
-
-   !> `spring_energy` of n contacts.
-   pure subroutine spring_energies(n, k_n, k_s, gap, shear, energies)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)       !! [force/length]
-      real(wp), intent(in) :: gap(n), shear(n)     !! elongations [length]
-      real(wp), intent(inout) :: energies(n)
-      integer :: c
-      do c = 1, n
-         energies(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
-      end do
-   end subroutine spring_energies
 
    !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
    pure real(wp) function opening_gap(law, settings, joint)

@@ -2,8 +2,8 @@
 /* Sums over links with their packed vectors (rockdda_interaction_link_vectors), four numbers at a time.
  *
  * Of the vectors of one block the first two numbers are s n and s t, with n = p[0:2], t = (-n2, n1) and s = 1 for the
- * first block, -1 for the second; the other four are p[2:6] and p[6:10], or p[10:14] and p[14:18]. Both n and t are held
- * twice in four numbers. */
+ * first block, -1 for the second; the other four are p[2:6] and p[6:10], or p[10:14] and p[14:18]. Both n and t are
+ * held twice in four numbers. */
 #include "four_lanes.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@ static inline int is_zero(const double *pair)
    return !(fabs(pair[0]) > 0 || fabs(pair[1]) > 0);
 }
 
-/* Line 1 and 2 of the link c > 0 for its first block, c < 0 for its second: n and t, and where the other numbers begin. */
+/* Line 1 and 2 of the link c > 0 for its first block, c < 0 for its second: n, t, and where the other numbers begin. */
 #define UNPACK(c, p, n, t, rest)                                                                                       \
    const double *p = vectors + LINK_NUMBERS * ((long)((c) > 0 ? (c) : -(c)) - 1);                                      \
    const double *rest = p + ((c) > 0 ? 2 : 10);                                                                        \

@@ -33,8 +33,8 @@ module rockdda_interaction_link_vectors
          real(c_double), intent(inout) :: along(2, *)     !! of the n links
       end subroutine many_elongations
 
-      !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links, added to its
-      !> couplings with blocks of larger numbers.
+      !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links, added to
+      !> its couplings with blocks of larger numbers.
       pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, terms, diagonal, values) &
          bind(c, name='rockdda_add_stiffness')
          import :: c_int, c_double

@@ -8,13 +8,14 @@ module rockdda_interaction_open_close
    use rockdda_base_first_use, only : set_zero, take_bytes, take_pages
    use rockdda_base_kinds, only : wp, i1, i2, i8, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_base_runs, only : run_length
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_closed_part, only : has_closed_part, set_closed_parts
    use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_end, only : joint_end_type, end_joints
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      joint_response_type, joint_end_type, recall_joint, find_held, map_joint, miss_of_joint, end_joints, &
-      sliding_friction
+      joint_response_type, recall_joint, find_held, stay_locked, map_joint, miss_of_joint, sliding_friction
    use rockdda_interaction_ligament, only : set_tip_strengths
    implicit none
    private
@@ -199,39 +200,37 @@ contains
       logical, intent(in) :: spare_bonds
       integer, intent(inout) :: n_changes, n_partners
       real(wp), intent(inout) :: worst_friction
-      logical :: held(piece)
-      integer :: c
+      logical(l1) :: stays(piece)
+      integer :: c, i, k, n
       call find_held(laws, table, first, settings, self%joint, self%extra, self%gap(first:last), &
-                     self%slip(first:last), held(1:last - first + 1))
+                     self%slip(first:last), stays(1:last - first + 1))
       do c = first, last
-         if (spare_bonds .and. self%joint(c)%bonded) cycle
-         if (table%partner(c) /= 0) then
-            n_partners = n_partners + 1
-         else if (held(c - first + 1)) then
-            call stay_locked(self, table%k_n(c), c)
-         else
-            call judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
-         end if
+         k = c - first + 1
+         stays(k) = stays(k) .and. table%partner(c) == 0
+         if (spare_bonds) stays(k) = stays(k) .and. .not. self%joint(c)%bonded
+      end do
+      c = first
+      do while (c <= last)
+         n = run_length(last - c + 1, stays(c - first + 1:last - first + 1))
+         associate (e => c + n - 1)
+            if (stays(c - first + 1)) then
+               call stay_locked(n, table%k_n(c:e), self%gap(c:e), self%joint(c:e), self%state_used(c:e), &
+                                self%sign_used(c:e), self%friction_used(c:e), self%bonded_used(c:e), self%miss(c:e), &
+                                self%normal_force(c:e))
+            else
+               do i = c, e
+                  if (spare_bonds .and. self%joint(i)%bonded) cycle
+                  if (table%partner(i) /= 0) then
+                     n_partners = n_partners + 1
+                  else
+                     call judge_contact(self, table, laws, settings, i, n_changes, worst_friction)
+                  end if
+               end do
+            end if
+         end associate
+         c = c + n
       end do
    end subroutine judge_rows
-
-   !> `judge_contact` for one that `find_held` has found.
-   pure subroutine stay_locked(self, k_n, c)
-      type(open_close_type), intent(inout) :: self
-      real(wp), intent(in) :: k_n                      !! its normal stiffness [force/length]
-      integer, intent(in) :: c
-      associate (joint => self%joint(c))
-         self%state_used(c) = joint%state
-         self%sign_used(c) = joint%slip_sign
-         self%friction_used(c) = joint%friction
-         self%bonded_used(c) = joint%bonded
-         self%miss(c) = 0
-         self%normal_force(c) = -k_n*self%gap(c)
-         ! most are what they were: lines of memory that are not written need not be stored
-         if (abs(joint%friction) > 0) joint%friction = 0
-         if (joint%slip_sign /= 0) joint%slip_sign = 0
-      end associate
-   end subroutine stay_locked
 
    !> Judge one contact.
    pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
@@ -388,7 +387,7 @@ contains
       real(wp), intent(in), contiguous :: gap(:), slip(:)
       real(wp), intent(inout), contiguous :: force(:, :)
       real(wp) :: gap_there(piece), slip_there(piece), partner_gap
-      logical :: held(piece)
+      logical(l1) :: held(piece)
       integer :: c, k, n, p
       n = last - first + 1
       gap_there(1:n) = gap(first:last) + a*(self%gap(first:last) - gap(first:last))

@@ -22,7 +22,8 @@ module rockdda_stepping_impact
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, friction_coefficient
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_end_type, joint_type
+   use rockdda_interaction_joint_end, only : joint_end_type
+   use rockdda_interaction_joint_law, only : joint_type
    use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
