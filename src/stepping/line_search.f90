@@ -36,6 +36,9 @@ module rockdda_stepping_line_search
    !> share `margin`.
    integer, parameter :: group = 8, stride = 64
    real(wp), parameter :: margin = 1.0e-9_wp
+   !> |R| of these blocks is so many times the share allowed of it: that of all is not measured to know that a motion
+   !> is not better.
+   real(wp), parameter :: clearly_not = 5.0_wp
 
    !> The motion that the last round ended with, and scratch.
    type :: line_search_type
@@ -111,7 +114,7 @@ contains
       type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: share
-      real(wp) :: kept, present
+      real(wp) :: kept, part, present
       integer :: bad
       is_better = .false.
       if (equations%n_rows() == 0) return
@@ -123,8 +126,10 @@ contains
       end if
       if (bad > 0) return
       present = self%measure(1.0_wp, families, equations)
-      is_better = present < share*self%measure_part(0.0_wp, families, equations)
-      if (is_better) return
+      part = self%weights%norm_of_part(self%r, group, stride)
+      kept = self%measure_part(0.0_wp, families, equations)
+      is_better = present < share*kept
+      if (is_better .or. part > clearly_not*share*kept) return
       kept = self%measure(0.0_wp, families, equations)
       if (kept > 0) is_better = present/kept < share
    end function is_better
