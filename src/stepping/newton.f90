@@ -182,19 +182,31 @@ contains
       !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees.
       subroutine judge_round()
          integer :: n_unsettled
+         real(wp) :: last_off
+         logical :: may_turn, is_measured
+         may_turn = context%follows_rotation() .and. round <= fine_rounds
+         ! where arms were right in the last round they wait until no state changes
+         last_off = found%off
+         is_measured = may_turn .and. (round == 1 .or. last_off > next_placement .or. &
+                                       context%blocks%n_blocks <= few_blocks)
          found = judgement_type()
-         if (context%follows_rotation() .and. round <= fine_rounds) &
-            call measure_placement(context, families, equations, found%off)
-         found%turned = found%off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
-         if (found%turned) call turn_arms(context, families, equations)
+         if (is_measured) call place_arms()
          families%contacts%trial%doubt = doubtful*report%left/sqrt(real(max(1, equations%n_rows()), wp))
          call families%judge(found%n_changes, n_unsettled)
+         if (may_turn .and. .not. is_measured .and. found%n_changes == 0) call place_arms()
          found%agree = n_unsettled == 0 .and. .not. found%turned
          if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, round)
          if (.not. (found%agree .and. context%follows_rotation() .and. round > fine_rounds) .or. self%at_floor) return
          call measure_placement(context, families, equations, found%off)
          found%agree = .not. found%off > gross_placement
       end subroutine judge_round
+
+      !> Measure by how much arms are wrong; turn them if it is too much.
+      subroutine place_arms()
+         call measure_placement(context, families, equations, found%off)
+         found%turned = found%off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
+         if (found%turned) call turn_arms(context, families, equations)
+      end subroutine place_arms
 
    end subroutine find_equilibrium
 
