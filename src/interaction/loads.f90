@@ -201,7 +201,7 @@ contains
       base = -base_motion(context)
       do i = 1, context%blocks%n_blocks
          if (.not. context%state%active(i)) cycle
-         call forces%add_load(i, [self%weight(:, i), 0.0_wp])
+         call forces%add_load(i, [self%weight(1, i), self%weight(2, i), 0.0_wp])
          if (any(abs(base) > 0)) call forces%add_load(i, [context%state%mass(i)*base, 0.0_wp])
       end do
       do p = 1, context%blocks%loading%n
