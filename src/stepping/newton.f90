@@ -34,6 +34,9 @@ module rockdda_stepping_newton
 
    !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
    real(wp), parameter :: friction_tolerance = 1.0e-5_wp
+   !> |R| counts as zero below this share of the loads in static steps that search equilibrium, elsewhere below that of
+   !> friction. It is over all blocks: contacts that change their states in circles on a few of them are less of it.
+   real(wp), parameter :: static_tolerance = 1.0e-8_wp
    !> Contact forces may miss their laws by this share of the largest normal force, or the weight, of the less loaded of
    !> the two blocks; by the second one when the rounds given have not done better.
    real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
@@ -52,7 +55,8 @@ module rockdda_stepping_newton
    integer, parameter :: few_blocks = 30
    !> A predicted motion is taken when its residual is below this share of that of the last motion.
    real(wp), parameter :: good_prediction = 0.1_wp
-   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row.
+   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row. Not in
+   !> static steps whose forces may miss their laws: they search equilibrium, to which shorter steps come no nearer.
    real(wp), parameter :: patience = 0.4_wp
    integer, parameter :: least_patience = 6
 
@@ -144,8 +148,8 @@ contains
          if (solved) call self%solve_on(families, equations, solver, times, report, solved, error)
          if (.not. solved) return
          fraction = 1
-         if (round > 1 .and. .not. peer) call self%line%search(families, accepted_miss(self, friction_tolerance), &
-                                                               equations, fraction)
+         if (round > 1 .and. .not. peer) call self%line%search(families, merge(static_tolerance, &
+                                                               friction_tolerance, self%slack > 0), equations, fraction)
          n_shortened = merge(n_shortened + 1, 0, fraction < 1)
          call judge_round()
          if (report%left > 0 .and. .not. (fraction < 1 .or. found%turned) .and. &
@@ -167,7 +171,7 @@ contains
          end if
          call times%lap(phase%judge)
          if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
-             .not. self%at_floor) return
+             .not. (self%at_floor .or. self%slack > 0)) return
          if (found%agree .and. .not. fraction < 1) then
             report%outcome = attempt%converged
             return

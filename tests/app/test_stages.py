@@ -78,6 +78,25 @@ class Equilibrium(StageTest):
         # and a step without any motion followed another one
         self.rest_of_a_pit(0.9)
 
+    def test_blocky_rock_with_free_sides_comes_to_rest_without_cut_steps(self):
+        # two endless sets: with contacts that changed their states in circles it took 58 steps, of which 40 were cut
+        self.write(
+            "rock.dl",
+            "&boundary window=0,0,40,24 /\n&joint_set inclination=0, spacing=1.2, randomness=.2 /\n"
+            "&joint_set inclination=90, spacing=1.0, randomness=.2 /\n&lines seed=3 /\n",
+        )
+        self.assertEqual(self.run_program("lines", "rock.dl", "-o", "rock.dc").code, 0)
+        self.write(
+            "rock.nml",
+            "&model geometry='rock.dc' /\n&block_material number=1, density=2600, young=2e10, poisson=.22 /\n"
+            "&joint_material number=1, friction=35 /\n&load gravity=9.81 /\n"
+            "&boundary along=0,0,40,0, kind='fixed' /\n&stage name='rest', until='equilibrium' /\n",
+        )
+        outcome = self.run_program("run", "rock.nml", "--json", "-o", "rock.h5")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertLessEqual(outcome.json["steps"], 30)
+        self.assertLessEqual(outcome.json["cuts"]["contacts"], 3)
+
     def test_supports_are_not_out_of_balance_by_rounding(self):
         # rollers hold a hundred times stiffer than joints: positions of 10 mm, which are rounded to 1.7e-18 m, gave
         # them forces of 1.6e-5 of the mean one, and steps without motion followed each other
