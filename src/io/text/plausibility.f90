@@ -57,6 +57,7 @@ module rockdda_io_plausibility
       procedure :: check_supports
       procedure :: check_sleep
       procedure :: check_step
+      procedure :: check_accuracy
    end type inspection_type
 
 contains
@@ -93,6 +94,7 @@ contains
       call inspection%check_supports(blocks, parameters)
       call inspection%check_sleep(parameters)
       call inspection%check_step(parameters, is_set(options%dt_max))
+      if (.not. is_set(options%dt_max)) call inspection%check_accuracy(parameters)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
 
@@ -419,5 +421,25 @@ contains
                                         'the motion of the base: '//what//'; give dt_max, at most '// &
                                         to_string(longest, 3), from_options)
    end subroutine check_step
+
+   !> Check that friction does not weaken in steps whose length follows from the wanted accuracy alone: they grow until
+   !> slip begins, and an onset that comes late is not in the estimated error.
+   subroutine check_accuracy(self, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer :: k
+      if (.not. parameters%accuracy > 0) return
+      do k = 1, size(self%joint_used)
+         if (.not. self%joint_used(k) .or. .not. allocated(parameters%joint_materials(k)%law)) cycle
+         associate (law => parameters%joint_materials(k)%law)
+            if (.not. (law == 'velocity' .or. law == 'displacement')) cycle
+            call self%warn("accuracy: friction of joint material "//to_string(k)//" weakens (law '"//law//"'); when "// &
+                           "it does, after long steps, is not in the estimated error; give dt_max too, a quarter of "// &
+                           to_string(parameters%dt_max, 3)//' (g1) for example', .true., &
+                           parameters%joint_materials(k)%origin)
+         end associate
+         return
+      end do
+   end subroutine check_accuracy
 
 end module rockdda_io_plausibility
