@@ -5,7 +5,7 @@
  * The first half of four numbers belongs to the view in which block a has the vertex and block b the edge, the second
  * half to that in which b has the vertex and a the edge, with the normal reversed; x and y of both. Single numbers of a
  * block are held twice in its half. */
-#include "four_lanes.h"
+#include "link_lanes.h"
 
 #include <math.h>
 

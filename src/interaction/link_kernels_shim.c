@@ -4,7 +4,7 @@
  * Of the vectors of one block the first two numbers are s n and s t, with n = p[0:2], t = (-n2, n1) and s = 1 for the
  * first block, -1 for the second; the other four are p[2:6] and p[6:10], or p[10:14] and p[14:18]. Both n and t are
  * held twice in four numbers. */
-#include "four_lanes.h"
+#include "link_lanes.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Products of 6x6 blocks, column by column, for a Cholesky factor by blocks. */
-#include "lanes.h"
+#include "block_lanes.h"
 
 /* C_t := C_t - A_q B^T for n blocks A_1, A_2, … that follow one another, t = target[q], counted from 1. */
 FOR_EACH_PROCESSOR

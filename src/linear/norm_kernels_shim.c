@@ -3,7 +3,7 @@
  * packed factors is in factor[4 k] to factor[4 k + 3]. Each block is computed as in rockdda_linear_small_blocks. */
 #include <float.h>
 #include <stdint.h>
-#include "lanes.h"
+#include "block_lanes.h"
 
 typedef int64_t four_bits __attribute__((vector_size(32)));
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Rows of the preconditioner of rockdda_linear_preconditioner: pivots and scaled couplings. Blocks of 6x6 are stored
  * column by column, lower triangles without the zeros above. */
-#include "lanes.h"
+#include "block_lanes.h"
 
 /* Place of row i, column j of a packed lower triangle, both counted from 0. */
 #define PACKED(i, j) ((j) * (11 - (j)) / 2 + (i))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Residuals r = f - K x of the rows of one chunk, see rockdda_linear_residual. Rows and places are counted from 1. */
-#include "lanes.h"
+#include "block_lanes.h"
 
 
 /* t[j], whose two lanes add up to number j of A^T w. */

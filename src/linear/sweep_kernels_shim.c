@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sweeps of conjugate gradients over the blocks of one chunk, see rockdda_linear_sweeps. Blocks are packed as in
  * rockdda_linear_kernels. All blocks, rows and places are counted from 1. */
-#include "lanes.h"
+#include "block_lanes.h"
 
 typedef float single_two __attribute__((vector_size(8)));
 typedef float loose_single __attribute__((vector_size(16), aligned(4), may_alias));

@@ -1,19 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Four numbers at a time. Processors with AVX compute them at once, others two by two: the compiler makes a version of
- * a procedure for each, of which the loader chooses one. Each number is computed by the same operations in the same
- * order in all of them, so that the bits do not depend on the processor. */
-#ifndef ROCKDDA_FOUR_LANES_H
-#define ROCKDDA_FOUR_LANES_H
-
+/* Vectors for kernels of links and contacts: two points, or two directions, in one vector of four numbers. */
+#ifndef ROCKDDA_LINK_LANES_H
+#define ROCKDDA_LINK_LANES_H
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__)
-#define FOR_EACH_PROCESSOR __attribute__((target_clones("avx", "default")))
-#else
-#define FOR_EACH_PROCESSOR
-#endif
+#include "../base/lanes.h"
 
-typedef double four __attribute__((vector_size(32)));
 typedef long long mask __attribute__((vector_size(32)));
 
 #ifdef __clang__

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* Vectors of four numbers of double precision. Processors with AVX compute them at once, others two by two: the compiler
+ * makes a version of a procedure for each, of which the loader chooses one. Each entry is computed by the same operations
+ * in the same order in all of them, so that the bits do not depend on the processor. */
+#ifndef ROCKDDA_LANES_H
+#define ROCKDDA_LANES_H
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__)
+#define FOR_EACH_PROCESSOR __attribute__((target_clones("avx", "default")))
+#else
+#define FOR_EACH_PROCESSOR
+#endif
+
+typedef double four __attribute__((vector_size(32)));
+
+#endif
