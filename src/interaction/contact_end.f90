@@ -17,7 +17,7 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_ties, only : break_ties
    implicit none
    private
-   public :: reach_end, measure_energies, end_contacts
+   public :: joint_end_type, reach_end, measure_energies, end_contacts
 
 contains
 

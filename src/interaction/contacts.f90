@@ -10,7 +10,7 @@ module rockdda_interaction_contacts
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_end, only : end_motion => reach_end, measure_energies, end_contacts
+   use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
    use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation
@@ -18,7 +18,6 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_end, only : joint_end_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings, linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
    implicit none

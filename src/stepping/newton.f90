@@ -43,12 +43,10 @@ module rockdda_stepping_newton
    integer, parameter :: fine_rounds = 10
    !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
    !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
-   !> round follows anyway they are made right to the third one, as forces are: to turn arms makes a new matrix. It is
-   !> done in the first `fine_rounds` rounds: states shall settle. Rounds after these must not end with lengths that are
-   !> wrong by more than the last one, unless no smaller step is left: stiff ties of small cells miss the others by
-   !> rounding, a block that spins into another by thousands.
-   real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp, next_placement = 1.0e-5_wp, &
-                          gross_placement = 10.0_wp
+   !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
+   !> settle. Rounds after these must not end with lengths that are wrong by more than the third one, unless no smaller
+   !> step is left: stiff ties of small cells miss the others by rounding, a block that spins into another by thousands.
+   real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp, gross_placement = 10.0_wp
    !> The misfit of friction and normal forces is brought down in at most so many solves a round.
    integer, parameter :: friction_solves = 12
    !> Models of so few blocks, for which a solve costs nothing, leave no correction of friction to the next round.
@@ -176,7 +174,7 @@ contains
             report%outcome = attempt%converged
             return
          end if
-         if (found%turned .or. .not. found%off > next_placement) cycle
+         if (found%turned .or. .not. found%off > fine_placement) cycle
          call turn_arms(context, families, equations)
          found%turned = .true.
       end do
@@ -191,7 +189,7 @@ contains
          may_turn = context%follows_rotation() .and. round <= fine_rounds
          ! where arms were right in the last round they wait until no state changes
          last_off = found%off
-         is_measured = may_turn .and. (round == 1 .or. last_off > next_placement .or. &
+         is_measured = may_turn .and. (round == 1 .or. last_off > fine_placement .or. &
                                        context%blocks%n_blocks <= few_blocks)
          found = judgement_type()
          if (is_measured) call place_arms()

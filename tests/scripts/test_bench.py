@@ -59,7 +59,7 @@ def test_iterations_do_not_depend_on_size(figures):
 
 
 def test_memory_of_a_block(figures):
-    # 11.3 kB in a wall of 10,000 (the same in one of 100,000), and room for what a few columns of the contact table take
+    # 11.3 kB in a wall of 10,000 (and of 100,000), and room for what a few columns of the contact table take
     assert 0 < wall_of(figures, 10_000)["bytes_per_block"] <= 11.8e3
 
 

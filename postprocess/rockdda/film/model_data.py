@@ -211,7 +211,7 @@ def _regions(found: ModelData) -> list[dict[str, Any]]:
     regions = []
     for entry in found.groups.get("region", []):
         ring = _ring(entry)
-        inside = Outline(ring).contains_points(centroids) if len(ring) > 2 and len(centroids) else []
+        inside: Any = Outline(ring).contains_points(centroids) if len(ring) > 2 and len(centroids) else []
         regions.append({"name": str(entry.get("name", "")), "ring": ring, "blocks": np.flatnonzero(inside).tolist()})
     return regions
 

@@ -433,9 +433,9 @@ contains
          if (.not. self%joint_used(k) .or. .not. allocated(parameters%joint_materials(k)%law)) cycle
          associate (law => parameters%joint_materials(k)%law)
             if (.not. (law == 'velocity' .or. law == 'displacement')) cycle
-            call self%warn("accuracy: friction of joint material "//to_string(k)//" weakens (law '"//law//"'); when "// &
-                           "it does, after long steps, is not in the estimated error; give dt_max too, a quarter of "// &
-                           to_string(parameters%dt_max, 3)//' (g1) for example', .true., &
+            call self%warn('accuracy: friction of joint material '//to_string(k)//" weakens (law '"//law//"'); "// &
+                           'when it does, after long steps, is not in the estimated error; give dt_max too, a '// &
+                           'quarter of '//to_string(parameters%dt_max, 3)//' (g1) for example', .true., &
                            parameters%joint_materials(k)%origin)
          end associate
          return
