@@ -102,6 +102,25 @@ def test_sigterm_in_an_export_leaves_no_part(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["long.h5"]
 
 
+def test_sigterm_while_an_object_goes_is_not_lost():
+    # Python drops exceptions of __del__ and of callbacks of weak references
+    program = """
+import os, signal, time
+from rockdda.cli.common import stop_on_sigterm
+class Going:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+stop_on_sigterm()
+try:
+    Going()
+    time.sleep(30)
+except KeyboardInterrupt:
+    print("stopped")
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (run.stdout, run.stderr) == ("stopped\n", "")
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [

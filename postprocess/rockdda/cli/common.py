@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import sys
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -159,9 +160,22 @@ def stop_on_sigterm() -> None:
     """Treat SIGTERM as Ctrl-C, also where that waits (`HeldInterrupts`) or is ignored."""
 
     def stop(_: int, frame: FrameType | None) -> None:
+        if hasattr(signal, "setitimer") and is_in_callback(frame):
+            signal.signal(signal.SIGALRM, stop)
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
+            return
         on_ctrl_c = signal.getsignal(signal.SIGINT)
         if not callable(on_ctrl_c):
             raise KeyboardInterrupt
         on_ctrl_c(signal.SIGINT, frame)
 
     signal.signal(signal.SIGTERM, stop)
+
+
+def is_in_callback(frame: FrameType | None) -> bool:
+    """Is this code that Python calls when an object goes, of which it drops all exceptions?"""
+    while frame is not None:
+        if frame.f_code.co_filename == weakref.__file__ or frame.f_code.co_name == "__del__":
+            return True
+        frame = frame.f_back
+    return False
