@@ -117,7 +117,9 @@ try:
 except KeyboardInterrupt:
     print("stopped")
 """
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])}
+    command = [sys.executable, "-c", program]
+    run = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
     assert (run.stdout, run.stderr) == ("stopped\n", "")
 
 
