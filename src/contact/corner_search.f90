@@ -14,6 +14,7 @@
 !> of the two corners has the only one then.
 module rockdda_contact_corner_search
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_bonds, only : faces
    use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
@@ -268,16 +269,18 @@ contains
 
    !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other,
    !> or lie in one plane so that one corner passes over the other, or a side is hidden.
-   pure subroutine try_rounded_corner(a, b, vertices, topology, outlines, exposure, limits, list)
+   pure subroutine try_rounded_corner(a, b, vertices, topology, outlines, previous, history, exposure, limits, list)
       integer, intent(in) :: a, b
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       type(corner_type) :: corner
-      real(wp) :: r(2), zone
+      real(wp) :: r(2), zone, opposite
       integer :: k, edge(4), v, e
       if (outlines%concave(a) .or. outlines%concave(b)) return
       r(1) = vertices(1, a) - vertices(1, b)
@@ -294,13 +297,18 @@ contains
          if (-(r(1)*t(1, edge(3)) + r(2)*t(2, edge(3))) > zone) return
          if (r(1)*t(1, edge(4)) + r(2)*t(2, edge(4)) > zone) return
       end associate
-      ! `is_facing`, in place
       associate (t => outlines%tangent)
-         if (t(1, edge(2))*t(1, edge(3)) + t(2, edge(2))*t(2, edge(3)) <= -limits%cosine) then
-            if (is_lateral(edge(2), edge(3))) return
+         opposite = t(1, edge(2))*t(1, edge(3)) + t(2, edge(2))*t(2, edge(3))
+         if (opposite <= -min(limits%cosine, limits%held_cosine)) then
+            if (faces(edge(3), edge(2), opposite, limits, previous, history)) then
+               if (is_lateral(edge(2), edge(3))) return
+            end if
          end if
-         if (t(1, edge(4))*t(1, edge(1)) + t(2, edge(4))*t(2, edge(1)) <= -limits%cosine) then
-            if (is_lateral(edge(4), edge(1))) return
+         opposite = t(1, edge(4))*t(1, edge(1)) + t(2, edge(4))*t(2, edge(1))
+         if (opposite <= -min(limits%cosine, limits%held_cosine)) then
+            if (faces(edge(4), edge(1), opposite, limits, previous, history)) then
+               if (is_lateral(edge(4), edge(1))) return
+            end if
          end if
       end associate
       call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner, &

@@ -4,6 +4,7 @@
 module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_bonds, only : faces
    use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
@@ -170,7 +171,7 @@ contains
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(inout) :: list
-      real(wp) :: box_a(4), box_b(4)
+      real(wp) :: box_a(4), box_b(4), opposite
       integer :: pair, done, first, last, l, f, e
       done = 0
       do while (done < part%n)
@@ -186,7 +187,10 @@ contains
          do l = first, last, 2
             f = part%items(l)
             e = part%items(l + 1)
-            if (.not. tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e) <= -limits%cosine) cycle
+            opposite = tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e)
+            if (.not. opposite <= -limits%cosine) then
+               if (.not. faces(f, e, opposite, limits, previous, history)) cycle
+            end if
             if (is_beyond(f, next(f), box_b)) cycle
             if (is_beyond(e, next(e), box_a)) cycle
             if (list%n_intervals == list%room_for_intervals) call list%make_room_for_interval()

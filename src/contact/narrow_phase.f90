@@ -18,6 +18,7 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_outlines, only : outlines_type, outward, is_outside
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_bonds, only : faces
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
    use rockdda_contact_penetration, only : is_entered
@@ -191,14 +192,25 @@ contains
       if (is_off_edge(gap, s, length(e), limits)) return
       into = tangent(:, topology%edge_in(v))
       outof = tangent(:, topology%edge_out(v))
-      ! `is_facing` of the edges at v, in place
-      if (into(1)*t(1) + into(2)*t(2) <= -limits%cosine) return
-      if (outof(1)*t(1) + outof(2)*t(2) <= -limits%cosine) return
+      if (is_its_end(topology%edge_in(v), into(1)*t(1) + into(2)*t(2))) return
+      if (is_its_end(topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
       if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
       if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
       if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) return
       call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
                     history, limits, list)
+
+   contains
+
+      !> Does edge f at the vertex face e?
+      pure logical function is_its_end(f, opposite)
+         integer, intent(in) :: f
+         real(wp), intent(in) :: opposite   !! dot product of the directions
+         is_its_end = opposite <= -limits%cosine
+         if (is_its_end .or. .not. opposite <= -limits%held_cosine) return
+         is_its_end = faces(merge(f, e, side == 1), merge(e, f, side == 1), opposite, limits, previous, history)
+      end function is_its_end
+
    end subroutine try_vertex
 
    !> Gap of a point before an edge, and how far its foot lies from the start of the edge.

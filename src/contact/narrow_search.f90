@@ -133,7 +133,8 @@ contains
             do l = ends(edges_with_edges) + 1, ends(corners_with_corners), 2
                if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
                if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
-               call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, exposure, limits, list)
+               call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, previous, history, exposure, &
+                                       limits, list)
             end do
             do l = ends(corners_with_corners) + 1, ends(vertices_of_first), 2
                call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &

@@ -120,6 +120,7 @@ contains
          self%limits%penetration = 1.5_wp*limits%penetration
          self%limits%sine = limits%sine
          self%limits%cosine = limits%cosine
+         self%limits%held_cosine = min(limits%cosine, limits%held_cosine)
          self%has_moved = .true.
          self%places = vertices
          self%outlines = outlines
@@ -162,7 +163,8 @@ contains
       type(search_limits_type), intent(in) :: limits, of_lists
       is_within = limits%reach <= of_lists%reach .and. limits%zone <= of_lists%zone .and. &
                   limits%penetration <= of_lists%penetration .and. abs(limits%sine - of_lists%sine) <= 0 .and. &
-                  abs(limits%cosine - of_lists%cosine) <= 0
+                  abs(limits%cosine - of_lists%cosine) <= 0 .and. &
+                  min(limits%cosine, limits%held_cosine) >= of_lists%held_cosine
    end function is_within
 
    !> Has no vertex moved further than the allowance? Else mark the blocks with one that has moved by half of it. There
@@ -265,22 +267,25 @@ contains
       real(wp), intent(in), contiguous :: turn(:)
       type(near_part_type), intent(inout) :: list
       integer, intent(out) :: n                            !! entries
-      real(wp) :: d(2), along, gap, slack, size_of_d
+      real(wp) :: d(2), along, gap, slack, size_of_d, sine
       integer :: i, j, f, e
       n = 0
+      ! of the widest angle
+      sine = limits%sine
+      if (limits%held_cosine < limits%cosine) sine = sqrt(1 - limits%held_cosine**2)
       do i = 1, near%n_edges_a
          f = near%edges_a(i)
          do j = 1, near%n_edges_b
             e = near%edges_b(j)
             associate (t => outlines%tangent, length => outlines%length)
-               if (t(1, f)*t(1, e) + t(2, f)*t(2, e) > -limits%cosine + turn(f) + turn(e)) cycle
+               if (t(1, f)*t(1, e) + t(2, f)*t(2, e) > -limits%held_cosine + turn(f) + turn(e)) cycle
                d(1) = vertices(1, f) - vertices(1, e)
                d(2) = vertices(2, f) - vertices(2, e)
                along = d(1)*t(1, e) + d(2)*t(2, e)
                gap = d(1)*t(2, e) - d(2)*t(1, e)
                size_of_d = abs(d(1)) + abs(d(2))
                ! positions along e and gaps on the interval differ from these by the sine of the tolerance
-               slack = (limits%sine + 1.0e-9_wp)*(size_of_d + length(f) + length(e) + 8*allowance) + &
+               slack = (sine + 1.0e-9_wp)*(size_of_d + length(f) + length(e) + 8*allowance) + &
                        6*allowance + size_of_d*turn(e)
                if (along < -slack .or. along - length(f) > length(e) + slack) cycle
                if (gap > limits%reach + slack .or. gap < -limits%penetration - slack) cycle

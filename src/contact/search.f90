@@ -7,6 +7,7 @@
 module rockdda_contact_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_bonds, only : held_cosine
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type, new_contact_history
@@ -44,7 +45,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(contact_topology_type), intent(in) :: topology
       real(wp), intent(in), contiguous :: vertices(:, :)               !! (2, nv) now
-      type(search_limits_type), intent(in) :: limits
+      type(search_limits_type), intent(inout) :: limits    !! the angle that bonds hold is set here
       type(contact_table_type), intent(in) :: previous     !! last step's table
       logical, intent(in) :: first_step                    !! touching contacts are born bonded
       real(wp), intent(in) :: touch                        !! gap below which two blocks touch at the start [length]
@@ -52,6 +53,7 @@ contains
       call self%pairs%update(blocks, vertices, limits%reach)
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
+      limits%held_cosine = held_cosine(limits, previous, self%outlines)
       call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history)
       associate (found => self%narrow%found(1:self%pairs%n_parts()), same_rows => self%inheritance%same_rows)
          call sort_rows(found, size(vertices, 2), limits, self%start, self%others, table)

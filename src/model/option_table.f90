@@ -306,8 +306,8 @@ contains
       call table%add(option('search_factor', 'search distance of contacts over g2 w0', above=0.0_wp, &
                             default=2.5_wp), o%search_factor)
       call table%used('contact search distance', p%search_distance, 'search_distance')
-      call table%add(option('angle_tolerance', 'largest angle at which edges count as parallel', unit='deg', &
-                            least=0.0_wp, below=90.0_wp, default=3.0_wp), o%angle_tolerance)
+      call table%add(option('angle_tolerance', 'largest angle of edges that count as parallel, if no bond holds them', &
+                            unit='deg', least=0.0_wp, below=90.0_wp, default=3.0_wp), o%angle_tolerance)
       call table%used('angle tolerance [rad]', p%angle_tolerance)
       call table%add(option('close_tolerance', 'an open contact closes beyond this penetration over w0', &
                             least=0.0_wp, below=1.0_wp, default=1.0e-12_wp, preset_default=2.0e-4_wp), &

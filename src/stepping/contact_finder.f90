@@ -86,6 +86,8 @@ contains
       if (any(context%state%asleep)) self%search%pairs%asleep = context%state%asleep
       associate (parameters => context%parameters)
          call set_search_limits(last, parameters, context%blocks%n_blocks, reach, self%limits, self%places)
+         if (parameters%by_length .and. any(self%limits%bears_tension) .and. .not. allocated(self%limits%edge_joint)) &
+            self%limits%edge_joint = context%blocks%edge_joint
          ! those of resting blocks are read until the end of the step; partners are rows of one table
          if (parameters%by_length .and. .not. parameters%sleeps) call last%lend(table)
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &

@@ -106,8 +106,10 @@ contains
       limits%by_length = parameters%by_length
       limits%corrected = .not. (parameters%by_length .or. parameters%keeps_old_ways())
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
-                                                     limits%points(size(parameters%joint_materials)))
+                                                     limits%points(size(parameters%joint_materials)), &
+                                                     limits%bears_tension(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
+      limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
       limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
       limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
