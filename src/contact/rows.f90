@@ -126,11 +126,15 @@ contains
       type(contact_table_type), intent(inout) :: table
       logical, intent(out) :: same_rows
       integer :: part
-      same_rows = limits%by_length .and. previous%n == table%n
+      logical :: may_be_same
+      may_be_same = limits%by_length .and. previous%n == table%n
+      same_rows = may_be_same
       !$omp parallel do default(none) schedule(dynamic) private(part) if (size(lists) > 1) &
-      !$omp shared(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table) &
+      !$omp shared(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, may_be_same) &
       !$omp reduction(.and.:same_rows)
       do part = 1, size(lists)
+         ! each thread begins with .true.
+         same_rows = same_rows .and. may_be_same
          if (lists(part)%n_intervals > 0) then
             associate (intervals => lists(part)%intervals(1:lists(part)%n_intervals))
                call find_rows(table%n, table%edge, table%station, intervals)
