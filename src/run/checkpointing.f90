@@ -21,8 +21,9 @@ module rockdda_run_checkpointing
    private
    public :: save_checkpoint, load_checkpoint, check_checkpoint, remove_checkpoint
 
-   !> Limit of the processor time to read a checkpoint: a constant [s], and bytes per second.
-   real(wp), parameter :: least_seconds = 1, slowest_reading = 1.0e7_wp
+   !> Limit of the processor time to read a checkpoint: a constant [s], which is enough under valgrind, and bytes per
+   !> second.
+   real(wp), parameter :: least_seconds = 4, slowest_reading = 1.0e7_wp
 
 contains
 
