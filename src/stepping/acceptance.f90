@@ -57,7 +57,7 @@ contains
       call forces%clear(step%blocks%n_blocks)
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
-      call note_sudden_load(step, record%unbalanced)
+      call note_sudden_load(step, forces, record%unbalanced)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven)
       step%control%releases = step%families%held%is_releasing()
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
@@ -104,14 +104,25 @@ contains
 
    !> Note how far closed contacts without dashpots, or bolts, are from balance in the first step of a dynamic part:
    !> they will vibrate.
-   subroutine note_sudden_load(step, unbalanced)
+   subroutine note_sudden_load(step, forces, unbalanced)
       type(trial_step_type), intent(inout) :: step
-      real(wp), intent(in) :: unbalanced   !! force at the end of the step over the mean force
+      type(block_forces_type), intent(in) :: forces   !! at the end of the step
+      real(wp), intent(in) :: unbalanced              !! of them
+      type(block_forces_type) :: at_start
+      real(wp) :: largest
+      largest = unbalanced
+      if (allocated(step%at_start)) then
+         at_start = forces
+         at_start%resultant = step%at_start(1:3, :)
+         at_start%magnitude = step%at_start(4, :)
+         largest = at_start%unbalanced(step%state)
+         deallocate (step%at_start)
+      end if
       associate (control => step%control, contacts => step%families%contacts%table)
          if (.not. control%follows_error(step%parameters) .or. step%state%time > control%accuracy%begin) return
          if (any(contacts%state(1:contacts%n) /= contact_state%open) .and. &
              any(.not. step%parameters%joint_materials%damping_ratio > 0) .or. step%blocks%bolts%n > 0) &
-            control%accuracy%sudden_load = unbalanced
+            control%accuracy%sudden_load = largest
       end associate
    end subroutine note_sudden_load
 

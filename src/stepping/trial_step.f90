@@ -42,6 +42,9 @@ module rockdda_stepping_trial_step
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       real(wp) :: change = 0, at_kinks = 0      !! of accelerations, as of time_error%find_changes
+      !> (4, nb) forces on the blocks at the start of the first step of Shi's scheme with a wanted accuracy: resultant
+      !> and moment about the centroid, sum of magnitudes; else none
+      real(wp), allocatable :: at_start(:, :)
       real(wp), private :: kink_end = 0         !! end of the last attempt that was cut for a kink; 0: none [time]
       logical, private :: is_sudden = .false.   !! an attempt was cut for a sudden change
       real(wp), private :: shorter = 0          !! step to try after one that is not accurate enough
@@ -57,6 +60,7 @@ module rockdda_stepping_trial_step
       procedure, private :: try_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
+      procedure, private :: find_start_forces
       procedure, private :: turn_forces
       procedure, private :: judge_accuracy
       procedure, private :: shorten_step
@@ -218,6 +222,8 @@ contains
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
+      if (is_first .and. self%control%follows_error(self%parameters) .and. &
+          .not. (self%scheme%second_order .or. self%control%time_error%counts)) call self%find_start_forces()
       self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
                                 abs(self%control%k01(self%parameters) - 1) <= 0
       call self%expect_motion(is_first)
@@ -337,6 +343,29 @@ contains
       end subroutine add_damping
 
    end subroutine find_acceleration
+
+   !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within its
+   !> first step, so that its end does not tell that they were out of balance.
+   subroutine find_start_forces(self)
+      class(trial_step_type), intent(inout) :: self
+      type(time_scheme_type) :: scheme
+      real(wp), allocatable :: velocity(:, :)
+      integer :: i
+      scheme = self%scheme
+      allocate (velocity, source=self%state%velocity)
+      self%state%velocity = 0
+      self%scheme%level = 0
+      self%scheme%seeks_start = .true.
+      call self%renew_all()
+      call self%expect()
+      call assemble_start(self)
+      if (.not. allocated(self%at_start)) allocate (self%at_start(4, self%blocks%n_blocks))
+      do i = 1, self%blocks%n_blocks
+         self%at_start(:, i) = [self%equations%f(1:3, i), norm2(self%equations%magnitude(1:2, i))]
+      end do
+      self%state%velocity = velocity
+      self%scheme = scheme
+   end subroutine find_start_forces
 
    !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
    !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the equations
