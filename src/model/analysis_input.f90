@@ -70,6 +70,7 @@ module rockdda_model_analysis_input
    !> For a fixed point x y are prescribed displacements, for a loading point forces.
    type :: time_table_type
       real(wp), allocatable :: rows(:, :) !! (3, m) t x y, t not decreasing; m may be 0
+      type(origin_type) :: origin         !! where they were read
    end type time_table_type
 
    type :: analysis_input_type

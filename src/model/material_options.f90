@@ -235,6 +235,7 @@ contains
          do k = 1, size(points)
             if (points(k) >= 1 .and. points(k) <= size(tables)) then
                tables(points(k))%rows = groups(i)%rows
+               tables(points(k))%origin = groups(i)%origin
             else
                call messages%add(severity%error, what//' '//to_string(points(k))//' does not exist, the model has '// &
                                  counted(size(tables), what), groups(i)%origin)

@@ -16,6 +16,7 @@ module rockdda_stepping_options_check
    use rockdda_interaction_loads, only : loads_type
    use rockdda_stepping_parameter_check, only : check_parameters
    use rockdda_stepping_stage_effects, only : report_stage_effects
+   use rockdda_stepping_table_check, only : warn_of_tables
    implicit none
    private
    public :: check_start, check_options, check_joints
@@ -46,6 +47,7 @@ contains
       call check_start(blocks, parameters, messages)
       call warn_of_time(parameters, messages)
       call warn_of_weight(parameters, messages)
+      call warn_of_tables(parameters, messages)
       if (.not. messages%has_errors()) call report_stage_effects(blocks, parameters, messages)
    end subroutine check_options
 

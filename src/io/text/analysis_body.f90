@@ -152,7 +152,10 @@ contains
          call reader%read_record(tokens, row_names, 'row '//to_string(row)//' of '//object, number, messages)
          table%rows(:, row) = reader%record%value(1:3)
          call reader%require_size(tokens, largest_value, messages)
-         if (row == 1) cycle
+         if (row == 1) then
+            table%origin = reader%record_origin(tokens)
+            cycle
+         end if
          call reader%require(tokens, table%rows(1, row) >= table%rows(1, row - 1), 1, &
                              'must not be smaller than in the row before', messages)
       end do
