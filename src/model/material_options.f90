@@ -23,8 +23,10 @@ contains
       call table%begin('model', 'A labelled file: a whole model but its lines or blocks. It is run by itself.')
       call table%add(option('geometry', 'geometry or block file, relative to the folder of this file', &
                             required=.true., not_blank=.true.), o%geometry)
+      call table%locate(o%geometry_origin)
       call table%add(option('analysis', 'analysis file, relative to the folder of this file, which wins', &
                             default_text='none'), o%analysis)
+      call table%locate(o%analysis_origin)
       call table%add(option('title', 'title of the results; that of &run wins', &
                             default_text='stem of the file'), o%model_title)
    end subroutine describe_model

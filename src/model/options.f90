@@ -165,6 +165,7 @@ module rockdda_model_options
       ! &model: a labelled file, which names its geometry and describes the materials
       logical :: labelled = .false.
       type(origin_type) :: model_origin
+      type(origin_type) :: geometry_origin, analysis_origin   !! where they were read
       character(len=:), allocatable :: geometry   !! path of the geometry or block file, relative to that of the options
       character(len=:), allocatable :: analysis   !! path of an analysis file; empty or not allocated: none
       character(len=:), allocatable :: model_title

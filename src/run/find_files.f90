@@ -3,14 +3,16 @@
 module rockdda_run_find_files
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_io_checkpoint, only : checkpoint_path
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
+   use rockdda_io_source, only : file_text_problem
    use rockdda_run_input, only : model_input_type
    implicit none
    private
-   public :: find_files, find_named_files, recognise_file
+   public :: find_files, find_named_files, recognise_file, with_article
 
 contains
 
@@ -65,12 +67,29 @@ contains
          if (kind == file_kind%ddaml) then
             call messages%add(severity%error, ddaml_advice, origin)
          else
-            call messages%add(severity%error, &
-                              'expected '//expected//', found '//with_article(kind_name(kind)), origin)
+            call messages%add(severity%error, 'expected '//expected//', found '//with_article(kind_name(kind))// &
+                              to_continue(path, kind), origin)
          end if
       end subroutine wrong_kind
 
    end subroutine find_files
+
+   !> How a run with these results, or this checkpoint, is continued; '' for other files and without a checkpoint.
+   function to_continue(path, kind) result(text)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: kind                  !! of the file
+      character(len=:), allocatable :: text, checkpoint
+      text = ''
+      checkpoint = path
+      if (kind == file_kind%hdf5) then
+         checkpoint = checkpoint_path(path)
+         text = ", such as the results of a run ('rockdda info' describes it, 'rockdda-post' draws results)"
+         if (get_path_kind(checkpoint) /= path_kind%file) return
+      else if (kind /= file_kind%checkpoint) then
+         return
+      end if
+      text = text//"; 'rockdda resume "//checkpoint//"' continues its run"
+   end function to_continue
 
    !> Find the files of a folder; an options file of the command line overrides that of the folder.
    subroutine find_in_folder(folder, input, messages, error)
@@ -130,22 +149,40 @@ contains
       if (allocated(input%options%analysis)) then
          if (len_trim(input%options%analysis) > 0) then
             input%analysis_file = beside(input%config_file, trim(adjustl(input%options%analysis)))
-            call recognise_file(input%analysis_file, kind, messages, found)
+            call recognise_named('analysis', input%analysis_file, input%options%analysis_origin, kind, found)
             if (found .and. kind /= file_kind%analysis) call messages%add(severity%error, input%analysis_file// &
-               ': expected an analysis file, found '//with_article(kind_name(kind)), input%options%model_origin)
+               ': expected an analysis file, found '//with_article(kind_name(kind)), input%options%analysis_origin)
             if (kind /= file_kind%analysis) input%analysis_file = ''
          end if
       end if
       if (.not. allocated(input%options%geometry)) return   ! reported by the reader
       if (len_trim(input%options%geometry) == 0) return
       input%model_file = beside(input%config_file, trim(adjustl(input%options%geometry)))
-      call recognise_file(input%model_file, input%model_kind, messages, found)
+      call recognise_named('geometry', input%model_file, input%options%geometry_origin, input%model_kind, found)
       if (found .and. .not. is_model(input%model_kind)) call messages%add(severity%error, input%model_file// &
          ': expected a geometry or block file, found '//with_article(kind_name(input%model_kind)), &
-         input%options%model_origin)
+         input%options%geometry_origin)
       ok = found .and. is_model(input%model_kind)
 
    contains
+
+      !> Find the kind of a file that an option names; one that cannot be read is reported there.
+      subroutine recognise_named(name, path, origin, kind, found)
+         character(len=*), intent(in) :: name           !! of the option
+         character(len=*), intent(in) :: path
+         type(origin_type), intent(in) :: origin
+         integer, intent(out) :: kind                   !! one of file_kind%...
+         logical, intent(out) :: found
+         character(len=:), allocatable :: problem
+         kind = file_kind%unknown
+         found = .false.
+         problem = file_text_problem(path, any_size=.true.)
+         if (len(problem) > 0) then
+            call messages%add(severity%error, name//': '//path//': '//problem, origin)
+         else
+            call recognise_file(path, kind, messages, found)
+         end if
+      end subroutine recognise_named
 
       !> The options file as a whole.
       function whole_file() result(origin)

@@ -126,7 +126,9 @@ class LabelledFile(ProgramTest):
     def test_files_that_do_not_fit(self):
         self.labelled()
         for text, expected in {
-            LABELLED.replace("block.dc", "missing.dc"): "missing.dc: error: ",
+            LABELLED.replace("block.dc", "missing.dc"): "slope.nml:1:18: error: geometry: missing.dc: no such file",
+            LABELLED.replace("'block.dc', ", "'block.dc', analysis = 'none.df', "): "error: analysis: none.df: no such",
+            LABELLED + "&load base_acceleration = 'a/b.csv' /\n": "error: base_acceleration: a/b.csv: no such file",
             LABELLED.replace(
                 "block.dc", "block.df"
             ): "block.df: expected a geometry or block file, found an analysis file",

@@ -155,7 +155,7 @@ class Quake(ResultsTest):
 
     def test_bad_options_name_the_place(self):
         for options, message in (
-            ("record = 'none.csv'", r"none\.csv: error: no such file"),
+            ("record = 'none.csv'", r"two\.nml:7:\d+: error: record: none\.csv: no such file"),
             ("column = 2", r"two\.nml:7:1: error: &quake: 'record' is missing"),
             ("record = 'record.csv', column = 'e (m/s)'",
              r"record\.csv:2:1: error: no column .* did you mean 'e \(m/s2\)'\?"),

@@ -10,9 +10,9 @@ module rockdda_io_option_reader
    use rockdda_model_quake_options, only : form_of
    use rockdda_io_csv_table, only : read_csv_table
    use rockdda_io_name_hints, only : group_hint, name_hint, name_length
-   use rockdda_io_namelist_parser, only : namelist_type, entry_type, beside
+   use rockdda_io_namelist_parser, only : namelist_type, entry_type
    use rockdda_io_option_list, only : option_list_type, list_options
-   use rockdda_io_option_values, only : get_real, get_integer, get_logical, get_text, get_choice, get_reals, &
+   use rockdda_io_option_values, only : get_real, get_integer, get_logical, get_text, get_file, get_choice, get_reals, &
                                         get_integers, demand
    use rockdda_io_record_file, only : read_record
    implicit none
@@ -349,20 +349,16 @@ contains
       character(len=:), allocatable, intent(inout), optional :: name  !! of the file
       type(cursor_type) :: cursor
       type(entry_type), pointer :: entry
-      character(len=:), allocatable :: file
+      character(len=:), allocatable :: file, path
       do while (self%next(row, cursor, entry))
-         if (allocated(file)) deallocate (file)
-         call get_text(self%namelist, entry, file, self%messages)
-         if (.not. allocated(file)) cycle
-         if (present(name)) name = file
-         call demand(self%namelist, entry, len_trim(file) > 0, 'must name a file', self%messages)
-         if (len_trim(file) == 0) cycle
+         call get_file(self%namelist, entry, file, path, self%messages)
+         if (allocated(file) .and. present(name)) name = file
+         if (.not. allocated(path)) cycle
          if (row%holds_record) then
-            call read_record(beside(self%namelist%source%file, trim(file)), form_of(row%form, file), row%column, &
-                             given, self%messages)
+            call read_record(path, form_of(row%form, file), row%column, given, self%messages)
             cycle
          end if
-         call read_csv_table(beside(self%namelist%source%file, trim(file)), column_names(row), given, self%messages, &
+         call read_csv_table(path, column_names(row), given, self%messages, &
                              in_any_order=row%rule == list_rule%any_order)
       end do
       associate (unused => allocated(used))

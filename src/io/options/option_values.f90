@@ -5,14 +5,15 @@ module rockdda_io_option_values
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_options, only : unset_real, is_set
-   use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind
+   use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind, beside
    use rockdda_io_numbers, only : is_whole
    use rockdda_io_record_reader, only : largest_value
+   use rockdda_io_source, only : file_text_problem
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
-   public :: get_real, get_positive, get_integer, get_logical, get_text, get_choice, get_reals, get_integers, demand, &
-             index_of
+   public :: get_real, get_positive, get_integer, get_logical, get_text, get_file, get_choice, get_reals, get_integers
+   public :: demand, index_of
 
 contains
 
@@ -86,6 +87,25 @@ contains
                            entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
       end if
    end subroutine get_text
+
+   !> Get the path of a file that can be read, beside the file of the options; not allocated when there is none.
+   subroutine get_file(namelist, entry, name, path, messages)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      character(len=:), allocatable, intent(out) :: name   !! as the entry has it; not allocated: it has none
+      character(len=:), allocatable, intent(out) :: path
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: problem
+      call get_text(namelist, entry, name, messages)
+      if (.not. allocated(name)) return
+      call demand(namelist, entry, len_trim(name) > 0, 'must name a file', messages)
+      if (len_trim(name) == 0) return
+      path = beside(namelist%source%file, trim(name))
+      problem = file_text_problem(path)
+      if (len(problem) == 0) return
+      call messages%add(severity%error, entry%name//': '//path//': '//problem, namelist%origin(entry%values(1)%place))
+      deallocate (path)
+   end subroutine get_file
 
    !> Get a text in quotes that is one of several words (lower case).
    subroutine get_choice(namelist, entry, choices, value, messages, old_word, remark)

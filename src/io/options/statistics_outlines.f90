@@ -9,8 +9,8 @@ module rockdda_io_statistics_outlines
    use rockdda_lines_statistics, only : statistics_type, region_type, opening_type, shape_kind
    use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_csv_table, only : read_csv_table
-   use rockdda_io_namelist_parser, only : namelist_type, group_type, find_entry, beside
-   use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_text, get_choice, &
+   use rockdda_io_namelist_parser, only : namelist_type, group_type, find_entry
+   use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_text, get_file, get_choice, &
       get_reals, demand, index_of
    implicit none
    private
@@ -87,7 +87,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(opening_type) :: opening
       type(opening_type), allocatable :: more(:)
-      character(len=:), allocatable :: name, file
+      character(len=:), allocatable :: name, file, path
       real(wp), allocatable :: values(:)
       integer :: i, n
       opening%origin = namelist%origin(group%place)
@@ -113,12 +113,9 @@ contains
                call get_reals(namelist, entry, 2, .true., values, messages)
                if (allocated(values)) opening%vertices = reshape(values, [2, size(values)/2])
             case ('file')
-               call get_text(namelist, entry, file, messages)
-               if (.not. allocated(file)) cycle
-               call demand(namelist, entry, len_trim(file) > 0, 'must name a file', messages)
-               if (len_trim(file) > 0) call read_csv_table(beside(namelist%source%file, trim(file)), &
-                                                                          ['x', 'y'], opening%vertices, messages, &
-                                                                          in_any_order=.true.)
+               call get_file(namelist, entry, file, path, messages)
+               if (allocated(path)) call read_csv_table(path, ['x', 'y'], opening%vertices, messages, &
+                                                        in_any_order=.true.)
             end select
          end associate
       end do
