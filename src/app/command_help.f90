@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> rockdda help: on the program, a command, the groups of a model file, or one of them; and the script for shells.
+!> rockdda help: on the program, a command, the groups of a model file, one of them, or an option; and the script for
+!> shells.
 module rockdda_app_command_help
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_io_option_documents, only : group_help, group_names, groups_help, group_suggestion
+   use rockdda_io_option_documents, only : group_help, group_names, groups_help, group_suggestion, named_option_help
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_command_options, only : command_names
    use rockdda_app_completion, only : completion_script
@@ -37,6 +38,7 @@ contains
          text = groups_help()
       else
          text = group_help(group)
+         if (len(text) == 0) text = named_option_help(group)
       end if
       if (len(text) > 0) then
          call print_line(text, ok)

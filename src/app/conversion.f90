@@ -8,7 +8,7 @@ module rockdda_app_conversion
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_run_output_choice, only : require_folder
-   use rockdda_run_find_files, only : recognise_file
+   use rockdda_run_find_files, only : recognise_file, with_article
    use rockdda_run_input, only : stem_of
    use rockdda_app_arguments, only : command_line_type
    implicit none
@@ -41,8 +41,8 @@ contains
          if (kind == file_kind%ddaml) then
             call messages%add(severity%error, ddaml_advice, origin)
          else
-            call messages%add(severity%error, 'expected a '//kind_name(wanted)//', this is of the kind: '// &
-                              kind_name(kind), origin)
+            call messages%add(severity%error, 'expected a '//kind_name(wanted)//', found '// &
+                              with_article(kind_name(kind)), origin)
          end if
          return
       end if

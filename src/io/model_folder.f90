@@ -9,6 +9,9 @@ module rockdda_io_model_folder
    private
    public :: find_model_files
 
+   !> Largest number of files of a kind that a message names.
+   integer, parameter :: most_listed = 5
+
 contains
 
    !> Find the labelled file of a folder: then there is no model and no analysis file, and it is `config`. Or find
@@ -68,7 +71,7 @@ contains
          model = ''
          analysis = ''
          config = labelled
-         unread = configs
+         unread = listed(n_configs, configs)
          return
       else if (n_labelled > 1) then
          call make_error(error, error_code%input, trim(folder)//': error: a model folder must hold at most one '// &
@@ -91,9 +94,10 @@ contains
       integer, intent(inout) :: n
       character(len=:), allocatable, intent(inout) :: list, place
       n = n + 1
+      place = path
+      if (n > most_listed) return
       if (n > 1) list = list//', '
       list = list//name
-      place = path
    end subroutine count_file
 
    !> "2 analysis files (a.df, b.df)".
@@ -106,8 +110,17 @@ contains
       else if (n == 1) then
          text = '1 '//what//' file ('//list//')'
       else
-         text = to_string(n)//' '//what//' files ('//list//')'
+         text = to_string(n)//' '//what//' files ('//listed(n, list)//')'
       end if
    end function found
+
+   !> "a.df, b.df", "a.df, b.df, c.df, d.df, e.df and 7 more".
+   pure function listed(n, list) result(text)
+      integer, intent(in) :: n
+      character(len=*), intent(in) :: list
+      character(len=:), allocatable :: text
+      text = list
+      if (n > most_listed) text = text//' and '//to_string(n - most_listed)//' more'
+   end function listed
 
 end module rockdda_io_model_folder

@@ -84,7 +84,7 @@ class Lines(ProgramTest):
         self.assertFails(
             self.run_program("lines", "block.dc"),
             2,
-            "block.dc: error: expected a joint statistics file, this is of the kind: geometry file",
+            "block.dc: error: expected a joint statistics file, found a geometry file",
         )
         self.assertFails(
             self.run_program("lines", "tunnel.dl", "--seed", "-1"),

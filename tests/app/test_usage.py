@@ -57,6 +57,33 @@ class Mistakes(ProgramTest):
         summary = self.run_program("--json").json
         self.assertEqual((summary["status"], summary["exit_code"]), ("error", 2))
 
+    def test_results_instead_of_a_model(self):
+        """The command that was meant is named."""
+        self.assertEqual(self.run_program("run", "block.dc", "block.df", "-o", "out.h5", "--steps", "1").code, 0)
+        for name, text in (
+            ("out.ckpt.h5", "found a checkpoint file; 'rockdda resume out.ckpt.h5' continues its run"),
+            ("out.h5", "found an HDF5 file, such as the results of a run ('rockdda info' describes it, 'rockdda-post' "
+             "draws results); 'rockdda resume out.ckpt.h5' continues its run"),
+        ):  # fmt: skip
+            for command in ("run", "fos"):
+                outcome = self.run_program(command, name)
+                self.assertEqual(outcome.code, 2)
+                self.assertRegex(outcome.err, rf"^{re.escape(name)}: error: expected a labelled file .*, {re.escape(text)}\n$")
+        self.path("out.ckpt.h5").unlink()
+        self.assertNotIn("resume", self.run_program("run", "out.h5").err)
+
+    def test_few_of_many_files_of_a_folder_are_named(self):
+        folder = self.path("many")
+        folder.mkdir()
+        for k in range(9):
+            (folder / f"m{k}.nml").write_text("&model geometry = 'a.dc' /\n")
+        self.assertFails(
+            self.run_program("run", "many"),
+            2,
+            "many: error: a model folder must hold at most one labelled file (.nml with &model); found 9 labelled files "
+            "(m0.nml, m1.nml, m2.nml, m3.nml, m4.nml and 4 more): name the one to take",
+        )
+
     def test_unknown_command(self):
         self.check(["rnu", "x"], "unknown command 'rnu'; did you mean 'run'?")
         self.check(["explode"], "unknown command 'explode'")
@@ -95,6 +122,7 @@ class Mistakes(ProgramTest):
             "them; "
             "found 1 file, see 'rockdda run --help'",
         )
+        self.assertFails(self.run_program("run", "nowhere"), 2, "nowhere: error: no such file")
         self.check(["check"], "'rockdda check' needs at least one file; see 'rockdda check --help'")
         self.check(["info"], "'rockdda info' needs at least one file; see 'rockdda info --help'")
 

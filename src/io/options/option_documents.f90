@@ -10,7 +10,7 @@ module rockdda_io_option_documents
    use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
    private
-   public :: options_markdown, options_schema, group_help, groups_help, group_names, group_suggestion
+   public :: options_markdown, options_schema, group_help, groups_help, named_option_help, group_names, group_suggestion
 
    character(len=*), parameter :: nl = new_line('a')
 
@@ -57,6 +57,29 @@ contains
          end do
       end do
    end function group_help
+
+   !> The options of this name of all groups as plain text; '' when there is none.
+   function named_option_help(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+      type(option_list_type), allocatable :: list
+      character(len=:), allocatable :: groups
+      integer :: i, k
+      allocate (list)
+      call list_options(list)
+      text = ''
+      groups = ''
+      do i = 1, list%n_groups
+         do k = 1, list%n
+            if (list%group_of(k) /= list%groups(i)%name .or. list%options(k)%row%name /= name) cycle
+            if (len(text) > 0) text = text//nl//nl
+            text = text//name//', an option of &'//trim(list%groups(i)%name)//':'//nl//nl//option_help(list%options(k))
+            if (len(groups) > 0) groups = groups//', '
+            groups = groups//"'rockdda help "//trim(list%groups(i)%name)//"'"
+         end do
+      end do
+      if (len(text) > 0) text = text//nl//nl//'All options of the group: '//groups//'.'
+   end function named_option_help
 
    !> An option in plain text: name, value and unit in one line, then its meaning and its default.
    pure function option_help(listed) result(text)
@@ -110,7 +133,7 @@ contains
       end do
    end function group_names
 
-   !> "; did you mean …?" with the nearest name of a group or of these words.
+   !> "; did you mean …?" with the nearest name of a group, of an option or of these words.
    function group_suggestion(name, words) result(text)
       character(len=*), intent(in) :: name, words(:)
       character(len=:), allocatable :: text
@@ -119,7 +142,8 @@ contains
       integer :: i
       allocate (list)
       call list_options(list)
-      known = [character(len=name_length) :: words, (list%groups(i)%name, i=1, list%n_groups)]
+      known = [character(len=name_length) :: words, (list%groups(i)%name, i=1, list%n_groups), &
+               (list%options(i)%row%name, i=1, list%n)]
       text = did_you_mean(name, known)
    end function group_suggestion
 

@@ -7,6 +7,7 @@ module rockdda_io_name_hints
    public :: name_length, group_hint, name_hint
 
    integer, parameter :: name_length = 22   !! of groups and names in the tables
+   integer, parameter :: few_names = 6      !! groups of so many names are told with them
 
 contains
 
@@ -23,19 +24,33 @@ contains
       text = did_you_mean('&'//group, known)
    end function group_hint
 
-   !> Another group that has exactly this name, or else the nearest name of this group.
+   !> The other groups that have exactly this name, or else the nearest name of this group; the names of a group that
+   !> has few.
    pure function name_hint(name, group, group_of, names) result(text)
       character(len=*), intent(in) :: name, group
       character(len=*), intent(in) :: names(:)      !! all that the file may have
       character(len=*), intent(in) :: group_of(:)   !! the group of each of them
       character(len=:), allocatable :: text
-      integer :: i
+      integer :: i, n_own
+      text = ''
       do i = 1, size(names)
          if (names(i) /= name) cycle
-         text = '; it belongs to &'//trim(group_of(i))
-         return
+         if (len(text) == 0) then
+            text = '; it belongs to &'//trim(group_of(i))
+         else if (index(text//' ', '&'//trim(group_of(i))//' ') == 0) then
+            text = text//' and &'//trim(group_of(i))
+         end if
       end do
-      text = did_you_mean(name, pack(names, group_of == group))
+      if (len(text) == 0) text = did_you_mean(name, pack(names, group_of == group))
+      n_own = count(group_of == group)
+      if (index(text, 'did you mean') > 0 .or. n_own == 0 .or. n_own > few_names) return
+      text = text//'; &'//group//' has '
+      do i = 1, size(names)
+         if (group_of(i) /= group) cycle
+         text = text//trim(names(i))
+         n_own = n_own - 1
+         if (n_own > 0) text = text//', '
+      end do
    end function name_hint
 
 end module rockdda_io_name_hints
