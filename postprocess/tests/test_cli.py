@@ -132,6 +132,7 @@ def test_plot_options(folder, capsys):
         (["sing", "wall.h5"], 2, "rockdda-post: error: No such command 'sing'"),
         (["plot", "none.h5"], 2, "none.h5: error: no such file"),
         (["plot", "text.h5"], 2, "text.h5: error: is not a results file: it is no HDF5 file"),
+        (["plot", "model.nml"], 2, "model.nml: error: is a model or an options file: `rockdda-post view` shows models"),
         (["plot", "wall.h5", "--field", "heat"], 2, "rockdda-post: error: there is no field 'heat'; the fields are:"),
         (["plot", "wall.h5", "--kind", "pie"], 2, "rockdda-post: error: there is no kind of picture 'pie'"),
         (["plot", "wall.h5", "--frame", "3"], 2, "wall.h5: error: there are frames 0 to 2, not 3"),
@@ -154,6 +155,7 @@ def test_plot_options(folder, capsys):
 )  # fmt: skip
 def test_errors_are_one_line(folder, capsys, arguments, code, message):
     (folder / "text.h5").write_text("no HDF5\n")
+    (folder / "model.nml").write_text("! a slope\n\n&model geometry = 'slope.dc' /\n")
     before = sorted(folder.iterdir())
     found, out, err = run(capsys, *arguments)
     assert (found, out) == (code, "")

@@ -48,6 +48,16 @@ def is_input(path: str | os.PathLike[str]) -> bool:
     return bool(head) and head != b"\x89HDF\r\n\x1a\n"
 
 
+def _is_namelist(path: str | os.PathLike[str]) -> bool:
+    """True for a file whose first line that is no comment begins a group, as `&model`."""
+    with Path(path).open(encoding="utf-8", errors="replace") as stream:
+        for line in stream:
+            text = line.split("!")[0].strip()
+            if text:
+                return text[0] in "&$"
+    return False
+
+
 def input_plot(
     path: str | os.PathLike[str],
     kind: str | None = None,
@@ -64,6 +74,9 @@ def input_plot(
     from ..cutting import Blocks
     from ..native import Session
 
+    if _is_namelist(path):
+        raise InputError("is a model or an options file: `rockdda-post view` shows models; pictures are of results, "
+                         "or of geometry and block files", path)
     if kind not in (None, *INPUT_KINDS):
         raise InputError(f"input is drawn as {' or '.join(INPUT_KINDS)}, not as {kind!r}", path)
     session = Session()
