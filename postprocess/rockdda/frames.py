@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from .callers import stack_level
 from .errors import InputError
+from .fields import FIELD_TEXTS, OLD_FIELDS
 
 if TYPE_CHECKING:
     import pandas
@@ -268,31 +269,26 @@ class Frame:
 
 def _fields() -> dict[str, Field]:
     """All fields by name."""
-    entries: list[tuple[str, str, str, Callable[[Frame], npt.NDArray[Any]]]] = [
-        ("displacement", "displacement", "of the centroid since the start", lambda f: np.hypot(*f.displacement.T)),
-        ("displacement_x", "displacement in x", "of the centroid since the start", lambda f: f.displacement[:, 0]),
-        ("displacement_y", "displacement in y", "of the centroid since the start", lambda f: f.displacement[:, 1]),
-        ("rotation", "rotation [rad]", "since the start, counter-clockwise", lambda f: f.rotation),
-        ("speed", "speed", "of the centroid", lambda f: np.hypot(*f.velocity[:, :2].T)),
-        ("velocity_x", "velocity in x", "of the centroid", lambda f: f.velocity[:, 0]),
-        ("velocity_y", "velocity in y", "of the centroid", lambda f: f.velocity[:, 1]),
-        ("spin", "spin [rad per time]", "angular velocity, counter-clockwise", lambda f: f.velocity[:, 2]),
-        ("stress_x", "σx", "tension positive", lambda f: f.stress[:, 0]),
-        ("stress_y", "σy", "tension positive", lambda f: f.stress[:, 1]),
-        ("stress_xy", "τxy", "shear stress", lambda f: f.stress[:, 2]),
-        ("stress_min", "smallest principal stress", "compression is negative", lambda f: f.principal_stress()[0][:, 1]),
-        ("stress_max", "largest principal stress", "tension positive", lambda f: f.principal_stress()[0][:, 0]),
-        ("stress_mean", "mean stress", "(σx + σy)/2, tension positive", lambda f: f.stress[:, :2].mean(axis=1)),
-        (
-            "stress_shear",
-            "largest shear stress",
-            "half the difference of the principal stresses",
-            lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
-        ),
-        ("material", "block material", "number, from 1", lambda f: f.results.block_material),
-        ("block", "block", "number, from 1", lambda f: np.arange(1, f.results.n_blocks + 1)),
-    ]
-    return {name: Field(name, label, description, compute) for name, label, description, compute in entries}
+    computed: dict[str, Callable[[Frame], npt.NDArray[Any]]] = {
+        "displacement": lambda f: np.hypot(*f.displacement.T),
+        "displacement_x": lambda f: f.displacement[:, 0],
+        "displacement_y": lambda f: f.displacement[:, 1],
+        "rotation": lambda f: f.rotation,
+        "speed": lambda f: np.hypot(*f.velocity[:, :2].T),
+        "velocity_x": lambda f: f.velocity[:, 0],
+        "velocity_y": lambda f: f.velocity[:, 1],
+        "spin": lambda f: f.velocity[:, 2],
+        "stress_x": lambda f: f.stress[:, 0],
+        "stress_y": lambda f: f.stress[:, 1],
+        "stress_xy": lambda f: f.stress[:, 2],
+        "stress_min": lambda f: f.principal_stress()[0][:, 1],
+        "stress_max": lambda f: f.principal_stress()[0][:, 0],
+        "stress_mean": lambda f: f.stress[:, :2].mean(axis=1),
+        "stress_shear": lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
+        "material": lambda f: f.results.block_material,
+        "block": lambda f: np.arange(1, f.results.n_blocks + 1),
+    }
+    return {name: Field(name, *texts, computed[name]) for name, texts in FIELD_TEXTS.items()}
 
 
 class _Fields(dict[str, Field]):
@@ -304,8 +300,6 @@ class _Fields(dict[str, Field]):
         raise KeyError(name)
 
 
-#: Present names of fields by the former ones.
-OLD_FIELDS = {"stress": "stress_min", "velocity": "speed"}
 FIELDS: dict[str, Field] = _Fields(_fields())
 
 

@@ -14,13 +14,13 @@ stress keeps its sign when the blocks are exchanged, forces do not; slip is summ
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .fields import JOINT_FIELDS, JointField
 from .frames import Frame
 from .materials import JointStrength
 
@@ -31,23 +31,6 @@ __all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class JointField:
-    """A number for every point of a joint."""
-
-    label: str
-    dimension: str  # for its unit
-
-
-JOINT_FIELDS = {
-    "normal_stress": JointField("normal stress of joints", "stress"),
-    "shear_stress": JointField("shear stress of joints", "stress"),
-    "opening": JointField("opening of joints", "length"),
-    "slip": JointField("slip of joints", "length"),
-    "mobilised": JointField("mobilised shear strength", ""),
-}
 
 
 def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> pandas.DataFrame:

@@ -25,7 +25,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
     "errors", "version", "outputs", "writing", "callers", "program", "text", "notebook", "interrupts",
-    "namelist", "materials", "native", "options", "groups", "storage", "frames", "joints", "start", "stages",
+    "namelist", "materials", "native", "options", "groups", "storage", "fields", "frames", "joints", "start", "stages",
     "results", "units", "deck", "places", "labelled", "cutting", "simulation", "reading", "model", "critical",
     "networks", "records", "plot", "film", "convert", "export", "analysis", "report", "study", "validation",
     "cli", "_old_names", "__init__", "__main__",
@@ -228,6 +228,17 @@ def test_the_import_is_quick():
     used, *heavy = done.stdout.split()
     assert heavy == []
     assert float(used) <= 0.25
+
+
+def test_help_of_the_command_loads_no_numbers():
+    """NumPy, h5py and Matplotlib take longer to load than the help to print."""
+    code = (
+        "import sys\nfrom rockdda.cli import app\n"
+        "print(*sorted({'numpy', 'h5py', 'matplotlib', 'pandas'} & set(sys.modules)))"
+    )
+    command, environment = [sys.executable, "-c", code], {"PYTHONPATH": str(PACKAGE.parent)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
 
 
 def test_public_names_are_there():

@@ -34,13 +34,12 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..results import Results
+from .limits import GRADIENT_LIMIT, WINDOW
 
 __all__ = ["GRADIENT_LIMIT", "WINDOW", "Loosening", "height_label", "loosening", "loosening_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
-GRADIENT_LIMIT = 0.005
-WINDOW = 2 / 3
 _SAMPLES = 2001  # of the window: steps need not be equally long
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, InputError, OutputError, RockddaError
-from ..joints import JOINT_FIELDS
+from ..fields import JOINT_FIELDS
 from . import exchange, records, shells, studies, validate
 from .common import (
     BAD_INPUT,

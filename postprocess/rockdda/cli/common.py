@@ -13,14 +13,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError, OutputError
-from ..frames import FIELDS, OLD_FIELDS, field_name
-from ..joints import JOINT_FIELDS
-from ..results import Results
+from ..fields import FIELD_TEXTS, JOINT_FIELDS, OLD_FIELDS
+
+if TYPE_CHECKING:
+    from ..results import Results
 
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
 DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
@@ -33,7 +34,7 @@ def _present_field(name: str) -> str:
     """The present name of a field, with a note where a former one was given."""
     present = OLD_FIELDS.get(name, name)
     if present != name:
-        typer.echo(f"note: the field {name!r} is now {present!r} ({FIELDS[present].label})", err=True)
+        typer.echo(f"note: the field {name!r} is now {present!r} ({FIELD_TEXTS[present][0]})", err=True)
     return present
 
 
@@ -41,8 +42,8 @@ FieldName = Annotated[
     str,
     typer.Option(
         "--field",
-        help=f"Field shown by the colours: {', '.join(FIELDS)}.",
-        autocompletion=lambda: list(FIELDS),
+        help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}.",
+        autocompletion=lambda: list(FIELD_TEXTS),
         callback=_present_field,
     ),
 ]
@@ -50,8 +51,8 @@ PlotFieldName = Annotated[
     str,
     typer.Option(
         "--field",
-        help=f"Field shown by the colours: {', '.join(FIELDS)}; of joints: {', '.join(JOINT_FIELDS)}.",
-        autocompletion=lambda: [*FIELDS, *JOINT_FIELDS],
+        help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: {', '.join(JOINT_FIELDS)}.",
+        autocompletion=lambda: [*FIELD_TEXTS, *JOINT_FIELDS],
         callback=_present_field,
     ),
 ]
@@ -98,6 +99,9 @@ def progress_bar(what: str, quiet: bool) -> Iterator[Callable[[int, int], None] 
 
 def open_results(path: Path, frame: int | None = None, field: str | None = None, frames: bool = True) -> Results:
     """Open a results file, and check that it has the given frame and field, and frames if needed."""
+    from ..frames import field_name
+    from ..results import Results
+
     results = Results(path)
     if not frames:
         return results

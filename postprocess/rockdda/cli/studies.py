@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..analysis.loosening import GRADIENT_LIMIT, WINDOW
+from ..analysis.limits import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
 from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar
 
