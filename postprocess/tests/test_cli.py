@@ -130,6 +130,7 @@ def test_plot_options(folder, capsys):
         (["plot"], 2, "rockdda-post: error: Missing argument 'FILE...'"),
         (["plot", "wall.h5", "--colour", "x"], 2, "rockdda-post: error: No such option: --colour"),
         (["sing", "wall.h5"], 2, "rockdda-post: error: No such command 'sing'"),
+        (["info", "wall.h5"], 2, "rockdda-post: error: No such command 'info'; it is `rockdda info`"),
         (["plot", "none.h5"], 2, "none.h5: error: no such file"),
         (["plot", "text.h5"], 2, "text.h5: error: is not a results file: it is no HDF5 file"),
         (["plot", "model.nml"], 2, "model.nml: error: is a model or an options file: `rockdda-post view` shows models"),

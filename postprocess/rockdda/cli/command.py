@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,6 +44,9 @@ from .common import (
 )
 
 __all__ = ["app", "main"]
+
+#: Commands of the program, which are no commands here.
+PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 
 app = typer.Typer(
     name="rockdda-post",
@@ -397,6 +401,9 @@ def main(arguments: list[str] | None = None) -> int:
             sys.stdout.flush()
     except click_error as error:  # type: ignore[misc]
         text = error.format_message() or "no command given"  # type: ignore[attr-defined]
+        named = re.match(r"No such command '(\w+)'", text)
+        if named and named[1] in PROGRAM_COMMANDS:
+            text = f"{text.rstrip('.')}; it is `rockdda {named[1]}`"
         return _end(BAD_INPUT, f"error: {text}")
     except InputError as error:
         return _end(BAD_INPUT, str(error), "" if error.file else "rockdda-post: ")

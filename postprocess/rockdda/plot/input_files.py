@@ -75,8 +75,11 @@ def input_plot(
     from ..native import Session
 
     if _is_namelist(path):
-        raise InputError("is a model or an options file: `rockdda-post view` shows models; pictures are of results, "
-                         "or of geometry and block files", path)
+        raise InputError(
+            "is a model or an options file: `rockdda-post view` shows models; pictures are of results, "
+            "or of geometry and block files",
+            path,
+        )
     if kind not in (None, *INPUT_KINDS):
         raise InputError(f"input is drawn as {' or '.join(INPUT_KINDS)}, not as {kind!r}", path)
     session = Session()
