@@ -107,7 +107,7 @@ contains
       call json%close('}')
    end subroutine finish_json
 
-   !> End a command that failed: print messages and error.
+   !> End a command that failed: print messages, notes only beside errors of the input, and error.
    subroutine report_failure(line, messages, error, exit_code)
       type(command_line_type), intent(in) :: line
       type(diagnostics_type), intent(in) :: messages
@@ -118,7 +118,7 @@ contains
       exit_code = 2
       if (allocated(error)) exit_code = error%code
       call show_messages(messages%summarised(), merge(severity%error, severity%warning, line%quiet), &
-                         with_places=.not. line%quiet)
+                         with_places=.not. line%quiet .and. messages%has_errors())
       if (allocated(error)) call show_error(error)
       if (.not. line%json) return
       call begin_json(json, line, 'error', exit_code)
