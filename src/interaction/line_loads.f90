@@ -51,7 +51,8 @@ contains
          end do
          if (carriers(l) == 0) call messages%add(severity%error, 'line load '//to_string(l)// &
             ': no block has both ends ('//to_string(ends(1))//', '//to_string(ends(2))//') and ('// &
-            to_string(ends(3))//', '//to_string(ends(4))//') on its outline', parameters%line_loads(l)%origin)
+            to_string(ends(3))//', '//to_string(ends(4))//") on its outline; &boundary kind = 'traction' loads the "// &
+            'edges of several blocks', parameters%line_loads(l)%origin)
       end do
    end subroutine find_carriers
 

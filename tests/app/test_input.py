@@ -297,7 +297,7 @@ class BadInput(ProgramTest):
             "&stage until_step = 3, release = 7 /": "stage 1 releases fixed point 7, but the model has 2",
             "&stage k01 = 1 /": "",
             "&line_load ends = 0.5, 0.5, 1.5, 0.7, force_start = 0, -1 /": "line load 1: no block has both ends "
-            "(0.5, 0.5) and (1.5, 0.7) on its outline",
+            "(0.5, 0.5) and (1.5, 0.7) on its outline; &boundary kind = 'traction' loads the edges of several blocks",
             "&joint_law material = 1, law = 'velocity', parameters = 20 /": "law of joint material 1: velocity takes 2 "
             "parameters: friction angle at high rates [deg], rate",
             "&joint_law material = 2, law = 'coulomb' /": "joint law 2: there is no joint material 2, they are 1 to 1",

@@ -68,9 +68,34 @@ class Mistakes(ProgramTest):
             for command in ("run", "fos"):
                 outcome = self.run_program(command, name)
                 self.assertEqual(outcome.code, 2)
-                self.assertRegex(outcome.err, rf"^{re.escape(name)}: error: expected a labelled file .*, {re.escape(text)}\n$")
+                self.assertRegex(
+                    outcome.err, rf"^{re.escape(name)}: error: expected a labelled file .*, {re.escape(text)}\n$"
+                )
         self.path("out.ckpt.h5").unlink()
         self.assertNotIn("resume", self.run_program("run", "out.h5").err)
+
+    def test_notes_are_no_noise_before_an_error_of_the_output(self):
+        self.write("out.h5", "mine")
+        text = (
+            "&model geometry = 'block.dc' /\n&block_material number = 1, density = 1, young = 1e9, poisson = 0.2 /\n"
+            "&joint_material number = 1, friction = 30 /\n&run steps = 1 /\n"
+            "&load gravity = 9.81 /\n&boundary along = 0,0, 4,0, kind = 'fixed' /\n"
+        )
+        self.write("a.nml", text)
+        self.assertIn("note: ", self.run_program("check", "a.nml").err)
+        outcome = self.run_program("run", "a.nml", "-o", "out.h5")
+        self.assertFails(outcome, 2, "rockdda: error: out.h5: the file exists; use --force to overwrite it")
+        # beside errors of the input they help
+        self.write("a.nml", text + "&boundary along = 7,7, 8,8, kind = 'fixed' /\n")
+        self.assertIn("note: ", self.run_program("run", "a.nml").err)
+
+    def test_what_the_geometry_file_holds_is_no_group(self):
+        self.write("a.nml", "&bolt ends = 0,0, 1,1 /\n&boundarry kind = 'fixed' /\n")
+        outcome = self.run_program("check", "a.nml")
+        self.assertIn(
+            "a.nml:1:1: error: unknown group &bolt; lines, points and bolts stand in the geometry file\n", outcome.err
+        )
+        self.assertIn("unknown group &boundarry; did you mean '&boundary'?", outcome.err)
 
     def test_few_of_many_files_of_a_folder_are_named(self):
         folder = self.path("many")
@@ -80,8 +105,8 @@ class Mistakes(ProgramTest):
         self.assertFails(
             self.run_program("run", "many"),
             2,
-            "many: error: a model folder must hold at most one labelled file (.nml with &model); found 9 labelled files "
-            "(m0.nml, m1.nml, m2.nml, m3.nml, m4.nml and 4 more): name the one to take",
+            "many: error: a model folder must hold at most one labelled file (.nml with &model); found 9 labelled "
+            "files (m0.nml, m1.nml, m2.nml, m3.nml, m4.nml and 4 more): name the one to take",
         )
 
     def test_unknown_command(self):

@@ -56,6 +56,11 @@ module rockdda_io_option_reader
       procedure, private :: demand_bounds
    end type option_reader_type
 
+   !> What stands in the geometry file, and not in the options.
+   character(len=*), parameter :: geometry_words(13) = [character(len=14) :: 'block', 'blocks', 'bolt', 'bolts', &
+                                                        'fixed', 'hole', 'hole_point', 'line', 'lines', 'loading', &
+                                                        'material_line', 'measured', 'measured_point']
+
 contains
 
    !> Begin with a parsed file, which must outlive the reader.
@@ -86,7 +91,7 @@ contains
          associate (group => self%namelist%groups(i))
             if (.not. self%known_group(i)) then
                call self%messages%add(severity%error, 'unknown group &'//group%name// &
-                                      group_hint(group%name, list%groups(:list%n_groups)%name), &
+                                      group_hint(group%name, list%groups(:list%n_groups)%name, geometry_words), &
                                       self%namelist%origin(group%place))
                cycle
             end if

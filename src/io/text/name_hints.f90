@@ -11,13 +11,20 @@ module rockdda_io_name_hints
 
 contains
 
-   !> The nearest group, as "; did you mean '&time'?".
-   pure function group_hint(group, groups) result(text)
+   !> The nearest group, as "; did you mean '&time'?", or where else what the name says stands.
+   pure function group_hint(group, groups, geometry_words) result(text)
       character(len=*), intent(in) :: group
       character(len=*), intent(in) :: groups(:)     !! valid groups of the file
+      character(len=*), intent(in), optional :: geometry_words(:)   !! what the geometry file holds
       character(len=:), allocatable :: text
       character(len=name_length + 1) :: known(size(groups))
       integer :: i
+      if (present(geometry_words)) then
+         if (any(geometry_words == group)) then
+            text = '; lines, points and bolts stand in the geometry file'
+            return
+         end if
+      end if
       do i = 1, size(groups)
          known(i) = '&'//groups(i)
       end do
