@@ -195,7 +195,7 @@ contains
          if (accuracy%sudden_load > much_unbalanced) call add('at time '//to_string(accuracy%begin, 5)// &
             ' forces are out of balance at once (by '//to_string(accuracy%sudden_load, 2)//') on bolts or joints '// &
             'without damping', unseen)
-         if (accuracy%n_passed > much_passed*sim%state%step) &
+         if (accuracy%n_passed > much_passed*sim%state%step .and. accuracy%kinks_matter(wanted, compared)) &
             call add('friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed', unseen)
          unsettled = len(unseen) > 0
          if (strikes_matter(sim)) call add(strikes_text(sim), unseen)
@@ -278,7 +278,7 @@ contains
    pure real(wp) function share_after_strikes(sim) result(share)
       type(simulation_type), intent(in) :: sim
       share = 0
-      if (sim%control%time_error%largest > 0) share = sim%control%strikes%way_after(sim%state)/ &
+      if (sim%control%time_error%largest > 0) share = sim%control%strikes%way_after(sim%step_context_type)/ &
                                                       sim%control%time_error%largest
    end function share_after_strikes
 
@@ -298,7 +298,7 @@ contains
       type(simulation_type), intent(in) :: sim
       associate (p => sim%parameters)
          strikes_matter = share_after_strikes(sim) > merge(min(much_error, p%accuracy), much_error, p%accuracy > 0) &
-                          .and. sim%control%strikes%way_after(sim%state) > rest(p)
+                          .and. sim%control%strikes%way_after(sim%step_context_type) > rest(p)
       end associate
    end function strikes_matter
 

@@ -107,6 +107,7 @@ module rockdda_stepping_accuracy
       integer :: calm = calm_steps !! of them, since the last kink
       integer :: n_kinks = 0       !! kinks followed
       integer :: n_passed = 0      !! steps with a kink that was passed over
+      real(wp) :: passed = 0       !! sum of the squares of the displacements by which those steps are wrong [length**2]
       integer :: n_least = 0       !! steps as short as they may be
       type(dynamic_step_type) :: attempt   !! at the step at hand, scratch
       real(wp) :: sudden_load = 0  !! unbalanced force after the first step on joints without damping, or bolts
@@ -120,6 +121,7 @@ module rockdda_stepping_accuracy
       procedure, private :: may_follow
       procedure :: next_step
       procedure :: note_energies
+      procedure :: kinks_matter
       procedure :: values
    end type accuracy_type
 
@@ -143,6 +145,7 @@ contains
       fresh%first_held = self%first_held
       fresh%n_kinks = self%n_kinks
       fresh%n_passed = self%n_passed
+      fresh%passed = self%passed
       fresh%n_least = self%n_least
       select type (self)
       type is (accuracy_type)
@@ -258,7 +261,10 @@ contains
       end if
       self%of_others = self%of_others + 1
       self%calm = merge(0, min(self%calm + 1, calm_steps), has_kink)
-      if (has_kink) self%n_passed = self%n_passed + 1
+      if (has_kink) then
+         self%n_passed = self%n_passed + 1
+         self%passed = self%passed + (0.5_wp*step%at_kink*step%dt**2)**2
+      end if
       self%n = self%n + 1
       self%rest = max(self%rest - 1, 0)
       lasted = step%time - self%begin
@@ -435,15 +441,25 @@ contains
 
    end function step_to_row
 
+   !> Are kinks that were passed over worth a warning? Contacts that flutter lock again, or turn back, within few steps:
+   !> the velocity error of a kink then lasts no longer, and displaces its block by 1/2 da dt**2, this way or that.
+   !> Their sum, as of random signs, is compared with what steps leave of the accuracy.
+   pure logical function kinks_matter(self, accuracy, largest)
+      class(accuracy_type), intent(in) :: self
+      real(wp), intent(in) :: accuracy         !! that is wanted
+      real(wp), intent(in) :: largest          !! displacement to which errors are compared [length]
+      kinks_matter = sqrt(self%passed) > (1 - aim)*accuracy*largest
+   end function kinks_matter
+
    !> All numbers that must be finite and not negative.
    pure function values(self)
       class(accuracy_type), intent(in) :: self
-      real(wp) :: values(16)
+      real(wp) :: values(17)
       values = [self%begin, self%since, self%error, self%rate, self%window, self%other_dt, self%other_growth, &
                 self%held_until, self%wanted, self%jerk, self%first_held, self%sudden_load, self%regrow, &
-                self%kink_dt, self%kink_end, real(min(self%n, self%rest, self%purpose, self%n_held, self%of_kink, &
-                                                      self%of_kinks, self%of_others, self%calm, self%n_kinks, &
-                                                      self%n_passed, self%n_least), wp)]
+                self%kink_dt, self%kink_end, self%passed, &
+                real(min(self%n, self%rest, self%purpose, self%n_held, self%of_kink, self%of_kinks, self%of_others, &
+                         self%calm, self%n_kinks, self%n_passed, self%n_least), wp)]
    end function values
 
 end module rockdda_stepping_accuracy

@@ -6,10 +6,10 @@
 !> faster than `least_share` of the largest speed of any block so far. Of each block the fastest strike counts; slow
 !> ones are forgotten as blocks become faster. What counts is the largest distance from there at the end of any step:
 !> a block that bounces and comes back to where it was struck depends on the step all the same. With a coefficient of
-!> restitution the first rebound does not, and the distance is that at the end.
+!> restitution the first rebound does not, and the distance is that at the end. Where records move the
+!> supports, distances are those from the ground that moves with them.
 module rockdda_stepping_strikes
    use rockdda_base_kinds, only : wp, i1
-   use rockdda_model_state, only : block_state_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : opening_speed
@@ -19,8 +19,8 @@ module rockdda_stepping_strikes
 
    !> Share of the largest speed below which blocks that meet do not strike each other.
    real(wp), parameter :: least_share = 0.05_wp
-   !> Rows of `of_blocks`: centroid at the fastest strike, speed of that strike or 0, largest distance since the first
-   !> strike that counts, 1 where the fastest strike has no law of impact.
+   !> Rows of `of_blocks`: centroid from the ground at the fastest strike, speed of that strike or 0, largest distance
+   !> since the first strike that counts, 1 where the fastest strike has no law of impact.
    integer, parameter :: n_rows = 5, at_speed = 3, at_way = 4, at_lawless = 5
 
    !> Part of the state of a run.
@@ -73,7 +73,7 @@ contains
          allocate (self%of_blocks(n_rows, context%blocks%n_blocks), source=0.0_wp)
       end if
       do i = 1, size(self%of_blocks, 2)
-         if (self%of_blocks(at_lawless, i) > 0) self%of_blocks(at_way, i) = self%way_of(context%state, i)
+         if (self%of_blocks(at_lawless, i) > 0) self%of_blocks(at_way, i) = self%way_of(context, i)
       end do
       self%fastest = max(self%fastest, speed)
       do c = 1, table%n
@@ -93,7 +93,7 @@ contains
          if (.not. at > max(least_share*self%fastest, self%of_blocks(at_speed, i))) return
          ! the way after a strike that counts is not lost by a faster one
          if (.not. self%counts(i)) self%of_blocks(at_way, i) = 0
-         self%of_blocks(:at_speed, i) = [context%state%centroid(:, i), at]
+         self%of_blocks(:at_speed, i) = [from_ground(context, i), at]
          self%of_blocks(at_lawless, i) = merge(1, 0, is_lawless)
       end subroutine mark
 
@@ -117,21 +117,31 @@ contains
    end function count_struck
 
    !> Largest distance of a block from where it was struck fastest, up to now [length].
-   pure real(wp) function way_of(self, state, i)
+   pure real(wp) function way_of(self, context, i)
       class(strikes_type), intent(in) :: self
-      type(block_state_type), intent(in) :: state      !! now
+      type(step_context_type), intent(in) :: context   !! now
       integer, intent(in) :: i                         !! block
-      way_of = max(self%of_blocks(at_way, i), norm2(state%centroid(:, i) - self%of_blocks(1:2, i)))
+      way_of = max(self%of_blocks(at_way, i), norm2(from_ground(context, i) - self%of_blocks(1:2, i)))
    end function way_of
 
+   !> Centroid of a block less the displacement of the ground.
+   pure function from_ground(context, i) result(place)
+      type(step_context_type), intent(in) :: context   !! now
+      integer, intent(in) :: i                         !! block
+      real(wp) :: place(2)
+      place = context%state%centroid(:, i)
+      if (context%ground_motion%acts('base_motion')) place = place - &
+         context%ground_motion%displacement('base_motion', context%state%time - context%motion_start)
+   end function from_ground
+
    !> The same of all blocks.
-   pure real(wp) function way_after(self, state)
+   pure real(wp) function way_after(self, context)
       class(strikes_type), intent(in) :: self
-      type(block_state_type), intent(in) :: state      !! now
+      type(step_context_type), intent(in) :: context   !! now
       integer :: i
       way_after = 0
       do i = 1, size(self%of_blocks, 2)
-         if (self%counts(i)) way_after = max(way_after, self%way_of(state, i))
+         if (self%counts(i)) way_after = max(way_after, self%way_of(context, i))
       end do
    end function way_after
 

@@ -141,6 +141,7 @@ contains
          call archive%item('accuracy_calm', accuracy%calm)
          call archive%item('accuracy_n_kinks', accuracy%n_kinks)
          call archive%item('accuracy_n_passed', accuracy%n_passed)
+         call archive%item('accuracy_passed', accuracy%passed)
          call archive%item('accuracy_regrow', accuracy%regrow)
          call archive%item('accuracy_wanted', accuracy%wanted)
          call archive%item('accuracy_jerk', accuracy%jerk)
