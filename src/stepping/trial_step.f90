@@ -60,7 +60,6 @@ module rockdda_stepping_trial_step
       procedure, private :: try_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
-      procedure, private :: find_start_forces
       procedure, private :: turn_forces
       procedure, private :: judge_accuracy
       procedure, private :: shorten_step
@@ -223,7 +222,7 @@ contains
       end if
       if (self%scheme%second_order) call self%turn_forces()
       if (is_first .and. self%control%follows_error(self%parameters) .and. &
-          .not. (self%scheme%second_order .or. self%control%time_error%counts)) call self%find_start_forces()
+          .not. (self%scheme%second_order .or. self%control%time_error%counts)) call find_start_forces()
       self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
                                 abs(self%control%k01(self%parameters) - 1) <= 0
       call self%expect_motion(is_first)
@@ -244,6 +243,28 @@ contains
       call self%judge_accuracy(at_floor, report%outcome)
 
    contains
+
+      !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within its
+      !> first step, so that its end does not tell that they were out of balance.
+      subroutine find_start_forces()
+         type(time_scheme_type) :: scheme
+         real(wp), allocatable :: velocity(:, :)
+         integer :: i
+         scheme = self%scheme
+         allocate (velocity, source=self%state%velocity)
+         self%state%velocity = 0
+         self%scheme%level = 0
+         self%scheme%seeks_start = .true.
+         call self%renew_all()
+         call self%expect()
+         call assemble_start(self)
+         if (.not. allocated(self%at_start)) allocate (self%at_start(4, self%blocks%n_blocks))
+         do i = 1, self%blocks%n_blocks
+            self%at_start(:, i) = [self%equations%f(1:3, i), norm2(self%equations%magnitude(1:2, i))]
+         end do
+         self%state%velocity = velocity
+         self%scheme = scheme
+      end subroutine find_start_forces
 
       !> With a wanted accuracy: blocks that neither touch others at the start or the end of the step nor are held.
       subroutine find_flights()
@@ -343,29 +364,6 @@ contains
       end subroutine add_damping
 
    end subroutine find_acceleration
-
-   !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within its
-   !> first step, so that its end does not tell that they were out of balance.
-   subroutine find_start_forces(self)
-      class(trial_step_type), intent(inout) :: self
-      type(time_scheme_type) :: scheme
-      real(wp), allocatable :: velocity(:, :)
-      integer :: i
-      scheme = self%scheme
-      allocate (velocity, source=self%state%velocity)
-      self%state%velocity = 0
-      self%scheme%level = 0
-      self%scheme%seeks_start = .true.
-      call self%renew_all()
-      call self%expect()
-      call assemble_start(self)
-      if (.not. allocated(self%at_start)) allocate (self%at_start(4, self%blocks%n_blocks))
-      do i = 1, self%blocks%n_blocks
-         self%at_start(:, i) = [self%equations%f(1:3, i), norm2(self%equations%magnitude(1:2, i))]
-      end do
-      self%state%velocity = velocity
-      self%scheme = scheme
-   end subroutine find_start_forces
 
    !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
    !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the equations
