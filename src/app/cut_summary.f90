@@ -4,7 +4,7 @@ module rockdda_app_cut_summary
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_cutting_cut, only : cut_report_type
    use rockdda_app_arguments, only : command_line_type
@@ -57,7 +57,7 @@ contains
       end if
       cells = ''
       if (allocated(blocks%parent)) cells = ' (cut from '//to_string(n_parents)//' blocks)'
-      call print_line(output//': '//to_string(blocks%n_blocks)//' blocks'//cells//', '// &
+      call print_line(output//': '//counted(blocks%n_blocks, 'block')//cells//', '// &
                to_string(blocks%n_vertices())//' vertices'//nl// &
                'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
                ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &

@@ -4,7 +4,7 @@ module rockdda_app_run_summary
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_model_state, only : energy_names, n_energies
    use rockdda_model_stage_options, only : stage_name
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
@@ -40,9 +40,9 @@ contains
       if (exit_code == error_code%stopped) status = 'stopped'
       if (allocated(error)) status = 'error'
       if (.not. line%json) then
-         call print_line(status//': '//to_string(run%sim%state%step)//' steps to time '// &
+         call print_line(status//': '//counted(run%sim%state%step, 'step')//' to time '// &
                   to_string(run%sim%state%time, 10)//kept_text(run, n_steps, time)//', '// &
-                  to_string(run%sim%blocks%n_blocks)//' blocks, contacts '// &
+                  counted(run%sim%blocks%n_blocks, 'block')//', contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
                   'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &

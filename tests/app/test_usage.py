@@ -59,7 +59,9 @@ class Mistakes(ProgramTest):
 
     def test_results_instead_of_a_model(self):
         """The command that was meant is named."""
-        self.assertEqual(self.run_program("run", "block.dc", "block.df", "-o", "out.h5", "--steps", "1").code, 0)
+        outcome = self.run_program("run", "block.dc", "block.df", "-o", "out.h5", "--steps", "1")
+        self.assertEqual(outcome.code, 0)
+        self.assertRegex(outcome.out, r"^done: 1 step to time .*, 2 blocks, contacts ")
         for name, text in (
             ("out.ckpt.h5", "found a checkpoint file; 'rockdda resume out.ckpt.h5' continues its run"),
             ("out.h5", "found an HDF5 file, such as the results of a run ('rockdda info' describes it, 'rockdda-post' "
