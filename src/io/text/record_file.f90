@@ -5,6 +5,7 @@ module rockdda_io_record_file
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
+   use rockdda_io_row_reader, only : semicolon_hint
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
@@ -72,7 +73,8 @@ contains
          at = [i, min(i + wanted - 1, last)]
          if (last - i + 1 < wanted) then
             call messages%add(severity%error, 'row '//to_string(n)//': expected at least '//to_string(wanted)// &
-                              ' numbers on this line, found '//to_string(last - i + 1), tokens%origin(last))
+                              ' numbers on this line, found '//to_string(last - i + 1)// &
+                              semicolon_hint(tokens, i, last), tokens%origin(last))
             if (n == 1) then
                rows = rows(:, 1:0)
                return

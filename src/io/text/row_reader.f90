@@ -8,7 +8,7 @@ module rockdda_io_row_reader
    use rockdda_io_tokens, only : token_list_type, token_kind
    implicit none
    private
-   public :: row_reader_type
+   public :: row_reader_type, semicolon_hint
 
    integer, parameter :: longest_row = 16
 
@@ -102,7 +102,7 @@ contains
                            tokens%origin(i))
       end do
       if (n >= size(names) .and. n <= most) return
-      if (n < size(names)) hint = ''
+      if (n < size(names)) hint = semicolon_hint(tokens, first, first + n - 1)
       call messages%add(severity%error, object//': expected '//to_string(size(names))// &
                         ' numbers on this line, found '//to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
    end subroutine read_row
@@ -148,6 +148,20 @@ contains
          return
       end do
    end function decimal_comma
+
+   !> A hint where numbers of a row are separated by semicolons, as spreadsheets write them where the comma is the
+   !> decimal sign; empty when they are not.
+   pure function semicolon_hint(tokens, from, to) result(text)
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: from, to                !! tokens
+      character(len=:), allocatable :: text
+      integer :: j
+      text = ''
+      do j = from, to
+         if (index(tokens%text(j), ';') > 0) &
+            text = "; numbers are separated by commas or blanks, not by ';', and have a decimal point"
+      end do
+   end function semicolon_hint
 
    !> Skip rows of numbers.
    pure subroutine skip_to_keyword(self, tokens)
