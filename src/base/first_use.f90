@@ -1,17 +1,15 @@
 ! SPDX-License-Identifier: MIT
 !> First use of large arrays. The system gives the memory of a new array page by page, at the first number that is
-!> written to each, and such a fault takes longer than clearing the page. Here one call takes many pages, and very large
-!> arrays ask for huge ones.
+!> written to each, and such a fault takes longer than clearing the page. Here one call takes many pages, all threads
+!> share the work, and very large arrays ask for huge pages.
 module rockdda_base_first_use
-   use, intrinsic :: iso_c_binding, only : c_ptr, c_loc, c_size_t
+   use, intrinsic :: iso_c_binding, only : c_ptr, c_loc, c_size_t, c_int
    use, intrinsic :: iso_fortran_env, only : real32
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
    public :: set_zero, take_pages, take_bytes
 
-   !> Bytes that are taken and cleared at a time: they stay in the cache in between.
-   integer(i8), parameter :: part = 2_i8**22
    !> Smaller arrays are left to faults [bytes].
    integer(i8), parameter :: large = 2_i8**20
    !> Arrays from here on take huge pages as far as these fit whole into them [bytes].
@@ -35,17 +33,12 @@ module rockdda_base_first_use
    end interface take_pages
 
    interface
-      pure subroutine c_take(from, bytes) bind(C, name='rockdda_memory_take')
-         import :: c_ptr, c_size_t
+      pure subroutine c_take(from, bytes, clears, is_huge) bind(C, name='rockdda_memory_take')
+         import :: c_ptr, c_size_t, c_int
          type(c_ptr), value, intent(in) :: from
          integer(c_size_t), value, intent(in) :: bytes
+         integer(c_int), value, intent(in) :: clears, is_huge   !! 0 or 1
       end subroutine c_take
-
-      pure subroutine c_widen(from, bytes) bind(C, name='rockdda_memory_widen')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value, intent(in) :: from
-         integer(c_size_t), value, intent(in) :: bytes
-      end subroutine c_widen
    end interface
 
 contains
@@ -108,35 +101,37 @@ contains
    pure subroutine take_bytes(from, bytes)
       type(c_ptr), intent(in) :: from
       integer(i8), intent(in) :: bytes
-      if (bytes < large) return
-      if (bytes >= huge_pages) call c_widen(from, int(bytes, c_size_t))
-      call c_take(from, int(bytes, c_size_t))
+      if (bytes >= large) call take(from, bytes, 0_c_int)
    end subroutine take_bytes
 
    !> n numbers to zero.
    pure subroutine clear_reals(n, array)
       integer(i8), intent(in) :: n
       real(wp), intent(inout), target :: array(n)
-      integer(i8) :: first, last
-      if (8*n >= huge_pages) call c_widen(c_loc(array), int(8*n, c_size_t))
-      do first = 1, n, part/8
-         last = min(n, first + part/8 - 1)
-         if (8*n >= large) call c_take(c_loc(array(first)), int(8*(last - first + 1), c_size_t))
-         array(first:last) = 0
-      end do
+      if (8*n < large) then
+         array = 0
+      else
+         call take(c_loc(array), 8*n, 1_c_int)
+      end if
    end subroutine clear_reals
 
    !> n integers to zero.
    pure subroutine clear_integers(n, array)
       integer(i8), intent(in) :: n
       integer, intent(inout), target :: array(n)
-      integer(i8) :: first, last
-      if (4*n >= huge_pages) call c_widen(c_loc(array), int(4*n, c_size_t))
-      do first = 1, n, part/4
-         last = min(n, first + part/4 - 1)
-         if (4*n >= large) call c_take(c_loc(array(first)), int(4*(last - first + 1), c_size_t))
-         array(first:last) = 0
-      end do
+      if (4*n < large) then
+         array = 0
+      else
+         call take(c_loc(array), 4*n, 1_c_int)
+      end if
    end subroutine clear_integers
+
+   !> Take pages, and set them to zero if wanted.
+   pure subroutine take(from, bytes, clears)
+      type(c_ptr), intent(in) :: from
+      integer(i8), intent(in) :: bytes
+      integer(c_int), intent(in) :: clears   !! 0 or 1
+      call c_take(from, int(bytes, c_size_t), clears, merge(1_c_int, 0_c_int, bytes >= huge_pages))
+   end subroutine take
 
 end module rockdda_base_first_use
