@@ -17,7 +17,7 @@ module rockdda_linear_block_norm
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_small_blocks, only : factorize_packed, n_packed, square_packed
+   use rockdda_linear_small_blocks, only : factorize_packed, n_packed
    implicit none
    private
    public :: block_norm_type
@@ -36,9 +36,7 @@ module rockdda_linear_block_norm
    contains
       procedure :: set_chunks
       procedure :: factorize_diagonal
-      procedure :: factorize_blocks
       procedure :: norm
-      procedure :: norm_of_part
       procedure :: norm_of_sums
       procedure :: chunk_square
       procedure :: get_factor
@@ -115,26 +113,6 @@ contains
       if (bad == 0) self%values_id = matrix%values_id
    end subroutine factorize_diagonal
 
-   !> Factorise other blocks; `bad` is the first that has no factor.
-   subroutine factorize_blocks(self, blocks, bad)
-      class(block_norm_type), intent(inout) :: self
-      real(wp), intent(in), contiguous :: blocks(:, :, :)   !! (6, 6, n)
-      integer, intent(out) :: bad                   !! 0: none
-      integer :: c, i, last
-      self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, blocks) private(c, i, last) schedule(static)
-      do c = 1, self%n_chunks
-         self%trouble(c) = 0
-         do i = self%first(c), self%first(c + 1) - 1, 4
-            last = min(i + 3, self%first(c + 1) - 1)
-            call factorize_part(self, c, i, last, blocks, [i, min(i + 1, last), min(i + 2, last), last])
-            if (self%trouble(c) > 0) exit
-         end do
-      end do
-      !$omp end parallel do
-      bad = first_trouble(self)
-   end subroutine factorize_blocks
-
    !> Factorise the blocks i to `last`, at most four, of a chunk.
    subroutine factorize_part(self, c, i, last, values, place)
       type(block_norm_type), intent(inout) :: self
@@ -174,36 +152,6 @@ contains
       !$omp end parallel do
       norm = self%norm_of_sums()
    end function norm
-
-   !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
-   pure real(wp) function norm_of_part(self, v, group, stride) result(norm)
-      class(block_norm_type), intent(in) :: self
-      real(wp), intent(in), contiguous :: v(:, :)   !! (6, n)
-      integer, intent(in) :: group, stride
-      real(wp) :: total, l(n_packed)
-      integer :: c, first, g, i, last
-      total = 0
-      c = 1
-      do first = 1, size(v, 2), stride
-         i = first
-         do while (i <= min(first + group - 1, size(v, 2)))
-            do while (i >= self%first(c + 1))
-               c = c + 1
-            end do
-            last = i
-            if (mod(i - self%first(c), 4) == 0) then
-               last = min(first + group, self%first(c + 1)) - 1
-               g = self%first_four(c) + (i - self%first(c))/4
-               total = total + sum_of_squares(last - i + 1, self%factor(:, :, g), v(:, i:last))
-            else
-               call self%get_factor(i, l)
-               total = total + square_packed(l, v(:, i))
-            end if
-            i = last + 1
-         end do
-      end do
-      norm = sqrt(total)
-   end function norm_of_part
 
    !> The packed factor of block i.
    pure subroutine get_factor(self, i, l)

@@ -58,17 +58,13 @@ static inline __attribute__((always_inline)) void take_roots(four *x)
       root = one / r_; \
    } while (0)
 
-/* Cholesky factors of four blocks of `values`, in place[0] to place[3], counted from 1. Returns 0, with an undefined
- * factor, when one of them is not finite and positive definite. */
-FOR_EACH_PROCESSOR
-int rockdda_factorize_four(const double *values, const int *place, double *factor)
+/* Cholesky factors of the four blocks that begin at a[0] to a[3]. Returns 0, and no factors, when one of them is not
+ * finite and positive definite. */
+static inline __attribute__((always_inline)) int factorize(const double *const *a, loose_four *l)
 {
    const four one = {1, 1, 1, 1}, least = {4 * DBL_EPSILON, 4 * DBL_EPSILON, 4 * DBL_EPSILON, 4 * DBL_EPSILON};
    const four_bits magnitude = {INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
    const four_bits infinite = {0x7ff0000000000000, 0x7ff0000000000000, 0x7ff0000000000000, 0x7ff0000000000000};
-   const double *a[4];
-   for (int q = 0; q < 4; ++q)
-      a[q] = values + 36 * ((long)place[q] - 1);
    four a11, a21, a31, a41, a51, a61, a22, a32, a42, a52, a62, a33, a43, a53, a63, a44, a54, a64, a55, a65, a66, unused;
    GATHER_FOUR(a, 0, a11, a21, a31, a41);
    GATHER_TWO(a, 4, a51, a61);
@@ -110,13 +106,48 @@ int rockdda_factorize_four(const double *values, const int *place, double *facto
    PIVOT(rest, a66, p6);
    if (good[0] == 0 || good[1] == 0 || good[2] == 0 || good[3] == 0)
       return 0;
-   loose_four *l = (loose_four *)factor;
    const four packed[21] = {p1,  c21, c31, c41, c51, c61, p2,  c32, c42, c52, c62,
                             p3,  c43, c53, c63, p4,  c54, c64, p5,  c65, p6};
 #pragma GCC unroll 21
    for (int k = 0; k < 21; ++k)
       l[k] = packed[k];
    return 1;
+}
+
+/* Add the squares r^T A^-1 r of the first n of four blocks with these factors, whose forces begin at p[0] to p[3], one
+ * after the other. */
+static inline __attribute__((always_inline)) double add_squares(double total, int n, const loose_four *l,
+                                                                const double *const *p)
+{
+   four r1, r2, r3, r4, r5, r6;
+   GATHER_FOUR(p, 0, r1, r2, r3, r4);
+   GATHER_TWO(p, 4, r5, r6);
+   const four b1 = r1 * l[0];
+   const four b2 = (r2 - l[1] * b1) * l[6];
+   const four b3 = ((r3 - l[2] * b1) - l[7] * b2) * l[11];
+   const four b4 = (((r4 - l[3] * b1) - l[8] * b2) - l[12] * b3) * l[15];
+   const four b5 = ((((r5 - l[4] * b1) - l[9] * b2) - l[13] * b3) - l[16] * b4) * l[18];
+   const four b6 = (((((r6 - l[5] * b1) - l[10] * b2) - l[14] * b3) - l[17] * b4) - l[19] * b5) * l[20];
+   const four square = ((((b1 * b1 + b2 * b2) + b3 * b3) + b4 * b4) + b5 * b5) + b6 * b6;
+   total += square[0];
+   if (n > 1)
+      total += square[1];
+   if (n > 2)
+      total += square[2];
+   if (n > 3)
+      total += square[3];
+   return total;
+}
+
+/* The factors of four blocks of `values`, in place[0] to place[3], counted from 1. Returns 0, with an undefined factor,
+ * when one of them is not finite and positive definite. */
+FOR_EACH_PROCESSOR
+int rockdda_factorize_four(const double *values, const int *place, double *factor)
+{
+   const double *a[4];
+   for (int q = 0; q < 4; ++q)
+      a[q] = values + 36 * ((long)place[q] - 1);
+   return factorize(a, (loose_four *)factor);
 }
 
 /* Sum of r^T A^-1 r over n blocks with these factors, block by block. */
@@ -133,24 +164,34 @@ double rockdda_sum_of_squares(int n, const double *factor, const double *r)
          r = padded;
       }
       const double *p[4] = {r, r + 6, r + 12, r + 18};
-      const loose_four *l = (const loose_four *)factor;
-      four r1, r2, r3, r4, r5, r6;
-      GATHER_FOUR(p, 0, r1, r2, r3, r4);
-      GATHER_TWO(p, 4, r5, r6);
-      const four b1 = r1 * l[0];
-      const four b2 = (r2 - l[1] * b1) * l[6];
-      const four b3 = ((r3 - l[2] * b1) - l[7] * b2) * l[11];
-      const four b4 = (((r4 - l[3] * b1) - l[8] * b2) - l[12] * b3) * l[15];
-      const four b5 = ((((r5 - l[4] * b1) - l[9] * b2) - l[13] * b3) - l[16] * b4) * l[18];
-      const four b6 = (((((r6 - l[5] * b1) - l[10] * b2) - l[14] * b3) - l[17] * b4) - l[19] * b5) * l[20];
-      const four square = ((((b1 * b1 + b2 * b2) + b3 * b3) + b4 * b4) + b5 * b5) + b6 * b6;
-      total += square[0];
-      if (n > 1)
-         total += square[1];
-      if (n > 2)
-         total += square[2];
-      if (n > 3)
-         total += square[3];
+      total = add_squares(total, n, (const loose_four *)factor, p);
    }
    return total;
+}
+
+/* The same for the n blocks of `values` in place[0] to place[n - 1], with factors that are not kept. Returns 0, with an
+ * undefined total, when a block is not finite and positive definite. */
+FOR_EACH_PROCESSOR
+int rockdda_sum_anew(int n, const double *values, const int *place, const double *r, double *total)
+{
+   double sum = 0;
+   double padded[24] = {0};
+   four l[21];
+   for (; n > 0; n -= 4, place += 4, r += 24)
+   {
+      const double *a[4];
+      for (int q = 0; q < 4; ++q)
+         a[q] = values + 36 * ((long)place[q < n ? q : n - 1] - 1);
+      if (!factorize(a, (loose_four *)l))
+         return 0;
+      if (n < 4)
+      {
+         memcpy(padded, r, 6 * n * sizeof(double));
+         r = padded;
+      }
+      const double *p[4] = {r, r + 6, r + 12, r + 18};
+      sum = add_squares(sum, n, (const loose_four *)l, p);
+   }
+   *total = sum;
+   return 1;
 }

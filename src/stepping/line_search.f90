@@ -11,16 +11,16 @@
 !> to the best of a falling sequence of fractions.
 !>
 !> |R|^2 is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness
-!> (rockdda_linear_block_norm). No solve is needed for it. Whether it is below a share of another one is mostly clear
+!> (rockdda_linear_norm_anew). No solve is needed for it. Whether it is below a share of another one is mostly clear
 !> from a few of the blocks of that: their part of the sum is a lower bound.
 module rockdda_stepping_line_search
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_base_parallel, only : parallel_blocks, piece
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
-   use rockdda_linear_block_norm, only : block_norm_type
+   use rockdda_linear_norm_anew, only : norm_anew_type
    use rockdda_linear_products, only : add_product
    implicit none
    private
@@ -44,7 +44,9 @@ module rockdda_stepping_line_search
    type :: line_search_type
       private
       real(wp), allocatable :: x(:, :)              !! (6, nb)
-      type(block_norm_type) :: weights              !! K_ii
+      type(norm_anew_type) :: weights               !! by K_ii, or by the terms of single blocks
+      logical :: by_terms = .false.                 !! the latter
+      logical :: has_weights = .true.               !! all blocks of the last norm have a factor
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
       integer, allocatable :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
@@ -79,14 +81,14 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, a
-      integer :: k, bad
+      integer :: k
 
       fraction = 1
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
-      call self%weights%factorize_diagonal(equations%matrix, bad)
-      if (bad > 0) return
+      self%by_terms = .false.
       least = self%measure(1.0_wp, families, equations)
+      if (.not. self%has_weights) return
       if (least <= enough*self%measure_part(0.0_wp, families, equations)) return
       at_start = self%measure(0.0_wp, families, equations)
       if (least <= enough*at_start) return
@@ -115,18 +117,13 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: share
       real(wp) :: kept, part, present
-      integer :: bad
       is_better = .false.
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
-      if (allocated(equations%block_of)) then
-         call self%weights%factorize_blocks(equations%block_matrix(:, :, equations%block_of), bad)
-      else
-         call self%weights%factorize_blocks(equations%block_matrix, bad)
-      end if
-      if (bad > 0) return
+      self%by_terms = .true.
       present = self%measure(1.0_wp, families, equations)
-      part = self%weights%norm_of_part(self%r, group, stride)
+      if (.not. self%has_weights) return
+      part = norm_of_part(self, equations)
       kept = self%measure_part(0.0_wp, families, equations)
       is_better = present < share*kept
       if (is_better .or. part > clearly_not*share*kept) return
@@ -140,12 +137,12 @@ contains
       type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
       real(wp), intent(out) :: norm
-      integer :: bad
       norm = 0
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
-      call self%weights%factorize_diagonal(equations%matrix, bad)
-      if (bad == 0) norm = self%measure(1.0_wp, families, equations)
+      self%by_terms = .false.
+      norm = self%measure(1.0_wp, families, equations)
+      if (.not. self%has_weights) norm = 0
    end subroutine find_norm
 
    !> Back to the motion that was kept.
@@ -183,7 +180,7 @@ contains
          call residual_of_block(i, a, equations, self%x(:, i), self%force, self%r(:, k))
       end do
       !$omp end parallel do
-      measure = self%weights%norm(self%r)
+      measure = norm_of(self, equations, self%r)
    end function measure
 
    !> Lower bound of |R| at the fraction a of the way, by a few of the blocks.
@@ -205,7 +202,7 @@ contains
          end do
       end do
       !$omp end parallel do
-      least = (1 - margin)*self%weights%norm_of_part(self%r, group, stride)
+      least = (1 - margin)*norm_of_part(self, equations)
    end function measure_part
 
    !> Contacts of these blocks, each once, as runs of rows.
@@ -261,11 +258,45 @@ contains
       type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
       if (allocated(equations%block_of)) then
-         norm = self%weights%norm(equations%magnitude(:, equations%block_of))
+         norm = norm_of(self, equations, equations%magnitude(:, equations%block_of))
       else
-         norm = self%weights%norm(equations%magnitude)
+         norm = norm_of(self, equations, equations%magnitude)
       end if
    end function norm_of_loads
+
+   !> Norm of forces.
+   real(wp) function norm_of(self, equations, v) result(norm)
+      type(line_search_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(in), contiguous :: v(:, :)          !! (6, rows)
+      associate (n => equations%n_rows())
+         if (.not. self%by_terms) then
+            call self%weights%norm(n, equations%matrix%values, v, norm, self%has_weights, equations%matrix%row_start)
+         else if (allocated(equations%block_of)) then
+            call self%weights%norm(n, equations%block_matrix, v, norm, self%has_weights, equations%block_of)
+         else
+            call self%weights%norm(n, equations%block_matrix, v, norm, self%has_weights)
+         end if
+      end associate
+   end function norm_of
+
+   !> Norm of the part of `r` that is a lower bound of the whole.
+   real(wp) function norm_of_part(self, equations) result(norm)
+      type(line_search_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      logical :: ok   ! as it was for all blocks
+      associate (n => equations%n_rows())
+         if (.not. self%by_terms) then
+            call self%weights%norm_of_part(n, equations%matrix%values, self%r, group, stride, norm, ok, &
+                                           equations%matrix%row_start)
+         else if (allocated(equations%block_of)) then
+            call self%weights%norm_of_part(n, equations%block_matrix, self%r, group, stride, norm, ok, &
+                                           equations%block_of)
+         else
+            call self%weights%norm_of_part(n, equations%block_matrix, self%r, group, stride, norm, ok)
+         end if
+      end associate
+   end function norm_of_part
 
    !> Residual of one block: its own terms and the forces of its links, in the order of the table.
    pure subroutine residual_of_block(i, a, equations, x, force, r)
@@ -288,7 +319,7 @@ contains
    pure subroutine make_room(self, equations)
       type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: n, p
+      integer :: n
       n = equations%n_rows()
       if (allocated(self%r)) then
          if (size(self%r, 2) /= n) deallocate (self%r)
@@ -296,7 +327,6 @@ contains
       if (.not. allocated(self%r)) then
          allocate (self%r(6, n))
          call take_pages(self%r)
-         call self%weights%set_chunks([((p - 1)*piece + 1, p=1, n_pieces(n)), n + 1], n > parallel_blocks)
       end if
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)

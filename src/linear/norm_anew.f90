@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: MIT
+!> The norm of rockdda_linear_block_norm without factors that are kept: each sum factorises the blocks again, which takes
+!> no memory, and as long as to read factors from there. For norms of which few are taken with the same blocks.
+module rockdda_linear_norm_anew
+   use, intrinsic :: iso_c_binding, only : c_int, c_double
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   implicit none
+   private
+   public :: norm_anew_type
+
+   type :: norm_anew_type
+      real(wp), allocatable, private :: partial(:)   !! (>= pieces) sums
+   contains
+      procedure :: norm
+      procedure :: norm_of_part
+   end type norm_anew_type
+
+   interface
+      !> Sum of r^T D^-1 r over n blocks of `values`, 1; or 0 where one of them has no factor.
+      integer(c_int) function sum_anew(n, values, place, r, total) bind(c, name='rockdda_sum_anew')
+         import :: c_int, c_double
+         integer(c_int), value :: n
+         real(c_double), intent(in) :: values(36, *)
+         integer(c_int), intent(in) :: place(*)       !! (n) of each block in `values`
+         real(c_double), intent(in) :: r(6, *)
+         real(c_double), intent(inout) :: total
+      end function sum_anew
+   end interface
+
+contains
+
+   !> |v| of a vector of forces on n blocks. Block i is number place(i) of `values`, or number i.
+   subroutine norm(self, n, values, v, size_of_v, ok, place)
+      class(norm_anew_type), intent(inout) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in), contiguous :: values(:, :, :)    !! (6, 6, >= places)
+      real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
+      real(wp), intent(out) :: size_of_v                     !! |v|
+      logical, intent(out) :: ok                             !! all blocks have a factor
+      integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
+      integer :: p
+      if (allocated(self%partial)) then
+         if (size(self%partial) < n_pieces(n)) deallocate (self%partial)
+      end if
+      if (.not. allocated(self%partial)) allocate (self%partial(n_pieces(n)))
+      ok = .true.
+      !$omp parallel do default(none) shared(self, n, values, v, place) private(p) reduction(.and.:ok) &
+      !$omp schedule(static) if (n > parallel_blocks)
+      do p = 1, n_pieces(n)
+         self%partial(p) = 0
+         call add_some((p - 1)*piece + 1, min(p*piece, n), values, v, self%partial(p), ok, place)
+      end do
+      !$omp end parallel do
+      size_of_v = sqrt(sum(self%partial(1:n_pieces(n))))
+   end subroutine norm
+
+   !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
+   subroutine norm_of_part(self, n, values, v, group, stride, size_of_v, ok, place)
+      class(norm_anew_type), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in), contiguous :: values(:, :, :)    !! (6, 6, >= places)
+      real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
+      integer, intent(in) :: group, stride                   !! group: at most a piece
+      real(wp), intent(out) :: size_of_v
+      logical, intent(out) :: ok                             !! these blocks have a factor
+      integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
+      real(wp) :: total
+      integer :: first
+      total = 0
+      ok = .true.
+      do first = 1, n, stride
+         call add_some(first, min(first + group - 1, n), values, v, total, ok, place)
+      end do
+      size_of_v = sqrt(total)
+      associate (unused => self%partial)
+      end associate
+   end subroutine norm_of_part
+
+   !> Add the squares of some blocks, at most a piece of them, to a total.
+   subroutine add_some(first, last, values, v, total, ok, place)
+      integer, intent(in) :: first, last
+      real(wp), intent(in), contiguous :: values(:, :, :), v(:, :)
+      real(wp), intent(inout) :: total
+      logical, intent(inout) :: ok                           !! false when a block has no factor
+      integer, intent(in), contiguous, optional :: place(:)
+      real(wp) :: squares
+      integer :: places(piece), i
+      do i = first, last
+         places(i - first + 1) = i
+         if (present(place)) places(i - first + 1) = place(i)
+      end do
+      squares = 0
+      if (sum_anew(last - first + 1, values, places, v(:, first:last), squares) == 0) ok = .false.
+      total = total + squares
+   end subroutine add_some
+
+end module rockdda_linear_norm_anew
