@@ -45,7 +45,6 @@ module rockdda_linear_residual
       type(block_norm_type) :: weights           !! the diagonal blocks of the matrix
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
       real(wp) :: r_norm = 0                     !! |r|
-      real(wp), allocatable :: work(:, :)        !! (6, n)
       type(graph_type) :: graph                  !! of the matrix
       integer :: graph_id = 0                    !! number of the graph, raised whenever it changes
       ! what `r` belongs to
@@ -138,15 +137,14 @@ contains
       integer :: c, n_chunks
       logical :: is_new
       if (allocated(self%r)) then
-         if (size(self%r, 2) /= matrix%n) deallocate (self%r, self%work, self%f_last, self%x_last)
+         if (size(self%r, 2) /= matrix%n) deallocate (self%r, self%f_last, self%x_last)
          if (.not. allocated(self%r)) self%id_last = 0
       end if
       call self%graph%update(matrix, is_new)
       if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
-      allocate (self%r(6, matrix%n), self%work(6, matrix%n), self%f_last(6, matrix%n), self%x_last(6, matrix%n))
+      allocate (self%r(6, matrix%n), self%f_last(6, matrix%n), self%x_last(6, matrix%n))
       call take_pages(self%r)
-      call take_pages(self%work)
       call take_pages(self%f_last)
       call take_pages(self%x_last)
       n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
@@ -245,6 +243,7 @@ contains
       real(wp), intent(in) :: tolerance                      !! wanted relative residual
       type(solve_report_type), intent(inout) :: report
       type(error_type), allocatable :: error
+      real(wp), allocatable :: level(:, :)                   ! of rounding; few solves need it
       real(wp) :: attainable
       report%residual = relative
       report%converged = relative <= tolerance
@@ -255,8 +254,9 @@ contains
          if (allocated(error)) report%detail = error%message
          return
       end if
-      call rounding_level(matrix, x, f, self%work)
-      attainable = rounding_factor*epsilon(1.0_wp)*self%weights%norm(self%work)/self%load_norm
+      allocate (level(6, matrix%n))
+      call rounding_level(matrix, x, f, level)
+      attainable = rounding_factor*epsilon(1.0_wp)*self%weights%norm(level)/self%load_norm
       report%converged = relative <= attainable .and. attainable <= rounding_limit
       if (report%converged) then
          report%detail = 'residual '//to_string(relative)//' is at the rounding of K x, above the tolerance '// &
