@@ -220,8 +220,9 @@ contains
          if (joins_the_same()) return
       end if
       self%n_pairs = n
+      ! `incident` is new afterwards: until then it is room for work
       if (n_inner == n .and. .not. allocated(self%row_of)) then
-         call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work)
+         call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work, self%incident)
       else
          n_inner = 0
          do c = 1, n
@@ -230,7 +231,8 @@ contains
             self%inner(:, n_inner) = self%pair(:, c)
             if (allocated(self%row_of)) self%inner(:, n_inner) = self%row_of(self%pair(:, c))
          end do
-         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work)
+         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work, &
+                            self%incident)
          n_inner = 0
          do c = 1, n
             self%slot(c) = 0
