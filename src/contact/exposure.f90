@@ -10,7 +10,7 @@
 !>     a vertex at the end of an edge that another block bears does not strike what lies wholly below the line of that
 !>     edge.
 module rockdda_contact_exposure
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, l1
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
@@ -27,8 +27,8 @@ module rockdda_contact_exposure
       real(wp) :: tolerance = 0                      !! of all edges [length]
       real(wp), allocatable :: own(:)                !! (nv) and of those of its block, where it is larger [length];
                                                      !! not allocated: nowhere
-      logical, allocatable :: is_borne(:)            !! (nv) another block's edge lies against the edge
-      real(wp), allocatable :: low(:), high(:)       !! (nv) stretch of the edge that is covered; low > high: none
+      logical(l1), allocatable :: is_borne(:)        !! (nv) another block's edge lies against the edge
+      real(wp), allocatable :: low(:), high(:)       !! (>= nv) stretch of the edge that is covered; low > high: none
    contains
       procedure :: clear
       procedure :: cover
@@ -47,17 +47,19 @@ contains
       real(wp), intent(in), optional :: sunk(:)    !! (blocks) tolerance of what touches a block [length]
       integer, intent(in), optional :: block(:)    !! (nv) owner of each vertex
       self%tolerance = tolerance
-      if (.not. allocated(self%is_borne)) then
-         allocate (self%is_borne(n_vertices), self%low(n_vertices), self%high(n_vertices))
+      if (.not. allocated(self%is_borne)) allocate (self%is_borne(n_vertices))
+      if (allocated(self%low)) then
+         if (min(size(self%low), size(self%high)) < n_vertices) deallocate (self%low, self%high)
       end if
+      if (.not. allocated(self%low)) allocate (self%low(n_vertices), self%high(n_vertices))
       if (present(sunk) .and. present(block)) then
          self%own = sunk(block)
       else if (allocated(self%own)) then
          deallocate (self%own)
       end if
       self%is_borne = .false.
-      self%low = huge(1.0_wp)
-      self%high = -huge(1.0_wp)
+      self%low(1:n_vertices) = huge(1.0_wp)
+      self%high(1:n_vertices) = -huge(1.0_wp)
    end subroutine clear
 
    !> Tolerance between edges, or vertices, of two blocks.

@@ -148,7 +148,6 @@ contains
       table%state(first:last) = previous%state(first:last)
       table%shear(first:last) = previous%shear(first:last)
       table%normal_force(first:last) = previous%normal_force(first:last)
-      table%shear_force(first:last) = previous%shear_force(first:last)
       table%bonded(first:last) = previous%bonded(first:last)
       table%tied(first:last) = previous%tied(first:last)
       table%k_n(first:last) = previous%k_n(first:last)
@@ -214,7 +213,6 @@ contains
       if (.not. allocated(work%is_taken)) allocate (work%is_taken(0:n_before + n_before/4 + 16))
       if (allocated(work%pressed)) return
       allocate (work%pressed(n_vertices))
-      call work%new_lengths%make_room(n_vertices)
    end subroutine make_room
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
@@ -271,7 +269,6 @@ contains
       table%state(k) = previous%state(row)
       table%shear(k) = previous%shear(row)
       table%normal_force(k) = previous%normal_force(row)
-      table%shear_force(k) = previous%shear_force(row)
       table%bonded(k) = previous%bonded(row)
       table%tied(k) = previous%tied(row)
       ! of ties: other joints get the stiffness of the length for which they stand now

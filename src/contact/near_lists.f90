@@ -67,7 +67,6 @@ module rockdda_contact_near_lists
       real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices for which lists were made
       type(outlines_type), private :: outlines         !! of the places
       real(wp), allocatable, private :: boxes(:, :)    !! (4, nb) of the places
-      real(wp), allocatable, private :: turn(:)        !! (nv) of each edge, at most [rad]
       logical, allocatable, private :: has_moved(:)    !! (nb) blocks that get new places
    contains
       procedure :: update
@@ -106,7 +105,7 @@ contains
       logical :: are_some
       are_some = pairs%was_kept .and. self%allowance >= 0
       if (are_some) are_some = is_within(limits, self%limits)
-      if (.not. allocated(self%turn)) allocate (self%turn(size(vertices, 2)), self%has_moved(blocks%n_blocks))
+      if (.not. allocated(self%has_moved)) allocate (self%has_moved(blocks%n_blocks))
       self%was_kept = .false.
       if (are_some) then
          call find_moved(blocks, vertices, self%places, self%allowance, self%has_moved, self%was_kept)
@@ -122,28 +121,31 @@ contains
          self%limits%cosine = limits%cosine
          self%limits%held_cosine = min(limits%cosine, limits%held_cosine)
          self%has_moved = .true.
-         self%places = vertices
-         self%outlines = outlines
-         self%boxes = pairs%boxes
+         associate (nv => size(vertices, 2))
+            if (.not. allocated(self%places)) allocate (self%places(2, nv), self%boxes(4, blocks%n_blocks), &
+               self%outlines%tangent(2, nv), self%outlines%length(nv), self%outlines%concave(nv))
+         end associate
          call take_places(self, blocks, vertices, outlines, pairs%boxes)
       end if
       !$omp parallel do default(none) shared(self, pairs, blocks, topology, are_some) private(part) &
       !$omp schedule(dynamic) if (pairs%n_parts() > 1)
       do part = 1, pairs%n_parts()
          call list_part(part, pairs, blocks, topology, self%outlines, self%places, self%boxes, self%limits, &
-                        self%allowance, self%turn, self%has_moved, are_some, self%parts(part))
+                        self%allowance, self%has_moved, are_some, self%parts(part))
       end do
       !$omp end parallel do
    end subroutine update
 
    !> New places of the blocks that have moved.
-   pure subroutine take_places(self, blocks, vertices, outlines, boxes)
+   subroutine take_places(self, blocks, vertices, outlines, boxes)
       class(near_lists_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(outlines_type), intent(in) :: outlines          !! of these
       real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of these
       integer :: b, v
+      !$omp parallel do default(none) shared(self, blocks, vertices, outlines, boxes) private(b, v) schedule(static) &
+      !$omp if (blocks%n_blocks > parallel_blocks)
       do b = 1, blocks%n_blocks
          if (.not. self%has_moved(b)) cycle
          self%boxes(:, b) = boxes(:, b)
@@ -152,10 +154,9 @@ contains
             self%outlines%tangent(:, v) = outlines%tangent(:, v)
             self%outlines%length(v) = outlines%length(v)
             self%outlines%concave(v) = outlines%concave(v)
-            self%turn(v) = any_turn
-            if (4*self%allowance < outlines%length(v)) self%turn(v) = 2.1_wp*self%allowance/outlines%length(v)
          end do
       end do
+      !$omp end parallel do
    end subroutine take_places
 
    !> Are these limits those for which lists were made, or closer ones?
@@ -200,7 +201,7 @@ contains
    end subroutine find_moved
 
    !> Lists of one part of the pairs.
-   pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, boxes, limits, allowance, turn, &
+   pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, boxes, limits, allowance, &
                              has_moved, are_some, list)
       integer, intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
@@ -211,7 +212,6 @@ contains
       real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of the places
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance                    !! [length]
-      real(wp), intent(in), contiguous :: turn(:)          !! (nv) of each edge [rad]
       logical, intent(in) :: has_moved(:)                  !! (nb)
       logical, intent(in) :: are_some                      !! there are lists for all blocks that have not moved
       type(near_part_type), intent(inout) :: list
@@ -243,13 +243,13 @@ contains
             if (near%n_near_a == 0 .and. near%n_edges_a == 0) cycle
             head = list%n
             call append(list, [k, spread(0, 1, n_kinds)])
-            call list_faces(near, vertices, outlines, limits, allowance, turn, list, n(edges_with_edges))
-            call list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, &
+            call list_faces(near, vertices, outlines, limits, allowance, list, n(edges_with_edges))
+            call list_corners(near, vertices, topology, outlines, limits, allowance, list, &
                               n(corners_with_corners))
             call list_vertices(near%near_a, near%n_near_a, near%edges_b, near%n_edges_b, vertices, topology, outlines, &
-                               limits, allowance, turn, list, n(vertices_of_first))
+                               limits, allowance, list, n(vertices_of_first))
             call list_vertices(near%near_b, near%n_near_b, near%edges_a, near%n_edges_a, vertices, topology, outlines, &
-                               limits, allowance, turn, list, n(vertices_of_second))
+                               limits, allowance, list, n(vertices_of_second))
          end associate
          list%items(head + 2:head + n_heads) = n
          if (all(n == 0)) list%n = head
@@ -258,16 +258,15 @@ contains
 
    !> Edges that may face each other: their directions, and where they lie, differ by less than the tolerance and what
    !> both may change.
-   pure subroutine list_faces(near, vertices, outlines, limits, allowance, turn, list, n)
+   pure subroutine list_faces(near, vertices, outlines, limits, allowance, list, n)
       type(candidate_list_type), intent(in) :: near        !! what is close in the pair
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance
-      real(wp), intent(in), contiguous :: turn(:)
       type(near_part_type), intent(inout) :: list
       integer, intent(out) :: n                            !! entries
-      real(wp) :: d(2), along, gap, slack, size_of_d, sine
+      real(wp) :: d(2), turns(2), along, gap, slack, size_of_d, sine
       integer :: i, j, f, e
       n = 0
       ! of the widest angle
@@ -278,7 +277,8 @@ contains
          do j = 1, near%n_edges_b
             e = near%edges_b(j)
             associate (t => outlines%tangent, length => outlines%length)
-               if (t(1, f)*t(1, e) + t(2, f)*t(2, e) > -limits%held_cosine + turn(f) + turn(e)) cycle
+               turns = turn_of([length(f), length(e)], allowance)
+               if (t(1, f)*t(1, e) + t(2, f)*t(2, e) > -limits%held_cosine + turns(1) + turns(2)) cycle
                d(1) = vertices(1, f) - vertices(1, e)
                d(2) = vertices(2, f) - vertices(2, e)
                along = d(1)*t(1, e) + d(2)*t(2, e)
@@ -286,7 +286,7 @@ contains
                size_of_d = abs(d(1)) + abs(d(2))
                ! positions along e and gaps on the interval differ from these by the sine of the tolerance
                slack = (sine + 1.0e-9_wp)*(size_of_d + length(f) + length(e) + 8*allowance) + &
-                       6*allowance + size_of_d*turn(e)
+                       6*allowance + size_of_d*turns(2)
                if (along < -slack .or. along - length(f) > length(e) + slack) cycle
                if (gap > limits%reach + slack .or. gap < -limits%penetration - slack) cycle
             end associate
@@ -297,14 +297,13 @@ contains
    end subroutine list_faces
 
    !> Corners that may come into each other's regions.
-   pure subroutine list_corners(near, vertices, topology, outlines, limits, allowance, turn, list, n)
+   pure subroutine list_corners(near, vertices, topology, outlines, limits, allowance, list, n)
       type(candidate_list_type), intent(in) :: near
       real(wp), intent(in), contiguous :: vertices(:, :)
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance
-      real(wp), intent(in), contiguous :: turn(:)
       type(near_part_type), intent(inout) :: list
       integer, intent(out) :: n
       real(wp) :: r(2), foot, zone
@@ -323,7 +322,8 @@ contains
             do k = 1, 4
                foot = r(1)*outlines%tangent(1, edge(k)) + r(2)*outlines%tangent(2, edge(k))
                if (k == 2 .or. k == 3) foot = -foot
-               may_meet = foot <= zone + 2*allowance + (abs(r(1)) + abs(r(2)))*turn(edge(k))
+               may_meet = foot <= zone + 2*allowance + &
+                          (abs(r(1)) + abs(r(2)))*turn_of(outlines%length(edge(k)), allowance)
                if (.not. may_meet) exit
             end do
             if (.not. may_meet) cycle
@@ -339,13 +339,14 @@ contains
       pure logical function stays_lateral(f, e)
          integer, intent(in) :: f, e
          type(interval_type) :: interval
-         real(wp) :: change, depth, overlap
-         stays_lateral = stays_facing(outlines%tangent(:, f), outlines%tangent(:, e), turn(f) + turn(e), limits)
+         real(wp) :: change, depth, overlap, turn
+         turn = turn_of(outlines%length(f), allowance) + turn_of(outlines%length(e), allowance)
+         stays_lateral = stays_facing(outlines%tangent(:, f), outlines%tangent(:, e), turn, limits)
          if (.not. stays_lateral) return
          call measure_interval(f, e, vertices, topology, outlines, interval)
          stays_lateral = interval%exists
          if (.not. stays_lateral) return
-         change = 6*allowance + (outlines%length(f) + outlines%length(e))*(turn(f) + turn(e))
+         change = 6*allowance + (outlines%length(f) + outlines%length(e))*turn
          depth = change - min(interval%gap_low, interval%gap_high)
          overlap = interval%high - interval%low - change
          stays_lateral = depth < min(overlap, topology%inradius(topology%block(f)), &
@@ -357,7 +358,7 @@ contains
 
    !> Vertices that may strike edges: not those at the end of an edge that faces the other one, nor of a corner that
    !> points away from it, whatever their blocks do.
-   pure subroutine list_vertices(near, n_near, edges, n_edges, vertices, topology, outlines, limits, allowance, turn, &
+   pure subroutine list_vertices(near, n_near, edges, n_edges, vertices, topology, outlines, limits, allowance, &
                                  list, n)
       integer, intent(in) :: n_near, n_edges
       integer, intent(in) :: near(:), edges(:)             !! vertices of one block, edges of the other
@@ -366,37 +367,45 @@ contains
       type(outlines_type), intent(in) :: outlines
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance
-      real(wp), intent(in), contiguous :: turn(:)
       type(near_part_type), intent(inout) :: list
       integer, intent(out) :: n
-      real(wp) :: r(2), t(2), into(2), outof(2), turns(2), change, gap, along
+      real(wp) :: r(2), t(2), into(2), outof(2), turns(2), turn, change, gap, along
       integer :: i, j, v, e
       n = 0
       do i = 1, n_near
          v = near(i)
          into = outlines%tangent(:, topology%edge_in(v))
          outof = outlines%tangent(:, topology%edge_out(v))
-         turns = [turn(topology%edge_in(v)), turn(topology%edge_out(v))]
+         turns = turn_of(outlines%length([topology%edge_in(v), topology%edge_out(v)]), allowance)
          if (into(1)*outof(2) - into(2)*outof(1) < -limits%sine - turns(1) - turns(2)) cycle
          do j = 1, n_edges
             e = edges(j)
             r(1) = vertices(1, v) - vertices(1, e)
             r(2) = vertices(2, v) - vertices(2, e)
             t = outlines%tangent(:, e)
-            change = 4*allowance + (abs(r(1)) + abs(r(2)))*turn(e)
+            turn = turn_of(outlines%length(e), allowance)
+            change = 4*allowance + (abs(r(1)) + abs(r(2)))*turn
             gap = r(1)*t(2) - r(2)*t(1)
             if (gap > limits%reach + change .or. gap < -limits%penetration - change) cycle
             along = r(1)*t(1) + r(2)*t(2)
             if (along < -limits%zone - change .or. along > outlines%length(e) + limits%zone + change) cycle
-            if (outof(1)*t(2) - outof(2)*t(1) < -limits%sine - turns(2) - turn(e)) cycle
-            if (into(2)*t(1) - into(1)*t(2) < -limits%sine - turns(1) - turn(e)) cycle
-            if (stays_facing(into, t, turns(1) + turn(e), limits)) cycle
-            if (stays_facing(outof, t, turns(2) + turn(e), limits)) cycle
+            if (outof(1)*t(2) - outof(2)*t(1) < -limits%sine - turns(2) - turn) cycle
+            if (into(2)*t(1) - into(1)*t(2) < -limits%sine - turns(1) - turn) cycle
+            if (stays_facing(into, t, turns(1) + turn, limits)) cycle
+            if (stays_facing(outof, t, turns(2) + turn, limits)) cycle
             n = n + 1
             call append(list, [v, e])
          end do
       end do
    end subroutine list_vertices
+
+   !> By how much an edge turns at most [rad].
+   elemental real(wp) function turn_of(length, allowance)
+      real(wp), intent(in) :: length                       !! of the edge, at its place [length]
+      real(wp), intent(in) :: allowance
+      turn_of = any_turn
+      if (4*allowance < length) turn_of = 2.1_wp*allowance/length
+   end function turn_of
 
    !> Do two edges run in opposite directions within the angle tolerance, although both turn?
    pure logical function stays_facing(one, other, turn, limits)

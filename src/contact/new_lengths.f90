@@ -15,23 +15,14 @@ module rockdda_contact_new_lengths
 
    !> Of each edge, kept from step to step as scratch.
    type :: new_lengths_type
-      !> (4, nv) Length that bears, before and now [length]; energy gained by the springs whose energy rises, and lost
+      !> (4, nv), or as many numbers in another shape: length that bears, before and now [length]; energy gained by the springs whose energy rises, and lost
       !> by those whose energy falls [energy].
       real(wp), allocatable :: sums(:, :)
       !> (2, >= rows) Energy of each row that is compressed, before and now; -1 and -1 for others that bear [energy].
       real(wp), allocatable :: stored(:, :)
-   contains
-      procedure :: make_room
    end type new_lengths_type
 
 contains
-
-   !> Room for the edges of a model.
-   pure subroutine make_room(self, n_vertices)
-      class(new_lengths_type), intent(inout) :: self
-      integer, intent(in) :: n_vertices
-      if (.not. allocated(self%sums)) allocate (self%sums(4, n_vertices))
-   end subroutine make_room
 
    !> What the joints of both edges bear more than in the last step begins free of force: the length by which both have
    !> grown, and the energy that a spring has more, by its length and its new place, than springs of one of its edges
@@ -44,7 +35,13 @@ contains
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
       type(new_lengths_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer :: p, ends(2), ranges
+      integer :: p, ends(2), ranges, nv
+      if (previous%n == 0) return
+      nv = size(pressed)
+      if (allocated(work%sums)) then
+         if (size(work%sums) < 4*nv) deallocate (work%sums)
+      end if
+      if (.not. allocated(work%sums)) allocate (work%sums(4, nv))
       if (allocated(work%stored)) then
          if (size(work%stored, 2) < table%n) deallocate (work%stored)
       end if
@@ -54,7 +51,7 @@ contains
       end if
       ! every range of edges adds up its own sums, in the order of the rows
       ranges = n_ranges(table%n > parallel_contacts)
-      !$omp parallel default(none) shared(previous, source, same_rows, is_taken, pressed, work, table, ranges) &
+      !$omp parallel default(none) shared(previous, source, same_rows, is_taken, pressed, work, table, ranges, nv) &
       !$omp private(p, ends) if (table%n > parallel_contacts)
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
@@ -69,19 +66,19 @@ contains
       !$omp end do
       !$omp do schedule(static)
       do p = 1, ranges
-         ends = range_of(p, ranges, size(work%sums, 2))
+         ends = range_of(p, ranges, nv)
          if (same_rows) then
-            call add_up_both(ends(1), ends(2), size(work%sums, 2), table%n, table%vertex, table%edge, table%length, &
-                             previous%length, work%stored, work%sums)
+            call add_up_both(ends(1), ends(2), nv, table%n, table%vertex, table%edge, table%length, previous%length, &
+                             work%stored, work%sums)
          else
-            call add_up(ends(1), ends(2), previous, is_taken, table, work%stored, work%sums(:, ends(1):ends(2)))
+            call add_up(ends(1), ends(2), nv, previous, is_taken, table, work%stored, work%sums)
          end if
       end do
       !$omp end do
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
-         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), size(work%sums, 2), table%n, table%vertex, &
-                        table%edge, work%stored, work%sums, table%gap, table%offset, table%shear)
+         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), nv, table%n, table%vertex, table%edge, &
+                        work%stored, work%sums, table%gap, table%offset, table%shear)
       end do
       !$omp end do
       !$omp end parallel
@@ -140,27 +137,28 @@ contains
 
    !> Of some of the edges: the length that bears before and now, the energy that springs have gained and lost since the
    !> end of the last step.
-   pure subroutine add_up(first, last, previous, is_taken, table, energy, sums)
+   pure subroutine add_up(first, last, nv, previous, is_taken, table, energy, sums)
       integer, intent(in) :: first, last        !! edges
+      integer, intent(in) :: nv                 !! vertices
       type(contact_table_type), intent(in) :: previous
       logical, intent(in) :: is_taken(0:)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: energy(:, :)     !! (2, >= rows) of `find_energies`
-      real(wp), intent(out) :: sums(4, first:last)
+      real(wp), intent(inout) :: sums(4, nv)
       real(wp) :: more
       integer :: k
-      sums = 0
+      sums(:, first:last) = 0
       do k = 1, table%n
          if (energy(1, k) < -1) cycle
          more = energy(2, k) - energy(1, k)
          call add(table%vertex(k), table%edge(k), [0.0_wp, table%length(k), max(more, 0.0_wp), max(-more, 0.0_wp)], &
-                  first, last, sums)
+                  first, last, nv, sums)
       end do
       do k = 1, previous%n
          if (.not. is_bearing(previous, k)) cycle
          more = 0
          if (.not. (is_taken(k) .or. previous%tied(k))) more = stored(previous, k)
-         call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, sums)
+         call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, nv, sums)
       end do
    end subroutine add_up
 
@@ -191,11 +189,11 @@ contains
    end subroutine add_up_both
 
    !> Add to the sums of two edges, if they are among some of the edges.
-   pure subroutine add(f, e, what, first, last, sums)
+   pure subroutine add(f, e, what, first, last, nv, sums)
       integer, intent(in) :: f, e
       real(wp), intent(in) :: what(4)
-      integer, intent(in) :: first, last
-      real(wp), intent(inout) :: sums(4, first:last)
+      integer, intent(in) :: first, last, nv
+      real(wp), intent(inout) :: sums(4, nv)
       if (f >= first .and. f <= last) sums(:, f) = sums(:, f) + what
       if (e >= first .and. e <= last) sums(:, e) = sums(:, e) + what
    end subroutine add

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Directions and lengths of all edges, and which corners are concave: what the narrow phase asks for many times.
 module rockdda_contact_outlines
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, l1
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_contact_topology, only : contact_topology_type
    implicit none
@@ -9,9 +9,9 @@ module rockdda_contact_outlines
    public :: outlines_type, outward, is_outside
 
    type :: outlines_type
-      real(wp), allocatable :: tangent(:, :)   !! (2, nv) unit vector along the edge that starts at the vertex
+      real(wp), allocatable :: tangent(:, :)   !! (2, >= nv) unit vector along the edge that starts at the vertex
       real(wp), allocatable :: length(:)       !! (nv) of that edge
-      logical, allocatable :: concave(:)       !! (nv) the outline turns right here, by more than the angle tolerance
+      logical(l1), allocatable :: concave(:)   !! (nv) the outline turns right here, by more than the angle tolerance
    contains
       procedure :: update
    end type outlines_type
@@ -27,7 +27,11 @@ contains
       real(wp) :: t(2), length
       integer :: v, nv
       nv = size(vertices, 2)
-      if (.not. allocated(self%length)) allocate (self%tangent(2, nv), self%length(nv), self%concave(nv))
+      if (allocated(self%tangent)) then
+         if (size(self%tangent, 2) < nv) deallocate (self%tangent)
+      end if
+      if (.not. allocated(self%tangent)) allocate (self%tangent(2, nv))
+      if (.not. allocated(self%length)) allocate (self%length(nv), self%concave(nv))
       !$omp parallel default(none) shared(self, topology, vertices, sine, nv) private(v, t, length) &
       !$omp if (nv > 4*parallel_blocks)
       !$omp do schedule(static)

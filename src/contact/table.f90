@@ -10,7 +10,8 @@
 !> at most one of them is closed.
 !>
 !> Columns that follow from the identity of rows, or belong to the step at hand alone, can be lent: of two tables one
-!> then has them.
+!> then has them. Shear forces, which a step does not read before it sets them at its end, can stay with the table of the
+!> last step until then.
 module rockdda_contact_table
    use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp, i1, l1
@@ -37,7 +38,7 @@ module rockdda_contact_table
       integer(i1), allocatable :: state(:)           !! (n) contact_state%...
       real(wp), allocatable :: shear(:)              !! (n) elongation of the shear spring, along the edge
       real(wp), allocatable :: normal_force(:)       !! (n) compression positive, of the last round
-      real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge direction, of the last round
+      real(wp), allocatable :: shear_force(:)        !! (n) on block a along the edge, of the last round; or no array
       logical(l1), allocatable :: bonded(:)          !! (n) cohesion and tension not yet broken
       logical(l1), allocatable :: tied(:)            !! (n) of an interval of intact rock
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
@@ -53,12 +54,14 @@ module rockdda_contact_table
       real(wp), allocatable :: normal(:, :)          !! (2, n) outward unit normal of the edge
       real(wp), allocatable :: point(:, :)           !! (2, n) the vertex, or a point between the edges
       real(wp), allocatable :: share(:)              !! (n) of the gap between the point and block a, 0 to 1
+      logical :: waits_for_forces = .false.          !! `resize` makes no room for shear forces
       ! rows that have been in use; those behind take no memory yet
       integer, private :: n_begun = 0, n_lent_begun = 0   !! (of columns that can be lent)
    contains
       procedure :: resize
       procedure :: lend
       procedure :: is_lent
+      procedure :: take_forces
       procedure :: exchange
       procedure :: open_row
       procedure :: take_row
@@ -76,19 +79,24 @@ contains
       self%n = n
       if (allocated(self%vertex)) then
          if (size(self%vertex) < n) &
-            deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%shear_force, &
-                        self%bonded, self%slip_sign, self%length, self%normal, self%point, self%total_slip, &
-                        self%energy, self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance)
+            deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%bonded, &
+                        self%slip_sign, self%length, self%normal, self%point, self%total_slip, self%energy, &
+                        self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16
          allocate (self%vertex(m), self%edge(m), self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), &
-                   self%tied(m), self%shear(m), self%normal_force(m), self%shear_force(m), self%length(m), &
-                   self%total_slip(m), self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), &
-                   self%normal(2, m), self%point(2, m))
+                   self%tied(m), self%shear(m), self%normal_force(m), self%length(m), self%total_slip(m), &
+                   self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), self%normal(2, m), &
+                   self%point(2, m))
          self%n_begun = 0
       end if
       call resize_lent(self, n)
+      if (self%waits_for_forces) then
+         if (allocated(self%shear_force)) deallocate (self%shear_force)
+      else
+         call resize_forces(self)
+      end if
       if (n <= self%n_begun) return
       call self%clear_rows(self%n_begun + 1, n)
       self%n_begun = n
@@ -118,6 +126,27 @@ contains
       call set_zero(self%share(m:n))
       self%n_lent_begun = n
    end subroutine resize_lent
+
+   !> `resize` for shear forces: numbers that there were stay where there is room.
+   pure subroutine resize_forces(self)
+      class(contact_table_type), intent(inout) :: self
+      real(wp), allocatable :: larger(:)
+      if (allocated(self%shear_force)) then
+         if (size(self%shear_force) >= self%n) return
+      end if
+      allocate (larger(size(self%vertex)))
+      call set_zero(larger(1:self%n))
+      call move_alloc(larger, self%shear_force)
+   end subroutine resize_forces
+
+   !> Take the place of the shear forces from another table, which then has none, if this one has none. All of them must
+   !> then be set.
+   pure subroutine take_forces(self, other)
+      class(contact_table_type), intent(inout) :: self
+      type(contact_table_type), intent(inout) :: other
+      if (.not. allocated(self%shear_force)) call move_alloc(other%shear_force, self%shear_force)
+      call resize_forces(self)
+   end subroutine take_forces
 
    !> Give another table the columns that can be lent, in place of those that it may have.
    pure subroutine lend(self, other)
@@ -153,7 +182,6 @@ contains
       self%tied(first:last) = .false.
       call set_zero(self%shear(first:last))
       call set_zero(self%normal_force(first:last))
-      call set_zero(self%shear_force(first:last))
       call set_zero(self%total_slip(first:last))
       call set_zero(self%energy(first:last))
       call set_zero(self%offset(first:last))
@@ -172,7 +200,7 @@ contains
       self%state(c) = int(contact_state%open, i1)
       self%shear(c) = 0
       self%normal_force(c) = 0
-      self%shear_force(c) = 0
+      if (allocated(self%shear_force)) self%shear_force(c) = 0
       self%slip_sign(c) = 0
       self%total_slip(c) = 0
       self%energy(c) = 0

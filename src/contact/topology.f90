@@ -9,7 +9,7 @@
 !>     v1: active, edge_in = p, edge_out = v2 (the edge v2 -> q);   v2: not active
 !>     w2: active, edge_in = before w2, edge_out = w1;              w1: not active
 module rockdda_contact_topology
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, l1
    use rockdda_geometry_bridges, only : match_bridges
    use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_model_blocks, only : block_system_type
@@ -23,8 +23,8 @@ module rockdda_contact_topology
       integer, allocatable :: edge_out(:)  !! (nv) real edge that leaves the vertex
       integer, allocatable :: edge_in(:)   !! (nv) real edge that arrives at the vertex
       integer, allocatable :: owner(:)     !! (nv) the active copy of this vertex (itself, if active)
-      logical, allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
-      logical, allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
+      logical(l1), allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
+      logical(l1), allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
       integer, allocatable :: first(:)     !! (nb + 1) vertices of block i: first(i) : first(i+1)-1
       real(wp), allocatable :: inradius(:) !! (nb) bound of the inradius at the start, 2 A/perimeter [length]
    end type contact_topology_type
@@ -41,7 +41,7 @@ contains
       topology%first = blocks%vertex_offset + 1
       allocate (topology%block(nv), topology%next(nv), topology%edge_out(nv), topology%edge_in(nv), &
                 topology%owner(nv), twin(nv), source=0)
-      allocate (topology%active(nv), topology%is_edge(nv), source=.true.)
+      allocate (topology%active(nv), topology%is_edge(nv), source=.true._l1)
       do i = 1, blocks%n_blocks
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
@@ -58,7 +58,7 @@ contains
          first = blocks%vertex_offset(i) + 1
          last = blocks%vertex_offset(i + 1)
          if (all(topology%is_edge(first:last))) cycle
-         twin(first:last) = match_bridges(blocks%vertices(:, first:last), .not. topology%is_edge(first:last))
+         twin(first:last) = match_bridges(blocks%vertices(:, first:last), blocks%edge_joint(first:last) <= 0)
          where (twin(first:last) > 0) twin(first:last) = twin(first:last) + first - 1
       end do
       do k = 1, nv

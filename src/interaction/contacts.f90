@@ -34,7 +34,7 @@ module rockdda_interaction_contacts
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       logical :: judges_again = .false.                !! the next judgement replaces the last one
-      real(wp), allocatable, private :: kept_gap(:), kept_slip(:)   !! (>= n) [length]
+      real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
    contains
       procedure :: count_links
       procedure :: prepare

@@ -75,7 +75,7 @@ contains
          table%gap(c) = -normal/table%k_n(c)
          table%shear(c) = -shear/table%k_s(c)
          table%normal_force(c) = normal
-         table%shear_force(c) = shear
+         if (allocated(table%shear_force)) table%shear_force(c) = shear
          table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
       end do
       if (present(weak)) weak = n_weak

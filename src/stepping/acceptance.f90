@@ -44,6 +44,7 @@ contains
       ledger%resting_energy = 0
       if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
+      call step%families%contacts%table%take_forces(step%contacts)
       call step%families%commit(step%step_context_type, step%equations%x)
       call measure_error(step, report, .not. k01 < 1)
       call move(step)

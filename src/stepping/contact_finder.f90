@@ -24,6 +24,7 @@ module rockdda_stepping_contact_finder
       type(contact_topology_type), private :: topology
       type(search_limits_type), private :: limits
       logical, private :: places = .false.      !! some stage places blocks
+      logical, private :: has_borrowed(4) = .false.   !! arrays of `borrow`
    contains
       procedure :: init
       procedure :: show_blocks
@@ -31,6 +32,8 @@ module rockdda_stepping_contact_finder
       procedure, nopass :: longer_reach
       procedure :: find
       procedure :: give_back
+      procedure :: borrow
+      procedure :: return_room
    end type contact_finder_type
 
 contains
@@ -90,6 +93,7 @@ contains
             self%limits%edge_joint = context%blocks%edge_joint
          ! those of resting blocks are read until the end of the step; partners are rows of one table
          if (parameters%by_length .and. .not. parameters%sleeps) call last%lend(table)
+         table%waits_for_forces = .not. parameters%sleeps
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &
                               context%state%step == 0, touching*parameters%w0, table)
       end associate
@@ -104,6 +108,55 @@ contains
       call table%lend(last)
       call name_blocks(blocks, self%topology, last)
    end subroutine give_back
+
+   !> Borrow room for the scratch of a search: arrays of the rounds, of which nothing is kept until these set all of it
+   !> again.
+   pure subroutine borrow(self, n_vertices, stiffness, force, gap, slip)
+      class(contact_finder_type), intent(inout) :: self
+      integer, intent(in) :: n_vertices
+      real(wp), allocatable, intent(inout) :: stiffness(:, :), force(:, :)   !! (2, >= links)
+      real(wp), allocatable, intent(inout) :: gap(:), slip(:)                !! (>= contacts)
+      associate (exposure => self%search%narrow%exposure, has => self%has_borrowed)
+         call move_pairs(2*n_vertices, stiffness, self%search%inheritance%new_lengths%sums, has(1))
+         call move_pairs(n_vertices, force, self%search%outlines%tangent, has(2))
+         call move_numbers(n_vertices, gap, exposure%low, has(3))
+         call move_numbers(n_vertices, slip, exposure%high, has(4))
+      end associate
+   end subroutine borrow
+
+   !> Give these arrays back.
+   pure subroutine return_room(self, stiffness, force, gap, slip)
+      class(contact_finder_type), intent(inout) :: self
+      real(wp), allocatable, intent(inout) :: stiffness(:, :), force(:, :)   !! (2, >= links)
+      real(wp), allocatable, intent(inout) :: gap(:), slip(:)                !! (>= contacts)
+      associate (exposure => self%search%narrow%exposure, has => self%has_borrowed)
+         if (has(1)) call move_alloc(self%search%inheritance%new_lengths%sums, stiffness)
+         if (has(2)) call move_alloc(self%search%outlines%tangent, force)
+         if (has(3)) call move_alloc(exposure%low, gap)
+         if (has(4)) call move_alloc(exposure%high, slip)
+         has = .false.
+      end associate
+   end subroutine return_room
+
+   !> Move an array of n pairs or more, in place of what there was; else both stay.
+   pure subroutine move_pairs(n, from, to, moves)
+      integer, intent(in) :: n
+      real(wp), allocatable, intent(inout) :: from(:, :), to(:, :)
+      logical, intent(out) :: moves
+      moves = allocated(from)
+      if (moves) moves = size(from, 2) >= n
+      if (moves) call move_alloc(from, to)
+   end subroutine move_pairs
+
+   !> Move an array of n numbers or more, in place of what there was; else both stay.
+   pure subroutine move_numbers(n, from, to, moves)
+      integer, intent(in) :: n
+      real(wp), allocatable, intent(inout) :: from(:), to(:)
+      logical, intent(out) :: moves
+      moves = allocated(from)
+      if (moves) moves = size(from) >= n
+      if (moves) call move_alloc(from, to)
+   end subroutine move_numbers
 
    !> Length of the longest edge of some blocks.
    pure real(wp) function longest_edge(blocks, chosen) result(longest)

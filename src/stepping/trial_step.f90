@@ -177,9 +177,15 @@ contains
       integer :: pattern_id
       call self%times%lap(phase%other)
       ! the search and the rounds, which take turns, use the same scratch
-      call self%newton%swap_room(self%finder%search%inheritance%new_lengths%stored)
-      call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
-      call self%newton%swap_room(self%finder%search%inheritance%new_lengths%stored)
+      associate (contacts => self%families%contacts, equations => self%equations, &
+                 new_lengths => self%finder%search%inheritance%new_lengths)
+         call self%newton%swap_room(new_lengths%stored)
+         call self%finder%borrow(self%blocks%n_vertices(), equations%stiffness, equations%force, contacts%kept_gap, &
+                                 contacts%kept_slip)
+         call self%finder%find(self%step_context_type, self%contacts, reach, contacts%table)
+         call self%finder%return_room(equations%stiffness, equations%force, contacts%kept_gap, contacts%kept_slip)
+         call self%newton%swap_room(new_lengths%stored)
+      end associate
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
       self%times%searches = self%times%searches + 1
