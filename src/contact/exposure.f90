@@ -25,8 +25,8 @@ module rockdda_contact_exposure
 
    type :: exposure_type
       real(wp) :: tolerance = 0                      !! of all edges [length]
-      real(wp), allocatable :: own(:)                !! (nv) and of those of its block, where it is larger [length];
-                                                     !! not allocated: nowhere
+      logical :: has_own = .false.                   !! edges have tolerances of their own
+      real(wp), allocatable :: own(:)                !! (>= nv) with that, of each edge [length]
       logical(l1), allocatable :: is_borne(:)        !! (nv) another block's edge lies against the edge
       real(wp), allocatable :: low(:), high(:)       !! (>= nv) stretch of the edge that is covered; low > high: none
    contains
@@ -46,16 +46,22 @@ contains
       real(wp), intent(in) :: tolerance            !! [length]
       real(wp), intent(in), optional :: sunk(:)    !! (blocks) tolerance of what touches a block [length]
       integer, intent(in), optional :: block(:)    !! (nv) owner of each vertex
+      integer :: v
       self%tolerance = tolerance
+      self%has_own = present(sunk) .and. present(block)
       if (.not. allocated(self%is_borne)) allocate (self%is_borne(n_vertices))
       if (allocated(self%low)) then
          if (min(size(self%low), size(self%high)) < n_vertices) deallocate (self%low, self%high)
       end if
       if (.not. allocated(self%low)) allocate (self%low(n_vertices), self%high(n_vertices))
-      if (present(sunk) .and. present(block)) then
-         self%own = sunk(block)
-      else if (allocated(self%own)) then
-         deallocate (self%own)
+      if (self%has_own) then
+         if (allocated(self%own)) then
+            if (size(self%own) < n_vertices) deallocate (self%own)
+         end if
+         if (.not. allocated(self%own)) allocate (self%own(n_vertices))
+         do v = 1, n_vertices
+            self%own(v) = sunk(block(v))
+         end do
       end if
       self%is_borne = .false.
       self%low(1:n_vertices) = huge(1.0_wp)
@@ -67,7 +73,7 @@ contains
       class(exposure_type), intent(in) :: self
       integer, intent(in) :: f, e
       between = self%tolerance
-      if (allocated(self%own)) between = max(between, self%own(f), self%own(e))
+      if (self%has_own) between = max(between, self%own(f), self%own(e))
    end function between
 
    !> The edges of an interval face each other.
@@ -78,7 +84,7 @@ contains
       real(wp) :: tolerance
       associate (f => interval%f, e => interval%e)
          tolerance = self%tolerance
-         if (allocated(self%own)) tolerance = max(tolerance, self%own(f), self%own(e))
+         if (self%has_own) tolerance = max(tolerance, self%own(f), self%own(e))
          if (min(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
          self%is_borne(f) = .true.
          self%is_borne(e) = .true.

@@ -95,7 +95,7 @@ contains
       tolerance = exposure%tolerance
       do i = 1, list%n_intervals
          associate (interval => list%intervals(i))
-            if (allocated(exposure%own)) tolerance = max(exposure%tolerance, exposure%own(interval%f), &
+            if (exposure%has_own) tolerance = max(exposure%tolerance, exposure%own(interval%f), &
                                                          exposure%own(interval%e))
             is_dropped = interval%high - interval%low <= tolerance
             if (is_dropped) is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &

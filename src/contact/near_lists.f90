@@ -65,7 +65,6 @@ module rockdda_contact_near_lists
       real(wp), private :: allowance = -1        !! how far vertices may move [length]; < 0: no lists
       type(search_limits_type), private :: limits
       real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices for which lists were made
-      type(outlines_type), private :: outlines         !! of the places
       real(wp), allocatable, private :: boxes(:, :)    !! (4, nb) of the places
       logical, allocatable, private :: has_moved(:)    !! (nb) blocks that get new places
    contains
@@ -101,6 +100,8 @@ contains
       type(outlines_type), intent(in) :: outlines          !! of the vertices now
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(search_limits_type), intent(in) :: limits
+      type(outlines_type) :: at_places                     ! where some of the blocks have moved
+      logical, allocatable :: chosen(:)
       integer :: part
       logical :: are_some
       are_some = pairs%was_kept .and. self%allowance >= 0
@@ -110,7 +111,10 @@ contains
       if (are_some) then
          call find_moved(blocks, vertices, self%places, self%allowance, self%has_moved, self%was_kept)
          if (self%was_kept) return
-         call take_places(self, blocks, vertices, outlines, pairs%boxes)
+         call take_places(self, blocks, vertices, pairs%boxes)
+         allocate (chosen(blocks%n_blocks))
+         call choose_blocks(pairs%candidates(:, 1:pairs%n), self%has_moved, chosen)
+         call at_places%update_some(topology, self%places, limits%sine, chosen)
       else
          self%allowance = pairs%allowance()
          ! limits change by factors of two
@@ -122,42 +126,56 @@ contains
          self%limits%held_cosine = min(limits%cosine, limits%held_cosine)
          self%has_moved = .true.
          associate (nv => size(vertices, 2))
-            if (.not. allocated(self%places)) allocate (self%places(2, nv), self%boxes(4, blocks%n_blocks), &
-               self%outlines%tangent(2, nv), self%outlines%length(nv), self%outlines%concave(nv))
+            if (.not. allocated(self%places)) allocate (self%places(2, nv), self%boxes(4, blocks%n_blocks))
          end associate
-         call take_places(self, blocks, vertices, outlines, pairs%boxes)
+         call take_places(self, blocks, vertices, pairs%boxes)
       end if
-      !$omp parallel do default(none) shared(self, pairs, blocks, topology, are_some) private(part) &
-      !$omp schedule(dynamic) if (pairs%n_parts() > 1)
+      !$omp parallel do default(none) shared(self, pairs, blocks, topology, outlines, at_places, are_some) &
+      !$omp private(part) schedule(dynamic) if (pairs%n_parts() > 1)
       do part = 1, pairs%n_parts()
-         call list_part(part, pairs, blocks, topology, self%outlines, self%places, self%boxes, self%limits, &
-                        self%allowance, self%has_moved, are_some, self%parts(part))
+         if (are_some) then
+            call list_part(part, pairs, blocks, topology, at_places, self%places, self%boxes, self%limits, &
+                           self%allowance, self%has_moved, are_some, self%parts(part))
+         else
+            call list_part(part, pairs, blocks, topology, outlines, self%places, self%boxes, self%limits, &
+                           self%allowance, self%has_moved, are_some, self%parts(part))
+         end if
       end do
       !$omp end parallel do
    end subroutine update
 
    !> New places of the blocks that have moved.
-   subroutine take_places(self, blocks, vertices, outlines, boxes)
+   subroutine take_places(self, blocks, vertices, boxes)
       class(near_lists_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
-      type(outlines_type), intent(in) :: outlines          !! of these
       real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of these
       integer :: b, v
-      !$omp parallel do default(none) shared(self, blocks, vertices, outlines, boxes) private(b, v) schedule(static) &
+      !$omp parallel do default(none) shared(self, blocks, vertices, boxes) private(b, v) schedule(static) &
       !$omp if (blocks%n_blocks > parallel_blocks)
       do b = 1, blocks%n_blocks
          if (.not. self%has_moved(b)) cycle
          self%boxes(:, b) = boxes(:, b)
          do v = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
             self%places(:, v) = vertices(:, v)
-            self%outlines%tangent(:, v) = outlines%tangent(:, v)
-            self%outlines%length(v) = outlines%length(v)
-            self%outlines%concave(v) = outlines%concave(v)
          end do
       end do
       !$omp end parallel do
    end subroutine take_places
+
+   !> Choose the blocks of pairs of which one block has moved.
+   pure subroutine choose_blocks(pairs, has_moved, chosen)
+      integer, intent(in) :: pairs(:, :)                   !! (2, n) blocks
+      logical, intent(in) :: has_moved(:)                  !! (nb)
+      logical, intent(out) :: chosen(:)                    !! (nb)
+      integer :: k
+      chosen = .false.
+      do k = 1, size(pairs, 2)
+         if (.not. (has_moved(pairs(1, k)) .or. has_moved(pairs(2, k)))) cycle
+         chosen(pairs(1, k)) = .true.
+         chosen(pairs(2, k)) = .true.
+      end do
+   end subroutine choose_blocks
 
    !> Are these limits those for which lists were made, or closer ones?
    pure logical function is_within(limits, of_lists)

@@ -8,7 +8,9 @@ module rockdda_stepping_contact_finder
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
+   use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
    implicit none
@@ -24,7 +26,7 @@ module rockdda_stepping_contact_finder
       type(contact_topology_type), private :: topology
       type(search_limits_type), private :: limits
       logical, private :: places = .false.      !! some stage places blocks
-      logical, private :: has_borrowed(4) = .false.   !! arrays of `borrow`
+      logical, private :: has_borrowed(6) = .false.   !! arrays of `borrow`
    contains
       procedure :: init
       procedure :: show_blocks
@@ -111,29 +113,33 @@ contains
 
    !> Borrow room for the scratch of a search: arrays of the rounds, of which nothing is kept until these set all of it
    !> again.
-   pure subroutine borrow(self, n_vertices, stiffness, force, gap, slip)
+   pure subroutine borrow(self, equations, contacts)
       class(contact_finder_type), intent(inout) :: self
-      integer, intent(in) :: n_vertices
-      real(wp), allocatable, intent(inout) :: stiffness(:, :), force(:, :)   !! (2, >= links)
-      real(wp), allocatable, intent(inout) :: gap(:), slip(:)                !! (>= contacts)
-      associate (exposure => self%search%narrow%exposure, has => self%has_borrowed)
-         call move_pairs(2*n_vertices, stiffness, self%search%inheritance%new_lengths%sums, has(1))
-         call move_pairs(n_vertices, force, self%search%outlines%tangent, has(2))
-         call move_numbers(n_vertices, gap, exposure%low, has(3))
-         call move_numbers(n_vertices, slip, exposure%high, has(4))
+      type(equations_type), intent(inout) :: equations
+      type(contacts_type), intent(inout) :: contacts
+      associate (outlines => self%search%outlines, exposure => self%search%narrow%exposure, has => self%has_borrowed, &
+                 new_lengths => self%search%inheritance%new_lengths, nv => size(self%topology%next))
+         call move_pairs(2*nv, equations%stiffness, new_lengths%sums, has(1))
+         call move_pairs(nv, equations%force, outlines%tangent, has(2))
+         call move_numbers(nv, contacts%trial%slip, outlines%length, has(3))
+         call move_numbers(nv, contacts%trial%miss, exposure%own, has(4))
+         call move_numbers(nv, contacts%kept_gap, exposure%low, has(5))
+         call move_numbers(nv, contacts%kept_slip, exposure%high, has(6))
       end associate
    end subroutine borrow
 
    !> Give these arrays back.
-   pure subroutine return_room(self, stiffness, force, gap, slip)
+   pure subroutine return_room(self, equations, contacts)
       class(contact_finder_type), intent(inout) :: self
-      real(wp), allocatable, intent(inout) :: stiffness(:, :), force(:, :)   !! (2, >= links)
-      real(wp), allocatable, intent(inout) :: gap(:), slip(:)                !! (>= contacts)
-      associate (exposure => self%search%narrow%exposure, has => self%has_borrowed)
-         if (has(1)) call move_alloc(self%search%inheritance%new_lengths%sums, stiffness)
-         if (has(2)) call move_alloc(self%search%outlines%tangent, force)
-         if (has(3)) call move_alloc(exposure%low, gap)
-         if (has(4)) call move_alloc(exposure%high, slip)
+      type(equations_type), intent(inout) :: equations
+      type(contacts_type), intent(inout) :: contacts
+      associate (outlines => self%search%outlines, exposure => self%search%narrow%exposure, has => self%has_borrowed)
+         if (has(1)) call move_alloc(self%search%inheritance%new_lengths%sums, equations%stiffness)
+         if (has(2)) call move_alloc(outlines%tangent, equations%force)
+         if (has(3)) call move_alloc(outlines%length, contacts%trial%slip)
+         if (has(4)) call move_alloc(exposure%own, contacts%trial%miss)
+         if (has(5)) call move_alloc(exposure%low, contacts%kept_gap)
+         if (has(6)) call move_alloc(exposure%high, contacts%kept_slip)
          has = .false.
       end associate
    end subroutine return_room

@@ -180,10 +180,9 @@ contains
       associate (contacts => self%families%contacts, equations => self%equations, &
                  new_lengths => self%finder%search%inheritance%new_lengths)
          call self%newton%swap_room(new_lengths%stored)
-         call self%finder%borrow(self%blocks%n_vertices(), equations%stiffness, equations%force, contacts%kept_gap, &
-                                 contacts%kept_slip)
+         call self%finder%borrow(equations, contacts)
          call self%finder%find(self%step_context_type, self%contacts, reach, contacts%table)
-         call self%finder%return_room(equations%stiffness, equations%force, contacts%kept_gap, contacts%kept_slip)
+         call self%finder%return_room(equations, contacts)
          call self%newton%swap_room(new_lengths%stored)
       end associate
       if (allocated(self%resting)) deallocate (self%resting)
