@@ -235,14 +235,14 @@ contains
             if (is_held(self, i, context)) then
                call add_line_spring(0.0_wp, s%direction, context%state%quiet_force(i), &
                                     context%state%vertices(:, s%vertex), context%moving(b), &
-                                    equations%block_matrix(:, :, b), equations%block_load(:, b), &
+                                    equations%block_matrix(:, b), equations%block_load(:, b), &
                                     equations%block_magnitude(:, b))
                cycle
             end if
             call add_line_spring(context%scheme%level*s%stiffness, s%direction, -s%stiffness* &
                                  (stretch_at_start(s, context) - context%scheme%level*pulled_by(self, s)), &
                                  context%state%vertices(:, s%vertex), context%moving(b), &
-                                 equations%block_matrix(:, :, b), equations%block_load(:, b), &
+                                 equations%block_matrix(:, b), equations%block_load(:, b), &
                                  equations%block_magnitude(:, b))
          end associate
       end do

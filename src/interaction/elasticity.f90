@@ -17,6 +17,7 @@ module rockdda_interaction_elasticity
    use rockdda_interaction_inertia, only : add_mass_damping, mass_damping_dissipation, carried_velocity
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
+   use rockdda_linear_small_blocks, only : pack_lower, unpack_lower
    implicit none
    private
    public :: elasticity_type, elasticity, compliance, stress_of, add_elastic, add_stress, strain_energy, elastic_energy
@@ -138,21 +139,23 @@ contains
       class(elasticity_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: m(6, 6), f(6), r, s
+      real(wp) :: m(6, 6), k(6, 6), f(6), r, s
       integer :: i
       call context%scheme%velocity_shares(r, s)
-      !$omp parallel do default(none) shared(self, context, equations, r) private(i, m, f) schedule(static) &
+      !$omp parallel do default(none) shared(self, context, equations, r) private(i, m, k, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          if (context%is_left_out(i)) cycle
          associate (area => context%state%area(i), alpha => context%parameters%mass_damping)
-            call add_elastic(self%e(:, :, context%blocks%block_material(i)), context%scheme%level*area, &
-                             equations%block_matrix(:, :, i))
+            call unpack_lower(equations%block_matrix(:, i), k)
+            call add_elastic(self%e(:, :, context%blocks%block_material(i)), context%scheme%level*area, k)
+            call pack_lower(k, equations%block_matrix(:, i))
             call add_stress(context%state%stress(:, i), area, equations%block_load(:, i))
             equations%block_magnitude(4:6, i) = equations%block_magnitude(4:6, i) + area*abs(context%state%stress(:, i))
             if (.not. alpha > 0) cycle
             m = mass_matrix(context%state%mass(i), area, context%state%moments(:, i))
-            call add_mass_damping(r*alpha, m, context%dt, equations%block_matrix(:, :, i))
+            call add_mass_damping(r*alpha, m, context%dt, k)
+            call pack_lower(k, equations%block_matrix(:, i))
             if (.not. context%scheme%second_order) cycle
             f = -alpha*matmul(m, carried_velocity(context, i))
             equations%block_load(:, i) = equations%block_load(:, i) + f

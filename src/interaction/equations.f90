@@ -22,6 +22,7 @@ module rockdda_interaction_equations
       add_loads, add_force, elongations, many_elongations
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_pattern, only : build_pattern, pattern_work_type
+   use rockdda_linear_small_blocks, only : n_packed
    implicit none
    private
    public :: equations_type
@@ -40,7 +41,7 @@ module rockdda_interaction_equations
       type(block_matrix_type) :: matrix
       real(wp), allocatable :: f(:, :)               !! (6, nb) right hand side
       real(wp), allocatable :: x(:, :)               !! (6, nb) solution, also the next starting guess
-      real(wp), allocatable :: block_matrix(:, :, :) !! (6, 6, nb) block terms
+      real(wp), allocatable :: block_matrix(:, :)    !! (n_packed, nb) block terms: lower triangles (pack_lower)
       real(wp), allocatable :: block_load(:, :)      !! (6, nb)
       real(wp), allocatable :: block_magnitude(:, :) !! (6, nb) sum of the magnitudes of what block_load is made of
       real(wp), allocatable :: magnitude(:, :)       !! (6, nb) the same for f
@@ -100,7 +101,7 @@ contains
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), self%block_off(n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
                    source=0.0_wp)
-         allocate (self%block_matrix(6, 6, n_blocks))
+         allocate (self%block_matrix(n_packed, n_blocks))
          call set_zero(self%block_matrix)
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
@@ -111,9 +112,9 @@ contains
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
-         allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), &
-                   self%inner(2, m), self%inner_slot(m), self%vectors(link_numbers, m), &
-                   self%stiffness(2, m), self%force(2, m), self%link_off(m))
+         allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%inner(2, m), &
+                   self%inner_slot(m), self%vectors(link_numbers, m), self%stiffness(2, m), self%force(2, m), &
+                   self%link_off(m))
          self%n_pairs = -1
          self%n_begun = 0
       end if
@@ -364,7 +365,7 @@ contains
       end if
       !$omp parallel do default(none) shared(self) private(i) schedule(static) if (self%n_blocks > parallel_blocks)
       do i = 1, self%n_blocks
-         self%block_matrix(:, :, i) = 0
+         self%block_matrix(:, i) = 0
          self%block_load(:, i) = 0
          self%block_magnitude(:, i) = 0
       end do
@@ -375,8 +376,7 @@ contains
       !> Is it the number of a block whose vectors are new?
       elemental logical function belongs(i)
          integer, intent(in) :: i
-         belongs = .false.
-         if (i > 0) belongs = new(i)
+         belongs = i > 0 .and. new(max(i, 1))
       end function belongs
 
    end subroutine clear_blocks
@@ -488,7 +488,7 @@ contains
          call clear(eq%matrix%values(1, 1, j))
       end do
       call add_stiffness(i, eq%start(i + 1) - eq%start(i), eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, &
-                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, :, i), first_slot, eq%matrix%values)
+                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, i), first_slot, eq%matrix%values)
    end subroutine assemble_row
 
    !> d = 0, in one go.

@@ -24,6 +24,7 @@ module rockdda_interaction_inertia
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
+   use rockdda_linear_small_blocks, only : pack_lower, unpack_lower
    implicit none
    private
    public :: inertia_type, add_inertia, new_velocity, add_mass_damping, mass_damping_dissipation, &
@@ -120,23 +121,24 @@ contains
       class(inertia_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: m(6, 6), f(6)
+      real(wp) :: m(6, 6), k(6, 6), f(6)
       integer :: i
       associate (unused => self%n_links)
       end associate
-      !$omp parallel do default(none) shared(context, equations) private(i, m, f) schedule(static) &
+      !$omp parallel do default(none) shared(context, equations) private(i, m, k, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          if (context%is_left_out(i)) cycle
          m = mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i))
+         call unpack_lower(equations%block_matrix(:, i), k)
          f = 0
          if (context%scheme%second_order) then
-            call add_carried_inertia(m, context, i, equations%block_matrix(:, :, i), f)
+            call add_carried_inertia(m, context, i, k, f)
          else
-            call add_inertia(m, context%state%velocity(:, i), context%dt, equations%block_matrix(:, :, i), f)
-            if (context%scheme%carried > 0) call add_carried_damping(m, context, i, &
-                                                                     equations%block_matrix(:, :, i), f)
+            call add_inertia(m, context%state%velocity(:, i), context%dt, k, f)
+            if (context%scheme%carried > 0) call add_carried_damping(m, context, i, k, f)
          end if
+         call pack_lower(k, equations%block_matrix(:, i))
          equations%block_load(:, i) = equations%block_load(:, i) + f
          equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
       end do

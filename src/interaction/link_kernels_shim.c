@@ -119,11 +119,11 @@ void rockdda_add_stiffness(int i, int n_links, const int *incident, const int *p
 {
    double *diagonal = values + 36 * (long)(diagonal_slot - 1);
    /* rows and columns 1 to 2; rows 3 to 6 of columns 1 and 2; of columns 3 to 6, of which the upper half counts */
-   four d = {terms[0], terms[1], terms[6], terms[7]}, d1, d2, v, w;
-   four d3 = {terms[14], 0, 0, 0}, d4 = {terms[15], terms[21], 0, 0}, d5 = {terms[16], terms[22], terms[28], 0};
-   four d6 = {terms[17], terms[23], terms[29], terms[35]};
+   four d = {terms[0], terms[1], terms[1], terms[6]}, d1, d2, v, w;
+   four d3 = {terms[11], 0, 0, 0}, d4 = {terms[12], terms[15], 0, 0}, d5 = {terms[13], terms[16], terms[18], 0};
+   four d6 = {terms[14], terms[17], terms[19], terms[20]};
    LOAD(d1, terms + 2);
-   LOAD(d2, terms + 8);
+   LOAD(d2, terms + 7);
    for (int l = 0; l < n_links; ++l)
    {
       const int c = incident[l];

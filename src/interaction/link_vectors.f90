@@ -44,7 +44,7 @@ module rockdda_interaction_link_vectors
          integer(c_int), intent(in) :: pair(2, *)         !! of all links
          integer(c_int), intent(in) :: slot(*)            !! stored block of each pair, 0 none
          real(c_double), intent(in) :: vectors(18, *), stiffness(2, *)
-         real(c_double), intent(in) :: terms(6, 6)        !! symmetric, its lower half is used
+         real(c_double), intent(in) :: terms(21)          !! lower triangle (pack_lower)
          integer(c_int), value :: diagonal                !! stored block of the diagonal
          real(c_double), intent(inout) :: values(6, 6, *) !! stored blocks
       end subroutine add_stiffness

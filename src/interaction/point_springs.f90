@@ -46,14 +46,16 @@ contains
       real(wp), intent(in) :: force         !! on the block along n
       real(wp), intent(in) :: point(2)      !! where the point is at the start of the step [length]
       type(moving_block_type), intent(in) :: block
-      real(wp), intent(inout) :: k(6, 6)    !! diagonal block
+      real(wp), intent(inout) :: k(21)      !! diagonal block (pack_lower)
       real(wp), intent(inout) :: f(6)       !! load
       real(wp), intent(inout) :: magnitude(6)
       real(wp) :: row(6)
-      integer :: j
+      integer :: j, l
       row = mean_load(direction, point, block)
+      l = 0
       do j = 1, 6
-         k(:, j) = k(:, j) + p*row*row(j)
+         k(l + 1:l + 7 - j) = k(l + 1:l + 7 - j) + p*row(j:6)*row(j)
+         l = l + 7 - j
       end do
       f = f + force*row
       magnitude = magnitude + abs(force*row)

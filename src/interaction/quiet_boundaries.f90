@@ -192,7 +192,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2), load(6)
-      integer :: e, i, j, k
+      integer :: e, i, j, k, l
       if (context%scheme%turns_forces) return
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
@@ -200,9 +200,11 @@ contains
          associate (b => self%list(e)%block)
             do k = 1, 2
                do i = 1, 2
+                  l = 0
                   do j = 1, 6
-                     equations%block_matrix(:, j, b) = equations%block_matrix(:, j, b) + &
-                                                       c(i)/context%dt*rows(:, i, k)*rows(j, i, k)
+                     equations%block_matrix(l + 1:l + 7 - j, b) = equations%block_matrix(l + 1:l + 7 - j, b) + &
+                                                                  c(i)/context%dt*rows(j:6, i, k)*rows(j, i, k)
+                     l = l + 7 - j
                   end do
                   load = (c(i)/context%dt*outside(i, k) + pull(i))*rows(:, i, k)
                   equations%block_load(:, b) = equations%block_load(:, b) + load

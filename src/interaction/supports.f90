@@ -16,6 +16,7 @@ module rockdda_interaction_supports
    use rockdda_interaction_point_springs, only : add_point_spring, measure_point, spring_step_energy
    use rockdda_interaction_support_stiffness, only : support_stiffness
    use rockdda_interaction_time_tables, only : table_value
+   use rockdda_linear_small_blocks, only : pack_lower, unpack_lower
    implicit none
    private
    public :: supports_type
@@ -70,7 +71,7 @@ contains
       class(supports_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: before(6), moved(2), target(2)
+      real(wp) :: before(6), moved(2), target(2), k(6, 6)
       integer :: p, b
       do p = 1, context%blocks%fixed%n
          self%target_start(:, p) = fixed_target(context, p, context%state%time)
@@ -82,9 +83,10 @@ contains
          target = self%target_end(:, p)
          if (context%scheme%level < 1) target = self%target_start(:, p) + &
                                                 context%scheme%level*(target - self%target_start(:, p))
-         call add_point_spring(self%stiffness(p), context%state%fixed_position(:, p), &
-                               context%moving(b), moved, target, equations%block_matrix(:, :, b), &
-                               equations%block_load(:, b), context%scheme%level)
+         call unpack_lower(equations%block_matrix(:, b), k)
+         call add_point_spring(self%stiffness(p), context%state%fixed_position(:, p), context%moving(b), moved, &
+                               target, k, equations%block_load(:, b), context%scheme%level)
+         call pack_lower(k, equations%block_matrix(:, b))
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
       end do
    end subroutine add_to_blocks

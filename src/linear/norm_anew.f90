@@ -5,6 +5,7 @@ module rockdda_linear_norm_anew
    use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_linear_small_blocks, only : unpack_lower
    implicit none
    private
    public :: norm_anew_type
@@ -17,7 +18,7 @@ module rockdda_linear_norm_anew
    end type norm_anew_type
 
    interface
-      !> Sum of r^T D^-1 r over n blocks of `values`, 1; or 0 where one of them has no factor.
+      !> Add r^T D^-1 r of n blocks of `values` to a total, 1; or 0 where one of them has no factor.
       integer(c_int) function sum_anew(n, values, place, r, total) bind(c, name='rockdda_sum_anew')
          import :: c_int, c_double
          integer(c_int), value :: n
@@ -30,14 +31,15 @@ module rockdda_linear_norm_anew
 
 contains
 
-   !> |v| of a vector of forces on n blocks. Block i is number place(i) of `values`, or number i.
-   subroutine norm(self, n, values, v, size_of_v, ok, place)
+   !> |v| of a vector of forces on n blocks. Block i is number place(i) of `values`, or of `packed`, or number i.
+   subroutine norm(self, n, v, size_of_v, ok, values, packed, place)
       class(norm_anew_type), intent(inout) :: self
       integer, intent(in) :: n
-      real(wp), intent(in), contiguous :: values(:, :, :)    !! (6, 6, >= places)
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
       real(wp), intent(out) :: size_of_v                     !! |v|
       logical, intent(out) :: ok                             !! all blocks have a factor
+      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places)
+      real(wp), intent(in), contiguous, optional :: packed(:, :)      !! (n_packed, >= places) instead: lower triangles
       integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
       integer :: p
       if (allocated(self%partial)) then
@@ -45,32 +47,33 @@ contains
       end if
       if (.not. allocated(self%partial)) allocate (self%partial(n_pieces(n)))
       ok = .true.
-      !$omp parallel do default(none) shared(self, n, values, v, place) private(p) reduction(.and.:ok) &
+      !$omp parallel do default(none) shared(self, n, v, values, packed, place) private(p) reduction(.and.:ok) &
       !$omp schedule(static) if (n > parallel_blocks)
       do p = 1, n_pieces(n)
          self%partial(p) = 0
-         call add_some((p - 1)*piece + 1, min(p*piece, n), values, v, self%partial(p), ok, place)
+         call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, values, packed, place)
       end do
       !$omp end parallel do
       size_of_v = sqrt(sum(self%partial(1:n_pieces(n))))
    end subroutine norm
 
    !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
-   subroutine norm_of_part(self, n, values, v, group, stride, size_of_v, ok, place)
+   subroutine norm_of_part(self, n, v, group, stride, size_of_v, ok, values, packed, place)
       class(norm_anew_type), intent(in) :: self
       integer, intent(in) :: n
-      real(wp), intent(in), contiguous :: values(:, :, :)    !! (6, 6, >= places)
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
       integer, intent(in) :: group, stride                   !! group: at most a piece
       real(wp), intent(out) :: size_of_v
       logical, intent(out) :: ok                             !! these blocks have a factor
+      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places)
+      real(wp), intent(in), contiguous, optional :: packed(:, :)      !! (n_packed, >= places) instead
       integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
       real(wp) :: total
       integer :: first
       total = 0
       ok = .true.
       do first = 1, n, stride
-         call add_some(first, min(first + group - 1, n), values, v, total, ok, place)
+         call add_some(first, min(first + group - 1, n), v, total, ok, values, packed, place)
       end do
       size_of_v = sqrt(total)
       associate (unused => self%partial)
@@ -78,20 +81,31 @@ contains
    end subroutine norm_of_part
 
    !> Add the squares of some blocks, at most a piece of them, to a total.
-   subroutine add_some(first, last, values, v, total, ok, place)
+   subroutine add_some(first, last, v, total, ok, values, packed, place)
       integer, intent(in) :: first, last
-      real(wp), intent(in), contiguous :: values(:, :, :), v(:, :)
+      real(wp), intent(in), contiguous :: v(:, :)
       real(wp), intent(inout) :: total
       logical, intent(inout) :: ok                           !! false when a block has no factor
+      real(wp), intent(in), contiguous, optional :: values(:, :, :), packed(:, :)
       integer, intent(in), contiguous, optional :: place(:)
-      real(wp) :: squares
-      integer :: places(piece), i
+      real(wp) :: squares, blocks(6, 6, 4)
+      integer :: places(piece), i, q
       do i = first, last
          places(i - first + 1) = i
          if (present(place)) places(i - first + 1) = place(i)
       end do
       squares = 0
-      if (sum_anew(last - first + 1, values, places, v(:, first:last), squares) == 0) ok = .false.
+      if (present(values)) then
+         if (sum_anew(last - first + 1, values, places, v(:, first:last), squares) == 0) ok = .false.
+      else
+         do i = first, last, 4
+            do q = 1, min(4, last - i + 1)
+               call unpack_lower(packed(:, places(i - first + q)), blocks(:, :, q))
+            end do
+            if (sum_anew(min(4, last - i + 1), blocks, [1, 2, 3, 4], v(:, i:min(i + 3, last)), squares) == 0) &
+               ok = .false.
+         end do
+      end if
       total = total + squares
    end subroutine add_some
 

@@ -169,12 +169,12 @@ double rockdda_sum_of_squares(int n, const double *factor, const double *r)
    return total;
 }
 
-/* The same for the n blocks of `values` in place[0] to place[n - 1], with factors that are not kept. Returns 0, with an
- * undefined total, when a block is not finite and positive definite. */
+/* Add the same of the n blocks of `values` in place[0] to place[n - 1], with factors that are not kept, to a total.
+ * Returns 0 when a block is not finite and positive definite. */
 FOR_EACH_PROCESSOR
 int rockdda_sum_anew(int n, const double *values, const int *place, const double *r, double *total)
 {
-   double sum = 0;
+   double sum = *total;
    double padded[24] = {0};
    four l[21];
    for (; n > 0; n -= 4, place += 4, r += 24)

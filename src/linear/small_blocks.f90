@@ -6,7 +6,7 @@ module rockdda_linear_small_blocks
    implicit none
    private
    public :: factorize_block, factorize_packed, solve_lower, solve_lower_transposed, solve_block, invert_lower, &
-      invert_packed, n_packed, unpack_lower, scale_rows, square_packed
+      invert_packed, n_packed, pack_lower, unpack_lower, scale_rows, square_packed, add_symmetric_product
 
    !> Numbers of a lower triangle that is packed column by column.
    integer, parameter :: n_packed = 21
@@ -118,6 +118,30 @@ contains
       l(5:6, 5) = packed(19:20)
       l(6, 6) = packed(21)
    end subroutine unpack_lower
+
+   !> Pack the lower triangle of a block.
+   pure subroutine pack_lower(a, packed)
+      real(wp), intent(in) :: a(6, 6)
+      real(wp), intent(out) :: packed(n_packed)
+      packed(1:6) = a(1:6, 1)
+      packed(7:11) = a(2:6, 2)
+      packed(12:15) = a(3:6, 3)
+      packed(16:18) = a(4:6, 4)
+      packed(19:20) = a(5:6, 5)
+      packed(21) = a(6, 6)
+   end subroutine pack_lower
+
+   !> y := y + A x with a symmetric block of which the lower triangle is packed. Single numbers, as in `square_packed`.
+   pure subroutine add_symmetric_product(a, x, y)
+      real(wp), intent(in) :: a(n_packed), x(6)
+      real(wp), intent(inout) :: y(6)
+      y(1) = (((((y(1) + a(1)*x(1)) + a(2)*x(2)) + a(3)*x(3)) + a(4)*x(4)) + a(5)*x(5)) + a(6)*x(6)
+      y(2) = (((((y(2) + a(2)*x(1)) + a(7)*x(2)) + a(8)*x(3)) + a(9)*x(4)) + a(10)*x(5)) + a(11)*x(6)
+      y(3) = (((((y(3) + a(3)*x(1)) + a(8)*x(2)) + a(12)*x(3)) + a(13)*x(4)) + a(14)*x(5)) + a(15)*x(6)
+      y(4) = (((((y(4) + a(4)*x(1)) + a(9)*x(2)) + a(13)*x(3)) + a(16)*x(4)) + a(17)*x(5)) + a(18)*x(6)
+      y(5) = (((((y(5) + a(5)*x(1)) + a(10)*x(2)) + a(14)*x(3)) + a(17)*x(4)) + a(19)*x(5)) + a(20)*x(6)
+      y(6) = (((((y(6) + a(6)*x(1)) + a(11)*x(2)) + a(15)*x(3)) + a(18)*x(4)) + a(20)*x(5)) + a(21)*x(6)
+   end subroutine add_symmetric_product
 
    !> r^T A^-1 r with a packed factor of A. Single numbers instead of arrays: no vector waits for parts of it.
    pure real(wp) function square_packed(l, r) result(square)

@@ -21,7 +21,7 @@ module rockdda_stepping_line_search
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
    use rockdda_linear_norm_anew, only : norm_anew_type
-   use rockdda_linear_products, only : add_product
+   use rockdda_linear_small_blocks, only : add_symmetric_product
    implicit none
    private
    public :: line_search_type
@@ -271,11 +271,11 @@ contains
       real(wp), intent(in), contiguous :: v(:, :)          !! (6, rows)
       associate (n => equations%n_rows())
          if (.not. self%by_terms) then
-            call self%weights%norm(n, equations%matrix%values, v, norm, self%has_weights, equations%matrix%row_start)
+            call self%weights%norm(n, v, norm, self%has_weights, equations%matrix%values, place=equations%matrix%row_start)
          else if (allocated(equations%block_of)) then
-            call self%weights%norm(n, equations%block_matrix, v, norm, self%has_weights, equations%block_of)
+            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix, place=equations%block_of)
          else
-            call self%weights%norm(n, equations%block_matrix, v, norm, self%has_weights)
+            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix)
          end if
       end associate
    end function norm_of
@@ -287,13 +287,13 @@ contains
       logical :: ok   ! as it was for all blocks
       associate (n => equations%n_rows())
          if (.not. self%by_terms) then
-            call self%weights%norm_of_part(n, equations%matrix%values, self%r, group, stride, norm, ok, &
-                                           equations%matrix%row_start)
+            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, equations%matrix%values, &
+                                           place=equations%matrix%row_start)
          else if (allocated(equations%block_of)) then
-            call self%weights%norm_of_part(n, equations%block_matrix, self%r, group, stride, norm, ok, &
-                                           equations%block_of)
+            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, packed=equations%block_matrix, &
+                                           place=equations%block_of)
          else
-            call self%weights%norm_of_part(n, equations%block_matrix, self%r, group, stride, norm, ok)
+            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, packed=equations%block_matrix)
          end if
       end associate
    end function norm_of_part
@@ -309,7 +309,7 @@ contains
       real(wp) :: sums(6), y(6)
       sums = -equations%block_load(:, i)
       y = x + a*(equations%x(:, i) - x)
-      call add_product(equations%block_matrix(:, :, i), y, sums)
+      call add_symmetric_product(equations%block_matrix(:, i), y, sums)
       call add_forces(equations%start(i + 1) - equations%start(i), &
                       equations%incident(equations%start(i) + 1:equations%start(i + 1)), equations%vectors, force, sums)
       r = sums
