@@ -40,6 +40,7 @@ module rockdda_contact_candidates
       procedure :: clear
       procedure :: append
       procedure :: append_with
+      procedure :: reserve_intervals
       procedure :: make_room_for_interval
       procedure :: keep_near
       procedure :: recall_near
@@ -93,6 +94,16 @@ contains
       call move_alloc(larger, self%rows)
       self%room = size(self%rows)
    end subroutine make_room
+
+   !> Make room for so many intervals, where there are none yet. What is not used takes no memory.
+   pure subroutine reserve_intervals(self, n)
+      class(candidate_list_type), intent(inout) :: self
+      integer, intent(in) :: n
+      if (n <= self%room_for_intervals) return
+      if (allocated(self%intervals)) deallocate (self%intervals)
+      self%room_for_intervals = n + n/8
+      allocate (self%intervals(self%room_for_intervals))
+   end subroutine reserve_intervals
 
    !> Make room for more intervals: each is measured in its place.
    pure subroutine make_room_for_interval(self)

@@ -173,6 +173,7 @@ contains
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: box_a(4), box_b(4), opposite
       integer :: pair, done, first, last, l, f, e
+      call list%reserve_intervals(part%n_faces)
       done = 0
       do while (done < part%n)
          pair = part%items(done + 1)

@@ -44,6 +44,7 @@ module rockdda_contact_near_lists
    !> Pairs of one part of the candidates, one after the other; pairs without entries are left out.
    type :: near_part_type
       integer :: n = 0
+      integer :: n_faces = 0                       !! edges with edges, of all pairs
       integer, allocatable :: items(:)
       integer, allocatable, private :: last(:)     !! scratch: items before
       type(candidate_list_type), private :: near   !! scratch
@@ -241,6 +242,7 @@ contains
       call move_alloc(list%items, list%last)
       call move_alloc(spare, list%items)
       list%n = 0
+      list%n_faces = 0
       at = 0
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k), near => list%near)
@@ -251,7 +253,9 @@ contains
             end if
             at = at + n_same
             if (.not. (has_moved(a) .or. has_moved(b))) then
-               if (n_same > 0) call append(list, list%last(at - n_same + 1:at))
+               if (n_same == 0) cycle
+               list%n_faces = list%n_faces + list%last(at - n_same + 1 + edges_with_edges)
+               call append(list, list%last(at - n_same + 1:at))
                cycle
             end if
             if (.not. boxes_close(boxes(:, a), boxes(:, b), limits%reach + 2*allowance)) cycle
@@ -270,6 +274,7 @@ contains
                                limits, allowance, list, n(vertices_of_second))
          end associate
          list%items(head + 2:head + n_heads) = n
+         list%n_faces = list%n_faces + n(edges_with_edges)
          if (all(n == 0)) list%n = head
       end do
    end subroutine list_part
