@@ -15,8 +15,8 @@ module rockdda_contact_new_lengths
 
    !> Of each edge, kept from step to step as scratch.
    type :: new_lengths_type
-      !> (4, nv), or as many numbers in another shape: length that bears, before and now [length]; energy gained by the springs whose energy rises, and lost
-      !> by those whose energy falls [energy].
+      !> (4, nv), or as many numbers in another shape: length that bears, before and now [length]; energy gained by the
+      !> springs whose energy rises, and lost by those whose energy falls [energy].
       real(wp), allocatable :: sums(:, :)
       !> (2, >= rows) Energy of each row that is compressed, before and now; -1 and -1 for others that bear [energy].
       real(wp), allocatable :: stored(:, :)
@@ -158,7 +158,8 @@ contains
          if (.not. is_bearing(previous, k)) cycle
          more = 0
          if (.not. (is_taken(k) .or. previous%tied(k))) more = stored(previous, k)
-         call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, nv, sums)
+         call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, nv, &
+                  sums)
       end do
    end subroutine add_up
 

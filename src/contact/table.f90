@@ -10,8 +10,8 @@
 !> at most one of them is closed.
 !>
 !> Columns that follow from the identity of rows, or belong to the step at hand alone, can be lent: of two tables one
-!> then has them. Shear forces, which a step does not read before it sets them at its end, can stay with the table of the
-!> last step until then.
+!> then has them. Shear forces, which a step does not read before it sets them at its end, can stay with the table of
+!> the last step until then.
 module rockdda_contact_table
    use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp, i1, l1

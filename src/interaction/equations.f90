@@ -232,8 +232,8 @@ contains
             self%inner(:, n_inner) = self%pair(:, c)
             if (allocated(self%row_of)) self%inner(:, n_inner) = self%row_of(self%pair(:, c))
          end do
-         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), self%work, &
-                            self%incident)
+         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), &
+                            self%work, self%incident)
          n_inner = 0
          do c = 1, n
             self%slot(c) = 0

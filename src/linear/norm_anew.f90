@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The norm of rockdda_linear_block_norm without factors that are kept: each sum factorises the blocks again, which takes
-!> no memory, and as long as to read factors from there. For norms of which few are taken with the same blocks.
+!> The norm of rockdda_linear_block_norm without factors that are kept: each sum factorises the blocks again, which
+!> takes no memory, and as long as to read factors from there. For norms of which few are taken with the same blocks.
 module rockdda_linear_norm_anew
    use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp

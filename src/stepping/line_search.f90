@@ -271,9 +271,11 @@ contains
       real(wp), intent(in), contiguous :: v(:, :)          !! (6, rows)
       associate (n => equations%n_rows())
          if (.not. self%by_terms) then
-            call self%weights%norm(n, v, norm, self%has_weights, equations%matrix%values, place=equations%matrix%row_start)
+            call self%weights%norm(n, v, norm, self%has_weights, equations%matrix%values, &
+                                   place=equations%matrix%row_start)
          else if (allocated(equations%block_of)) then
-            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix, place=equations%block_of)
+            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix, &
+                                   place=equations%block_of)
          else
             call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix)
          end if
