@@ -64,7 +64,7 @@ module rockdda_contact_table
       procedure :: take_forces
       procedure :: exchange
       procedure :: open_row
-      procedure :: take_row
+      procedure :: take_rows
       procedure, private :: clear_rows
    end type contact_table_type
 
@@ -206,37 +206,40 @@ contains
       self%energy(c) = 0
    end subroutine open_row
 
-   !> Row k becomes row c of another table.
-   pure subroutine take_row(self, k, other, c)
+   !> Take rows of another table, as many as from `first` to `last` in this one.
+   pure subroutine take_rows(self, first, last, other, begin)
       class(contact_table_type), intent(inout) :: self
-      integer, intent(in) :: k, c
+      integer, intent(in) :: first, last
       type(contact_table_type), intent(in) :: other
-      self%block_a(k) = other%block_a(c)
-      self%vertex(k) = other%vertex(c)
-      self%block_b(k) = other%block_b(c)
-      self%edge(k) = other%edge(c)
-      self%partner(k) = other%partner(c)
-      self%joint(k) = other%joint(c)
-      self%station(k) = other%station(c)
-      self%state(k) = other%state(c)
-      self%shear(k) = other%shear(c)
-      self%normal_force(k) = other%normal_force(c)
-      self%shear_force(k) = other%shear_force(c)
-      self%bonded(k) = other%bonded(c)
-      self%tied(k) = other%tied(c)
-      self%total_slip(k) = other%total_slip(c)
-      self%energy(k) = other%energy(c)
-      self%offset(k) = other%offset(c)
-      self%slip_sign(k) = other%slip_sign(c)
-      self%k_n(k) = other%k_n(c)
-      self%k_s(k) = other%k_s(c)
-      self%distance(k) = other%distance(c)
-      self%gap(k) = other%gap(c)
-      self%length(k) = other%length(c)
-      self%share(k) = other%share(c)
-      self%normal(:, k) = other%normal(:, c)
-      self%point(:, k) = other%point(:, c)
-   end subroutine take_row
+      integer, intent(in) :: begin   !! first of these rows in the other table
+      integer :: n
+      n = begin + last - first
+      self%block_a(first:last) = other%block_a(begin:n)
+      self%vertex(first:last) = other%vertex(begin:n)
+      self%block_b(first:last) = other%block_b(begin:n)
+      self%edge(first:last) = other%edge(begin:n)
+      self%partner(first:last) = other%partner(begin:n)
+      self%joint(first:last) = other%joint(begin:n)
+      self%station(first:last) = other%station(begin:n)
+      self%state(first:last) = other%state(begin:n)
+      self%shear(first:last) = other%shear(begin:n)
+      self%normal_force(first:last) = other%normal_force(begin:n)
+      self%shear_force(first:last) = other%shear_force(begin:n)
+      self%bonded(first:last) = other%bonded(begin:n)
+      self%tied(first:last) = other%tied(begin:n)
+      self%total_slip(first:last) = other%total_slip(begin:n)
+      self%energy(first:last) = other%energy(begin:n)
+      self%offset(first:last) = other%offset(begin:n)
+      self%slip_sign(first:last) = other%slip_sign(begin:n)
+      self%k_n(first:last) = other%k_n(begin:n)
+      self%k_s(first:last) = other%k_s(begin:n)
+      self%distance(first:last) = other%distance(begin:n)
+      self%gap(first:last) = other%gap(begin:n)
+      self%length(first:last) = other%length(begin:n)
+      self%share(first:last) = other%share(begin:n)
+      self%normal(:, first:last) = other%normal(:, begin:n)
+      self%point(:, first:last) = other%point(:, begin:n)
+   end subroutine take_rows
 
    !> Exchange the contents of two tables without copying them.
    pure subroutine exchange(self, other)
