@@ -138,6 +138,25 @@ class Plausibility(ProgramTest):
         restitution = sleep + "&joint_law material = 1, restitution = 0.5 /\n"
         self.check("no block sleeps in a model with restitution", options=restitution, file="x.nml")
 
+    def test_sleep_while_a_table_changes(self):
+        """No block sleeps before the last table has ended: ten steps of 0.01 are not enough for one that lasts 0.1."""
+        sleep = "&run steps = 10 /\n&time sleep = 'on' /\n&line_load ends = 0,1, 0.5,1, force_start = 0,-1, "
+        sleep += "force_end = 0,-1, table = 0,1, {},{} /\n"
+        self.check(
+            "loads, supports or tractions that change until time 0.1, when the run is over",
+            options=sleep.format(0.1, 2),
+            file="x.nml",
+        )
+        self.assertEqual(self.warnings(options=sleep.format(0.05, 2)), [])
+        self.assertEqual(self.warnings(options=sleep.format(5, 1)), [])
+
+    def test_sleep_tolerance_without_sleep(self):
+        self.check(
+            "sleep_tolerance has no effect without sleep = 'on'",
+            options="&run steps = 1 /\n&time sleep_tolerance = 1e-2 /\n",
+            file="x.nml",
+        )
+
     def test_sleep_that_holds_what_slides(self):
         sleep = "&run steps = 1 /\n&time sleep = 'on', sleep_tolerance = {} /\n"
         self.check("blocks sleep that lack this share of the forces", options=sleep.format(0.2), file="x.nml")

@@ -92,7 +92,7 @@ contains
       call inspection%check_closure(blocks, parameters)
       call inspection%check_loads(blocks, parameters)
       call inspection%check_supports(blocks, parameters)
-      call inspection%check_sleep(parameters)
+      call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
       call inspection%check_step(parameters, is_set(options%dt_max))
       if (.not. is_set(options%dt_max)) call inspection%check_accuracy(parameters)
       call messages%append(inspection%warnings)
@@ -360,14 +360,24 @@ contains
    end subroutine check_supports
 
    !> Warn where `sleep = 'on'` has no effect because the model has what no block sleeps with
-   !> (rockdda_stepping_acceptance).
-   subroutine check_sleep(self, parameters)
+   !> (rockdda_stepping_acceptance), and where its tolerance is given without it.
+   subroutine check_sleep(self, parameters, tolerance_given)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
+      logical, intent(in) :: tolerance_given
       character(len=:), allocatable :: what
+      real(wp) :: changes, ends
       integer :: k
+      if (tolerance_given .and. .not. parameters%sleeps) &
+         call self%warn("sleep_tolerance has no effect without sleep = 'on'", .true.)
       if (.not. parameters%sleeps) return
       what = ''
+      ! steps are no longer than dt_max while tables change
+      ends = parameters%t_end
+      if (parameters%n_steps > 0) ends = min(ends, parameters%n_steps*parameters%dt_max)
+      changes = last_change(parameters)
+      if (changes > 0 .and. changes >= ends*(1 - 1.0e-9_wp)) &
+         what = 'loads, supports or tractions that change until time '//to_string(changes, 4)//', when the run is over'
       if (allocated(parameters%base%harmonics)) what = 'a harmonic base motion'
       do k = 1, size(self%joint_used)
          if (self%joint_used(k) .and. is_set(parameters%joint_materials(k)%restitution)) what = 'restitution'
@@ -380,6 +390,39 @@ contains
          'and do not begin to slide', .true.)
       if (len(what) > 0) call self%warn("sleep = 'on' has no effect: no block sleeps in a model with "//what, .true.)
    end subroutine check_sleep
+
+   !> Time at which the last table of loads, supports or tractions ends to change; 0 without such tables.
+   pure real(wp) function last_change(parameters)
+      type(parameters_type), intent(in) :: parameters
+      integer :: i
+      last_change = 0
+      do i = 1, size(parameters%fixed_tables)
+         call take_change(parameters%fixed_tables(i)%rows)
+      end do
+      do i = 1, size(parameters%loading_tables)
+         call take_change(parameters%loading_tables(i)%rows)
+      end do
+      do i = 1, size(parameters%line_loads)
+         call take_change(parameters%line_loads(i)%table)
+      end do
+      if (.not. allocated(parameters%boundaries)) return
+      do i = 1, size(parameters%boundaries)
+         call take_change(parameters%boundaries(i)%table)
+      end do
+
+   contains
+
+      !> Take the time of the last change in a table.
+      pure subroutine take_change(rows)
+         real(wp), allocatable, intent(in) :: rows(:, :)   !! time first
+         integer :: k
+         if (.not. allocated(rows)) return
+         do k = 2, size(rows, 2)
+            if (any(abs(rows(2:, k) - rows(2:, k - 1)) > 0)) last_change = max(last_change, rows(1, k))
+         end do
+      end subroutine take_change
+
+   end function last_change
 
    !> Check that steps are short enough to follow the motion of the base. With a wanted accuracy they land on the rows
    !> of records; that Shi's scheme damps vibrations is not in the estimated error.
