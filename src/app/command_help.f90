@@ -3,6 +3,7 @@
 !> shells.
 module rockdda_app_command_help
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_strings, only : lower_case
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_option_documents, only : group_help, group_names, groups_help, group_suggestion, named_option_help
    use rockdda_app_arguments, only : command_line_type
@@ -26,7 +27,7 @@ contains
       type(error_type), allocatable :: error
       character(len=:), allocatable :: text, group
       exit_code = 0
-      group = line%topic
+      group = lower_case(line%topic)
       if (index(group, '&') == 1) group = group(2:)
       if (len(line%completion) > 0 .and. .not. line%help) then
          text = completion_script(line%completion, group_names())

@@ -71,6 +71,7 @@ class HelpOnGroups(ProgramTest):
 
     def test_commands_and_unknown_topics(self):
         self.assertEqual(self.run_program("help", "run").out, self.run_program("run", "--help").out)
+        self.assertEqual(self.run_program("help", "&STAGE").out, self.run_program("help", "stage").out)
         told = self.run_program("help", "accuracy")
         self.assertEqual(told.code, 0)
         self.assertTrue(told.out.startswith("accuracy, an option of &time:\n\n  accuracy = "), told.out)
