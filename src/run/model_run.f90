@@ -26,7 +26,7 @@ module rockdda_run_model_run
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
-      time_error_warning, strikes_warning, overlaps_warning
+      time_error_warning, strikes_warning, overlaps_warning, unrested_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -237,6 +237,9 @@ contains
       end if
       if (.not. allocated(error)) then
          if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
+      end if
+      if (.not. allocated(error)) then
+         if (len(unrested_warning(self%sim)) > 0) call self%warn(unrested_warning(self%sim), error)
       end if
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &

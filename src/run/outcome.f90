@@ -7,13 +7,13 @@ module rockdda_run_outcome
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
-   use rockdda_stepping_control, only : step_control_type, n_cut_reasons
+   use rockdda_stepping_control, only : step_control_type, n_cut_reasons, goes_on
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
-   public :: accuracy_text, overlaps_warning
+   public :: accuracy_text, overlaps_warning, unrested_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -108,6 +108,22 @@ contains
       end do
       if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
    end function skipped_stages_warning
+
+   !> Warning about a stage that ends without equilibrium, after its last step; '' otherwise, and where the run ends
+   !> with an error.
+   function unrested_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      if (.not. sim%control%has_failed(sim%parameters, sim%state%step)) return
+      associate (stage => sim%parameters%stages(sim%control%stage))
+         if (.not. goes_on(stage)) return
+         text = "stage '"//stage_name(sim%parameters%stages, sim%control%stage)// &
+                "' ended without equilibrium after "//counted(stage%max_steps, 'step')// &
+                ': the unbalanced force is '//to_string(sim%record%unbalanced, 3)// &
+                ' of the mean force, tolerance '//to_string(stage%tolerance)
+      end associate
+   end function unrested_warning
 
    !> Warning about blocks that were placed where others lay, after the first step with them; '' otherwise.
    function overlaps_warning(sim) result(text)

@@ -24,7 +24,7 @@ module rockdda_stepping_control
    implicit none
    private
    public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth, longer_flight
-   public :: cut_reason, n_cut_reasons, cut_names
+   public :: cut_reason, n_cut_reasons, cut_names, goes_on
 
    !> Why an attempt at a step is repeated with a shorter step.
    type :: cut_reason_enum

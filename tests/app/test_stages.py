@@ -205,8 +205,15 @@ class Equilibrium(StageTest):
         self.assertRegex(outcome.err, r"blocks still move: block \d+ at \(")
         self.assertEqual(len(self.read()["history/step"]), 12)
         more = options.format(", on_failure = 'continue'") + "&stage name = 'then', duration = 0.01 /\n"
-        self.compute(more, model=SLOPE, more=("--quiet",))
+        outcome = self.compute(more, model=SLOPE, more=("--json",))
         self.assertEqual(self.read()["history/stage"].tolist().count(0), 12)
+        found = [m["message"] for m in outcome.json["messages"] if "without equilibrium" in m["message"]]
+        self.assertEqual(len(found), 1)
+        self.assertRegex(
+            found[0],
+            r"^stage 'slide' ended without equilibrium after 12 steps: the unbalanced force is \S+ of the mean force, "
+            "tolerance 1e-0?5$",
+        )
         self.assertEqual(self.read()["history/stage"][-1], 1)
 
     def test_a_resumed_run_and_any_number_of_threads_give_the_same_bits(self):
