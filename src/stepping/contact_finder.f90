@@ -27,6 +27,7 @@ module rockdda_stepping_contact_finder
       type(search_limits_type), private :: limits
       logical, private :: places = .false.      !! some stage places blocks
       logical, private :: has_borrowed(6) = .false.   !! arrays of `borrow`
+      logical :: needs_forces = .false.               !! shear forces are read before the end of the step
    contains
       procedure :: init
       procedure :: show_blocks
@@ -95,7 +96,7 @@ contains
             self%limits%edge_joint = context%blocks%edge_joint
          ! those of resting blocks are read until the end of the step; partners are rows of one table
          if (parameters%by_length .and. .not. parameters%sleeps) call last%lend(table)
-         table%waits_for_forces = .not. parameters%sleeps
+         table%waits_for_forces = .not. (parameters%sleeps .or. self%needs_forces)
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &
                               context%state%step == 0, touching*parameters%w0, table)
       end associate

@@ -147,7 +147,9 @@ contains
       step%water = step%control%water(step%parameters)
       step%dt = step%control%step_size(step%parameters, step%state%time)
       call step%finder%show_blocks(step%state%active, construction%newborn, places)
+      step%finder%needs_forces = .true.
       call step%find_contacts(step%finder%first_reach(step%step_context_type, step%control))
+      step%finder%needs_forces = .false.
    end subroutine find_first_forces
 
 end module rockdda_stepping_stage_change
