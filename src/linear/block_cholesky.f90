@@ -18,8 +18,7 @@ module rockdda_linear_block_cholesky
    use rockdda_linear_graph, only : graph_type
    use rockdda_linear_elimination, only : elimination_type
    use rockdda_linear_small_blocks, only : factorize_block, solve_lower, solve_lower_transposed
-   use rockdda_linear_block_kernels, only : subtract_products_of_rows, subtract_square, subtract_column, &
-      subtract_row, divide_by_factor
+   use rockdda_linear_block_kernels, only : take_blocks, subtract_sources, divide_blocks, subtract_column, subtract_row
    implicit none
    private
    public :: block_cholesky_type, new_block_cholesky, most_blocks
@@ -115,21 +114,15 @@ contains
       integer, intent(in) :: j
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: own(6, 6)
-      integer :: c, i, n, p, s
+      integer :: c, i, n
       logical :: ok
-      associate (e => self%elimination, lower => self%lower)
+      associate (e => self%elimination)
          i = e%block(j)
+         n = e%start(j + 1) - e%start(j)
          own = matrix%values(:, :, matrix%row_start(i))
-         do p = e%start(j), e%start(j + 1) - 1
-            call take(matrix, e%place(p), lower(:, :, p))
-         end do
-         do s = e%source_start(j), e%source_start(j + 1) - 1
-            p = e%source(s)
-            n = e%start(e%column(p) + 1) - p
-            call subtract_square(lower(:, :, p), own)
-            call subtract_products_of_rows(n - 1, e%target(e%first_target(p):), lower(:, :, p + 1:p + n - 1), &
-                                           lower(:, :, p), lower)
-         end do
+         call take_blocks(e%start(j), n, e%place, matrix%values, self%lower)
+         call subtract_sources(e%source_start(j), e%source_start(j + 1) - 1, e%source, e%column, e%start, &
+                               e%first_target, e%target, own, self%lower)
          call factorize_block(own, self%diagonal(:, :, j), ok)
          if (ok) then
             do c = 1, 6
@@ -141,25 +134,9 @@ contains
             call not_positive_definite(i, error)
             return
          end if
-         do p = e%start(j), e%start(j + 1) - 1
-            call divide_by_factor(self%diagonal(:, :, j), lower(:, :, p))
-         end do
+         call divide_blocks(e%start(j), n, self%diagonal(:, :, j), self%lower)
       end associate
    end subroutine compute_column
-
-   !> The block in a place of the matrix, transposed when the place is negative, zero when it is 0.
-   pure subroutine take(matrix, place, a)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: place
-      real(wp), intent(out) :: a(6, 6)
-      if (place > 0) then
-         a = matrix%values(:, :, place)
-      else if (place < 0) then
-         a = transpose(matrix%values(:, :, -place))
-      else
-         a = 0
-      end if
-   end subroutine take
 
    !> x = K^-1 b.
    subroutine backsolve_by_blocks(self, b, x, error)

@@ -1,28 +1,39 @@
 ! SPDX-License-Identifier: MIT
-!> Kernels of a Cholesky factor by blocks of 6x6: products are in block_kernels_shim.c.
+!> Kernels of a Cholesky factor by blocks of 6x6, in block_kernels_shim.c. Blocks are counted from 1.
 module rockdda_linear_block_kernels
    use, intrinsic :: iso_c_binding, only : c_int, c_double
-   use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: subtract_products_of_rows, subtract_square, subtract_column, subtract_row, divide_by_factor
+   public :: take_blocks, subtract_sources, divide_blocks, subtract_column, subtract_row
 
    interface
-      !> C_t := C_t - A_q B^T for n blocks A, t = target(q).
-      pure subroutine subtract_products_of_rows(n, target, a, b, c) bind(c, name='rockdda_subtract_products')
+      !> Copies of n blocks of the matrix, from number `first` of c on: transposed when the place is negative, zero when
+      !> it is 0.
+      pure subroutine take_blocks(first, n, place, values, c) bind(c, name='rockdda_take_blocks')
          import :: c_int, c_double
-         integer(c_int), value :: n
-         integer(c_int), intent(in) :: target(*)
-         real(c_double), intent(in) :: a(6, 6, *), b(6, 6)
+         integer(c_int), value :: first, n
+         integer(c_int), intent(in) :: place(*)          !! of each block of c
+         real(c_double), intent(in) :: values(6, 6, *)
          real(c_double), intent(inout) :: c(6, 6, *)
-      end subroutine subtract_products_of_rows
+      end subroutine take_blocks
 
-      !> C := C - A A^T, at least its lower half.
-      pure subroutine subtract_square(a, c) bind(c, name='rockdda_subtract_square')
-         import :: c_double
-         real(c_double), intent(in) :: a(6, 6)
-         real(c_double), intent(inout) :: c(6, 6)
-      end subroutine subtract_square
+      !> Take off a column j of the matrix what the blocks L_jk give that `source` has from `first` to `last`:
+      !> L_jk L_jk^T off `own`, at least its lower half, L_ik L_jk^T off the block L_ij of `lower`.
+      pure subroutine subtract_sources(first, last, source, column, start, first_target, target, own, lower) &
+         bind(c, name='rockdda_subtract_sources')
+         import :: c_int, c_double
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: source(*), column(*), start(*), first_target(*), target(*)   !! of elimination
+         real(c_double), intent(inout) :: own(6, 6), lower(6, 6, *)
+      end subroutine subtract_sources
+
+      !> C := C L^-T for n blocks, from number `first` of c on, with a factor L of `factorize_block`.
+      pure subroutine divide_blocks(first, n, l, c) bind(c, name='rockdda_divide_blocks')
+         import :: c_int, c_double
+         integer(c_int), value :: first, n
+         real(c_double), intent(in) :: l(6, 6)
+         real(c_double), intent(inout) :: c(6, 6, *)
+      end subroutine divide_blocks
 
       !> y_i := y_i - A_q x for n blocks A, i = row(q).
       pure subroutine subtract_column(n, row, a, x, y) bind(c, name='rockdda_subtract_column')
@@ -42,20 +53,5 @@ module rockdda_linear_block_kernels
          real(c_double), intent(inout) :: x(6)
       end subroutine subtract_row
    end interface
-
-contains
-
-   !> C := C L^-T with a factor of `factorize_block`.
-   pure subroutine divide_by_factor(l, c)
-      real(wp), intent(in) :: l(6, 6)
-      real(wp), intent(inout) :: c(6, 6)
-      c(:, 1) = c(:, 1)*l(1, 1)
-      c(:, 2) = (c(:, 2) - c(:, 1)*l(2, 1))*l(2, 2)
-      c(:, 3) = (c(:, 3) - (c(:, 1)*l(3, 1) + c(:, 2)*l(3, 2)))*l(3, 3)
-      c(:, 4) = (c(:, 4) - ((c(:, 1)*l(4, 1) + c(:, 2)*l(4, 2)) + c(:, 3)*l(4, 3)))*l(4, 4)
-      c(:, 5) = (c(:, 5) - ((c(:, 1)*l(5, 1) + c(:, 2)*l(5, 2)) + (c(:, 3)*l(5, 3) + c(:, 4)*l(5, 4))))*l(5, 5)
-      c(:, 6) = (c(:, 6) - (((c(:, 1)*l(6, 1) + c(:, 2)*l(6, 2)) + (c(:, 3)*l(6, 3) + c(:, 4)*l(6, 4))) &
-                            + c(:, 5)*l(6, 5)))*l(6, 6)
-   end subroutine divide_by_factor
 
 end module rockdda_linear_block_kernels
