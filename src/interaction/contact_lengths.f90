@@ -223,6 +223,9 @@ contains
          ! most blocks do not turn, and nothing else of the contact is read
          if (.not. (context%is_turning(table%block_a(c)) .or. context%is_turning(table%block_b(c)))) cycle
          if (trial%joint(c)%state == contact_state%open) cycle
+         if (context%measures_mixed) then
+            if (context%renewed(table%block_a(c)) .eqv. context%renewed(table%block_b(c))) cycle
+         end if
          n = n + 1
          rows(n) = c
       end do

@@ -262,7 +262,10 @@ contains
       call families%place(context, equations)
       call families%predict(equations)
       if (all(context%renewed)) return
+      ! other links are right now, or are as they were
+      context%measures_mixed = .true.
       call families%measure_placement(context, equations)
+      context%measures_mixed = .false.
       off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
       if (.not. off > placement_tolerance) return
       context%renewed = .true.
