@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Blocks at rest are left out of dynamic steps until something disturbs them (docs/theory.md, "Blocks asleep").
 !>
-!> A block falls asleep when in some steps in a row, for it and its neighbours, the resultant force was at most
-!> `sleep_tolerance` times the sum of the magnitudes of the forces, and the motion at most what that force gives it in a
-!> step. It then keeps its place and its stress, and the forces between blocks asleep stay what they are.
+!> A block is calm in a step when the resultant force is at most `sleep_tolerance` times the sum of the magnitudes of
+!> the forces, and the motion at most what that force gives it in a step. It falls asleep after ten calm steps in a row,
+!> or sooner when it is so much calmer that it would remain calm, as long as its neighbours are calm. It then keeps its
+!> place and its stress, and the forces between blocks asleep stay what they are.
 !>
 !> At the end of a step blocks asleep wake on which forces balance no better than `wakes` times the tolerance. Where
 !> one lacks more than `strikes` times the tolerance, as when something falls on it, the step is done again with those
@@ -21,10 +22,12 @@ module rockdda_stepping_sleep
    private
    public :: fall_asleep, wake_disturbed
 
-   !> A block sleeps after so many calm steps in a row.
+   !> A block sleeps after so many calm steps in a row, or sooner when it can be expected to stay calm for the rest.
    integer, parameter :: calm_steps = 10
    !> Instead of this number: a block asleep that wakes with the next step.
    integer, parameter :: disturbed = -1
+   !> A block with a bolt, which never sleeps.
+   integer, parameter :: bolted = -2
    !> It wakes beyond this many times the tolerance: it must not wake by what it fell asleep with.
    real(wp), parameter :: wakes = 2
    !> And the step is repeated beyond this many times.
@@ -40,10 +43,18 @@ contains
       type(block_forces_type), intent(in) :: forces          !! there
       class(energy_balance_type), intent(inout) :: balance
       logical, allocatable :: may(:)
-      real(wp) :: lost
+      real(wp) :: lost, shares(2)
       integer :: c, i, k, l
       lost = 0
       associate (state => context%state)
+         ! a bolt may join blocks that are far apart
+         do l = 1, context%blocks%bolts%n
+            do k = 1, 2
+               i = context%blocks%bolts%blocks(k, l)
+               if (i > 0) state%calm(i) = bolted
+            end do
+         end do
+         allocate (may(context%blocks%n_blocks), source=.false.)
          do i = 1, context%blocks%n_blocks
             if (state%calm(i) == disturbed) then
                state%asleep(i) = .false.
@@ -51,26 +62,25 @@ contains
                cycle
             end if
             if (state%asleep(i) .or. .not. state%active(i)) cycle
-            state%calm(i) = merge(min(state%calm(i) + 1, calm_steps), 0, is_calm(context, d(:, i), forces, i))
-         end do
-         ! a bolt may join blocks that are far apart
-         do l = 1, context%blocks%bolts%n
-            do k = 1, 2
-               i = context%blocks%bolts%blocks(k, l)
-               if (i > 0) state%calm(i) = 0
-            end do
+            if (state%calm(i) == bolted) then
+               state%calm(i) = 0
+               cycle
+            end if
+            shares = unrest(context, d(:, i), forces, i)
+            state%calm(i) = merge(min(state%calm(i) + 1, calm_steps), 0, all(shares <= 1))
+            ! a resultant that stays adds its share of the motion in each step
+            may(i) = state%calm(i) > 0 .and. (calm_steps - state%calm(i))*sum(shares) <= 1
          end do
          ! what moves keeps its neighbours awake
-         allocate (may(context%blocks%n_blocks), source=.true.)
          do c = 1, contacts%n
             if (contacts%state(c) == contact_state%open) cycle
             associate (a => contacts%block_a(c), b => contacts%block_b(c))
-               may(a) = may(a) .and. (state%asleep(b) .or. state%calm(b) >= calm_steps)
-               may(b) = may(b) .and. (state%asleep(a) .or. state%calm(a) >= calm_steps)
+               may(a) = may(a) .and. (state%asleep(b) .or. state%calm(b) > 0)
+               may(b) = may(b) .and. (state%asleep(a) .or. state%calm(a) > 0)
             end associate
          end do
          do i = 1, context%blocks%n_blocks
-            if (state%asleep(i) .or. state%calm(i) < calm_steps .or. .not. may(i)) cycle
+            if (.not. may(i)) cycle
             state%asleep(i) = .true.
             associate (v => state%velocity(:, i))
                lost = lost + 0.5_wp*dot_product(v, mass_times(state%mass(i), state%area(i), state%moments(:, i), v))
@@ -83,21 +93,25 @@ contains
       balance%total(energy%discarded) = balance%total(energy%discarded) + lost
    end subroutine fall_asleep
 
-   !> Do the forces on a block hardly push it, and does it hardly move? By its motion in the step: velocities of motions
-   !> far too stiff for the step alternate.
-   pure logical function is_calm(context, d, forces, i)
+   !> Motion of a block in the step, and resultant of its forces, over the largest with which the block is calm. The
+   !> motion is that of the step: velocities of motions far too stiff for the step alternate.
+   pure function unrest(context, d, forces, i)
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(6)                           !! motion of the step
       type(block_forces_type), intent(in) :: forces
       integer, intent(in) :: i
+      real(wp) :: unrest(2)
       real(wp) :: allowed, moved
+      unrest = huge(allowed)
       associate (state => context%state)
          allowed = context%parameters%sleep_tolerance*forces%magnitude(i)
-         moved = norm2(d(1:2)) + 2*radius_of_inertia(context%state, i)*(abs(d(3)) + norm2(d(4:6)))
-         is_calm = allowed > 0 .and. state%mass(i)*moved <= allowed*context%dt**2
-         if (is_calm .and. forces%held(i) < 2) is_calm = forces%force_of(i, state) <= allowed
+         if (.not. allowed > 0) return
+         moved = norm2(d(1:2)) + 2*radius_of_inertia(state, i)*(abs(d(3)) + norm2(d(4:6)))
+         unrest(1) = state%mass(i)*moved/(allowed*context%dt**2)
+         unrest(2) = 0
+         if (forces%held(i) < 2) unrest(2) = forces%force_of(i, state)/allowed
       end associate
-   end function is_calm
+   end function unrest
 
    !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts.
    subroutine wake_disturbed(context, equations, contacts, round, n_woken)
