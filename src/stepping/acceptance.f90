@@ -47,7 +47,7 @@ contains
       call step%families%contacts%table%take_forces(step%contacts)
       call step%families%commit(step%step_context_type, step%equations%x)
       call measure_error(step, report, .not. k01 < 1)
-      call move(step)
+      call move(step, k01)
       if (impact%happened) then
          call impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
@@ -150,17 +150,25 @@ contains
       end if
    end subroutine let_sleep
 
-   !> Move the blocks. Accelerations are known afterwards when the scheme carries them, and in static steps that search
-   !> equilibrium, of which the next one may carry them on.
-   subroutine move(step)
+   !> Move the blocks. Accelerations are known afterwards when the scheme carries them, and in static steps: those that
+   !> search equilibrium have their own, which the next one may carry on, others that of the last step, for the trend.
+   subroutine move(step, k01)
       type(trial_step_type), intent(inout) :: step
-      associate (elasticity => step%families%elasticity, d => step%equations%x)
+      real(wp), intent(in) :: k01   !! of the step
+      associate (elasticity => step%families%elasticity, d => step%equations%x, control => step%control)
          if (step%scheme%second_order) then
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state, step%scheme, step%jump)
          else
-            if (step%control%is_static_search(step%parameters)) step%state%acceleration = &
+            if (control%is_static_search(step%parameters)) step%state%acceleration = &
                (2/step%dt**2)*(d - step%dt*step%state%velocity)
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state)
+         end if
+         if (k01 > 0 .or. control%is_static_search(step%parameters)) then
+            control%trend%steps = 0
+            control%trend%share = 0
+         else
+            call control%trend%follow(control%trend%steps > 0 .and. abs(step%dt - control%last_dt) <= 0, step%dt, d, &
+                                      step%last_motion, step%state%acceleration)
          end if
       end associate
       step%state%accelerates = step%scheme%second_order

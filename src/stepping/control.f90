@@ -19,6 +19,7 @@ module rockdda_stepping_control
    use rockdda_stepping_strikes, only : strikes_type
    use rockdda_stepping_accuracy, only : accuracy_type, step_to_row
    use rockdda_stepping_time_error, only : time_error_type
+   use rockdda_stepping_trend, only : trend_type
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
    implicit none
@@ -86,6 +87,7 @@ module rockdda_stepping_control
       logical :: releases = .false.         !! forces of excavated blocks are still being released
       logical, allocatable :: released(:)   !! (nf) fixed points let go so far
       integer :: cuts(n_cut_reasons) = 0    !! steps cut so far, by reason
+      type(trend_type) :: trend             !! of static steps that do not search equilibrium
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
       type(accuracy_type) :: accuracy       !! their length by it

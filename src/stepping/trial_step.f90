@@ -49,7 +49,8 @@ module rockdda_stepping_trial_step
       logical, private :: is_sudden = .false.   !! an attempt was cut for a sudden change
       real(wp), private :: shorter = 0          !! step to try after one that is not accurate enough
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
-      real(wp), allocatable, private :: last_motion(:, :), memory(:)   !! to go back to when the step is interrupted
+      real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
+      real(wp), allocatable, private :: memory(:)      !! of the solver, to go back to when the step is interrupted
       logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
       real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
       logical, allocatable, private :: in_flight(:)                    !! (nb) with accuracy, work; else none
@@ -94,12 +95,12 @@ contains
          if (.not. allocated(self%was_asleep)) allocate (self%was_asleep, mold=self%state%asleep)
          self%was_asleep(:) = self%state%asleep
       end if
-      if (allocated(self%solver%interruption)) then
-         if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
-         self%last_motion(:, :) = self%equations%x
-         call self%solver%pack(self%memory)
-      end if
+      if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
+      self%last_motion(:, :) = self%equations%x
+      if (allocated(self%solver%interruption)) call self%solver%pack(self%memory)
       call self%begin_step()
+      if (abs(self%dt - self%control%last_dt) <= 0 .and. .not. self%control%k01(self%parameters) > 0) &
+         call self%control%trend%expect(self%dt, self%state%acceleration, self%equations%x)
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
       self%cuts = 0

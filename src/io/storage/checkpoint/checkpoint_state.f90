@@ -111,6 +111,8 @@ contains
       call archive%fixed('cuts', control%cuts)
       call archive%item('short_steps', control%short_steps)
       call archive%item('slip_share', control%slip_share)
+      call archive%item('trend_steps', control%trend%steps)
+      call archive%item('trend_share', control%trend%share)
       associate (time_error => control%time_error)
          call archive%item('error_counts', time_error%counts)
          call archive%item('error_largest', time_error%largest)

@@ -11,6 +11,7 @@ module rockdda_io_checkpoint_state_check
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_stepping_trend, only : steps_of_trend
    use rockdda_io_checkpoint, only : checkpoint_facts_type
    use rockdda_io_construction_check, only : construction_problem
    use rockdda_base_value_check, only : value_check_type
@@ -101,6 +102,8 @@ contains
       call check%holds(control%first_time >= 0 .and. control%first_time <= huge(1.0_wp), 'first_time')
       call check%holds(control%balanced >= 0, 'balanced')
       call check%holds(control%slip_share >= 0 .and. control%slip_share <= 1, 'slip_share')
+      call check%in_range([control%trend%steps], 0, steps_of_trend, 'trend_steps')
+      call check%holds(control%trend%share >= 0 .and. control%trend%share <= 1, 'trend_share')
       call check%in_range([control%steps], 0, state%step, 'steps')
       call check%is_there(allocated(control%released), 'released')
       if (check%passed()) call check%has_shape(size(control%released) == blocks%fixed%n, 'released')
