@@ -73,6 +73,9 @@ module rockdda_linear_pcg
    !> Smallest reduction of the residual in one pass: below it the rounding of single precision costs more iterations
    !> than a restart.
    real(wp), parameter :: smallest_reduction = 1.0e-5_wp
+   !> A pass goes on to the end of the solve where that takes no more than so many iterations, the work of another pass,
+   !> and no smaller reduction.
+   real(wp), parameter :: iterations_of_pass = 2.0_wp, last_reduction = 5.0e-7_wp
    !> Rounding brings coarse motions back into a deflated iteration. A pass ends when r p, which is r r without them, is
    !> less than this share of it.
    real(wp), parameter :: least_share = 0.5_wp
@@ -144,7 +147,7 @@ contains
       do while (relative > tolerance .and. report%iterations < self%max_iterations)
          before = relative
          self%passes = self%passes + 1
-         call correct(self, max(0.5_wp*tolerance/relative, smallest_reduction), tolerance/relative, &
+         call correct(self, tolerance/relative, &
                       self%pause*self%first_residual/relative, x, report%iterations)
          report%interrupted = self%stops
          if (report%interrupted) return
@@ -187,17 +190,17 @@ contains
       call resize(self%s, 6, matrix%n)
    end subroutine prepare_coarse_space
 
-   !> One pass: x := x + d with K d = r, where d reduces r by the given factor in the preconditioned norm.
+   !> One pass: x := x + d with K d = r, where d reduces r in the preconditioned norm as far as it may, and not much
+   !> further than the solve needs.
    !>
    !> All threads run the whole pass: each has the same alpha and beta, and the loops over chunks divide the work.
-   subroutine correct(self, reduction, last, pause, x, iterations)
+   subroutine correct(self, last, pause, x, iterations)
       class(pcg_solver_type), intent(inout) :: self
-      real(wp), intent(in) :: reduction
       real(wp), intent(in) :: last                     !! reduction that ends the solve
       real(wp), intent(in) :: pause                    !! reduction at which it may pause, 0: never
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
       integer, intent(inout) :: iterations             !! raised by those of this pass
-      real(wp) :: norm, rho, rho_start, rho_next, ratio, descent, total(5)
+      real(wp) :: norm, rho, rho_start, rho_next, ratio, descent, reduction, total(5)
       real(sp) :: alpha, beta
       integer :: done
       logical :: pauses, drifts
@@ -208,9 +211,10 @@ contains
       alpha = 0
       beta = real(self%direction_factor*(1/norm), sp)
       rho_start = 0
+      reduction = max(0.5_wp*last, smallest_reduction)
       !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
-      !$omp shared(self, norm, x, reduction, last, pause, iterations) &
-      !$omp private(rho, rho_next, ratio, descent, drifts, total) firstprivate(alpha, beta, rho_start, done, pauses)
+      !$omp shared(self, norm, x, last, pause, iterations) private(rho, rho_next, ratio, descent, drifts, total) &
+      !$omp firstprivate(alpha, beta, rho_start, done, pauses, reduction)
       call start_pass(self, 1/norm)
       if (self%is_deflated) call start_coarse(self, 1/norm, rho_start)
       do
@@ -234,7 +238,11 @@ contains
          rho_next = rho - 2*alpha*total(3) + real(alpha, wp)**2*total(4)
          ! the first directions contain that of the pass before
          drifts = descent < least_share*rho .and. done > iterations + 2
-         if (.not. (rho_next > reduction**2*rho_start .and. rho_next < divergence*rho_start)) exit
+         if (.not. rho_next > reduction**2*rho_start) then
+            if (.not. is_near(0.5_wp*last, rho_next, rho_start, done - iterations)) exit
+            reduction = 0.5_wp*last
+         end if
+         if (.not. rho_next < divergence*rho_start) exit
          if (drifts) exit
          if (rho_next <= pause**2*rho_start) then
             ratio = 0.5_wp*log(rho_next/rho_start)
@@ -254,6 +262,18 @@ contains
       !$omp end single
       !$omp end parallel
    end subroutine correct
+
+   !> Does a pass that has reduced its residual by much reach the end of the solve in a few more iterations?
+   pure logical function is_near(last, rho, rho_start, iterations)
+      real(wp), intent(in) :: last               !! reduction at which the solve ends
+      real(wp), intent(in) :: rho, rho_start     !! squares of the residual now and at the start of the pass
+      integer, intent(in) :: iterations          !! so far
+      real(wp) :: gained
+      is_near = .false.
+      if (.not. (last >= last_reduction .and. rho > last**2*rho_start)) return
+      gained = 0.5_wp*log(rho_start/rho)
+      is_near = (-log(last) - gained)*iterations <= iterations_of_pass*gained
+   end function is_near
 
    !> Has a pass taken many iterations, and are as many left to the end of the solve?
    pure logical function is_long(iterations, gained, left)
