@@ -15,7 +15,7 @@
 module rockdda_interaction_finite_rotation
    use, intrinsic :: iso_c_binding, only : c_double
    use rockdda_base_kinds, only : wp
-   use rockdda_interaction_kinematics, only : displacement_gradient
+   use rockdda_interaction_kinematics, only : displacement_gradient, direction
    implicit none
    private
    public :: moving_block_type, new_moving_block, moved_block_type, new_moved_block, turns
@@ -57,8 +57,8 @@ contains
       block%d = d
       if (.not. turns(d)) return
       block%angle = d(3)
-      block%half = [cos(0.5_wp*d(3)), sin(0.5_wp*d(3))]
-      block%full = [cos(d(3)), sin(d(3))]
+      block%half = direction(0.5_wp*d(3))
+      block%full = direction(d(3))
       block%chord = 2*block%half(2)/d(3)
    end function new_moving_block
 

@@ -14,6 +14,7 @@ module rockdda_interaction_kinematics
    implicit none
    private
    public :: displacement_rows, displacement_at, point_load, displacement_gradient, move_point, move_points
+   public :: direction
    public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate, logarithmic_strain
 
 contains
@@ -75,8 +76,8 @@ contains
       strain(:, 1) = [d(4), 0.5_wp*d(6)]
       strain(:, 2) = [0.5_wp*d(6), d(5)]
       if (exact) then
-         s = sin(d(3))
-         c1 = -2*sin(0.5_wp*d(3))**2     ! cos(r0) - 1 without cancellation
+         s = sine(d(3))
+         c1 = -2*sine(0.5_wp*d(3))**2     ! cos(r0) - 1 without cancellation
          turn(:, 1) = [c1, s]
          turn(:, 2) = [-s, c1]
          h = strain + turn + matmul(turn, strain)
@@ -86,6 +87,30 @@ contains
          h = strain + turn
       end if
    end function displacement_gradient
+
+   !> Sine of an angle. That of a block that hardly turns is the angle, to the last bit.
+   elemental real(wp) function sine(angle)
+      real(wp), intent(in) :: angle   !! [rad]
+      sine = angle
+      if (.not. is_tiny(angle)) sine = sin(angle)
+   end function sine
+
+   !> Cosine and sine of an angle.
+   pure function direction(angle)
+      real(wp), intent(in) :: angle   !! [rad]
+      real(wp) :: direction(2)
+      if (is_tiny(angle)) then
+         direction = [1.0_wp, angle]
+      else
+         direction = [cos(angle), sin(angle)]
+      end if
+   end function direction
+
+   !> Is the cosine of an angle 1, and its sine the angle, to the last bit?
+   elemental logical function is_tiny(angle)
+      real(wp), intent(in) :: angle   !! [rad]
+      is_tiny = angle**2 < 0.5_wp*epsilon(angle)
+   end function is_tiny
 
    !> Move one point of a block by the unknowns of a step; see `displacement_gradient` for the two rules.
    !> The centroid moves by exactly (u0, v0).
@@ -177,9 +202,10 @@ contains
       real(wp), intent(in) :: stress(3)  !! sx sy txy [force/length^2]
       real(wp), intent(in) :: angle      !! counter-clockwise [rad]
       real(wp) :: rotated(3)             !! [force/length^2]
-      real(wp) :: c, s
-      c = cos(angle)
-      s = sin(angle)
+      real(wp) :: turn(2), c, s
+      turn = direction(angle)
+      c = turn(1)
+      s = turn(2)
       rotated(1) = c*c*stress(1) + s*s*stress(2) - 2*c*s*stress(3)
       rotated(2) = s*s*stress(1) + c*c*stress(2) + 2*c*s*stress(3)
       rotated(3) = c*s*(stress(1) - stress(2)) + (c*c - s*s)*stress(3)
@@ -190,9 +216,10 @@ contains
       real(wp), intent(in) :: strain_rate(3)  !! ex ey gxy, per time: velocity(4:6)
       real(wp), intent(in) :: angle           !! counter-clockwise [rad]
       real(wp) :: rotated(3)                  !! ex ey gxy in the turned block
-      real(wp) :: c, s
-      c = cos(angle)
-      s = sin(angle)
+      real(wp) :: turn(2), c, s
+      turn = direction(angle)
+      c = turn(1)
+      s = turn(2)
       rotated(1) = c*c*strain_rate(1) + s*s*strain_rate(2) - c*s*strain_rate(3)
       rotated(2) = s*s*strain_rate(1) + c*c*strain_rate(2) + c*s*strain_rate(3)
       rotated(3) = 2*c*s*(strain_rate(1) - strain_rate(2)) + (c*c - s*s)*strain_rate(3)
