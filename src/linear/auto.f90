@@ -259,6 +259,7 @@ contains
       call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
+      call self%pcg%residual%remember(matrix, f, x)
       self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
       share = min(share, share_of_digits(self))
       work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)

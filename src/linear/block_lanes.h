@@ -57,4 +57,7 @@ typedef float single_four __attribute__((vector_size(16)));
       } \
    } while (0)
 
+/* Sums of the lanes of two vectors. */
+#define SUM_LANES(s, t) (__builtin_shufflevector(s, t, 0, 2) + __builtin_shufflevector(s, t, 1, 3))
+
 #endif

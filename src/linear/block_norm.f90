@@ -31,6 +31,7 @@ module rockdda_linear_block_norm
       integer :: n_chunks = 1
       integer, allocatable :: first(:)              !! (chunks + 1) blocks first(c) : first(c+1)-1
       real(wp), allocatable :: partial(:)           !! (chunks) sums
+      real(wp), allocatable, private :: other(:)    !! (chunks) the same of a second vector
       logical :: uses_threads = .false.
       integer, allocatable, private :: trouble(:)   !! (chunks) first block of the chunk without a factor, or 0
    contains
@@ -71,8 +72,10 @@ contains
       self%first = first
       self%n_chunks = size(first) - 1
       self%uses_threads = uses_threads
-      if (allocated(self%factor)) deallocate (self%factor, self%partial, self%trouble, self%first_four)
-      allocate (self%partial(self%n_chunks), self%trouble(self%n_chunks), self%first_four(self%n_chunks + 1))
+      if (allocated(self%factor)) deallocate (self%factor, self%partial, self%other, self%trouble, &
+         self%first_four)
+      allocate (self%partial(self%n_chunks), self%other(self%n_chunks), self%trouble(self%n_chunks), &
+                self%first_four(self%n_chunks + 1))
       self%first_four(1) = 1
       do c = 1, self%n_chunks
          self%first_four(c + 1) = self%first_four(c) + (first(c + 1) - first(c) + 3)/4
@@ -82,36 +85,61 @@ contains
    end subroutine set_chunks
 
    !> Factorise the diagonal blocks of a matrix, as far as they are new; `bad` is the first block that has no factor.
-   subroutine factorize_diagonal(self, matrix, bad)
+   !> Norms of vectors of forces are taken while the factors are in the cache.
+   subroutine factorize_diagonal(self, matrix, bad, v, w, norms)
       class(block_norm_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       integer, intent(out) :: bad                   !! 0: none
-      logical :: few
-      integer :: c, i, last, place(4)
+      real(wp), intent(in), contiguous, optional :: v(:, :)      !! (6, n)
+      real(wp), intent(in), allocatable, optional :: w(:, :)     !! (6, n), may be unallocated
+      real(wp), intent(out), optional :: norms(2)   !! |v| and |w|; 0: not given, or no factors
+      logical :: is_new, few, has_other
+      integer :: c
       bad = 0
-      if (matrix%values_id /= 0 .and. matrix%values_id == self%values_id) return
+      is_new = matrix%values_id == 0 .or. matrix%values_id /= self%values_id
+      if (present(norms)) norms = 0
+      if (.not. (is_new .or. present(norms))) return
       ! only those of changed rows
       few = matrix%base_id /= 0 .and. matrix%base_id == self%values_id
-      self%values_id = 0
-      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, few) private(c, i, last, place) &
-      !$omp schedule(static)
+      has_other = .false.
+      if (present(w)) has_other = allocated(w)
+      if (is_new) self%values_id = 0
+      !$omp parallel do if(self%uses_threads) default(none) shared(self, matrix, is_new, few, v, w, has_other) &
+      !$omp private(c) schedule(static)
       do c = 1, self%n_chunks
          self%trouble(c) = 0
-         do i = self%first(c), self%first(c + 1) - 1, 4
-            last = min(i + 3, self%first(c + 1) - 1)
-            if (few) then
-               if (.not. any(matrix%changed(i:last))) cycle
-            end if
-            place = [i, min(i + 1, last), min(i + 2, last), last]
-            place = matrix%row_start(place)
-            call factorize_part(self, c, i, last, matrix%values, place)
-            if (self%trouble(c) > 0) exit
-         end do
+         if (is_new) call factorize_chunk(self, c, matrix, few)
+         if (self%trouble(c) > 0) cycle
+         if (present(v)) self%partial(c) = self%chunk_square(c, v)
+         if (has_other) self%other(c) = self%chunk_square(c, w)
       end do
       !$omp end parallel do
       bad = first_trouble(self)
-      if (bad == 0) self%values_id = matrix%values_id
+      if (bad > 0) return
+      self%values_id = matrix%values_id
+      if (.not. present(norms)) return
+      if (present(v)) norms(1) = self%norm_of_sums()
+      if (has_other) norms(2) = sqrt(sum(self%other))
    end subroutine factorize_diagonal
+
+   !> Factorise the diagonal blocks of one chunk.
+   subroutine factorize_chunk(self, c, matrix, few)
+      type(block_norm_type), intent(inout) :: self
+      integer, intent(in) :: c
+      type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: few                    !! only those of changed rows
+      integer :: i, last, place(4)
+      do i = self%first(c), self%first(c + 1) - 1, 4
+         last = min(i + 3, self%first(c + 1) - 1)
+         if (few) then
+            if (.not. any(matrix%changed(i:last))) cycle
+         end if
+         place = [i, min(i + 1, last), min(i + 2, last), last]
+         place = matrix%row_start(place)
+         call factorize_part(self, c, i, last, matrix%values, place)
+         if (self%trouble(c) > 0) exit
+      end do
+   end subroutine factorize_chunk
 
    !> Factorise the blocks i to `last`, at most four, of a chunk.
    subroutine factorize_part(self, c, i, last, values, place)

@@ -37,10 +37,9 @@ module rockdda_linear_pcg
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_preconditioner, only : preconditioner_type
    use rockdda_linear_deflation, only : deflation_type
-   use rockdda_linear_sweeps, only : update_chunk, sweep_backward, update_and_sweep_backward, sweep_forward, &
-      subtract_coarse, row_sum
-   use rockdda_linear_kernels, only : sp, subtract_products
-   use rockdda_linear_small_blocks, only : n_packed
+   use rockdda_linear_sweeps, only : start_chunk, add_chunk, update_chunk, sweep_backward, update_and_sweep_backward, &
+      sweep_forward, subtract_coarse
+   use rockdda_linear_kernels, only : sp
    implicit none
    private
    public :: pcg_solver_type, many_iterations
@@ -132,6 +131,7 @@ contains
                call resize(self%sums, 5, self%preconditioner%order%n_chunks)
             end associate
             self%sums = 0
+            self%back_sum = 0
             self%graph_id = self%residual%graph_id
             self%values_id = 0
          end if
@@ -161,6 +161,7 @@ contains
          self%direction_factor = 0
       end do
       self%most_iterations = max(self%most_iterations, report%iterations)
+      call self%residual%remember(matrix, f, x)
       if (has_paused) then
          report%residual = relative
          report%left = self%residual%r_norm
@@ -215,13 +216,13 @@ contains
       !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
       !$omp shared(self, norm, x, last, pause, iterations) private(rho, rho_next, ratio, descent, drifts, total) &
       !$omp firstprivate(alpha, beta, rho_start, done, pauses, reduction)
-      call start_pass(self, 1/norm)
+      call start_pass(self, 1/norm, beta)
       if (self%is_deflated) call start_coarse(self, 1/norm, rho_start)
       do
          if (self%is_deflated) then
             call sweep_deflated(self, alpha, beta)
          else
-            call sweep(self, alpha, beta)
+            call sweep(self, done == iterations, alpha, beta)
          end if
          total = sum(self%sums, dim=2)
          done = done + 1
@@ -282,43 +283,64 @@ contains
       is_long = iterations >= many_iterations .and. iterations*left > many_iterations*gained
    end function is_long
 
-   !> Start a pass with the scaled residual, of order one. Called by all threads.
-   subroutine start_pass(self, weight)
+   !> Start a pass with the scaled residual, of order one, and with the first direction. Called by all threads.
+   subroutine start_pass(self, weight, beta)
       class(pcg_solver_type), intent(inout) :: self
       real(wp), intent(in) :: weight      !! of the residual
+      real(sp), intent(in) :: beta        !! factor of the last direction, 0: none
       integer :: phase, c
       associate (order => self%preconditioner%order)
          do phase = 1, 3
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call start_chunk(self, c, weight)
+               call start_chunk(self%preconditioner, c, weight, self%residual%r, self%r)
+               call set_vectors(order%first(c), order%first(c + 1) - 1)
             end do
             !$omp end do
          end do
       end associate
+
+   contains
+
+      !> The other vectors of some of the rows.
+      subroutine set_vectors(first, last)
+         integer, intent(in) :: first, last
+         self%d(:, first:last) = 0
+         if (self%is_deflated) then
+            self%q(:, first:last) = 0
+            if (.not. beta > 0) self%p(:, first:last) = 0
+            if (.not. beta > 0) self%t(:, first:last) = 0
+         else if (beta > 0) then
+            self%p(:, first:last) = self%r(:, first:last) + beta*self%p(:, first:last)
+         else
+            self%p(:, first:last) = self%r(:, first:last)
+         end if
+      end subroutine set_vectors
+
    end subroutine start_pass
 
-   !> Update the vectors with the last step length and direction, and apply the operator to the new direction.
-   !> Called by all threads.
+   !> Update the vectors with the last step length and direction, but in the first sweep of a pass, and apply the
+   !> operator to the new direction. Called by all threads.
    !>
    !>     phase         3    2    1    2    3
    !>     backward      x    x    x                  phase 1: backward and forward while its vectors are in the cache
    !>     forward                 x    x    x
-   subroutine sweep(self, alpha, beta)
+   subroutine sweep(self, is_first, alpha, beta)
       class(pcg_solver_type), intent(inout) :: self
+      logical, intent(in) :: is_first        !! of the pass
       real(sp), intent(in) :: alpha, beta    !! step length, factor of the last direction
       integer :: phase, c
       associate (m => self%preconditioner, order => self%preconditioner%order)
          do phase = 3, 2, -1
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
-               call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
+               call go_backward(c)
             end do
             !$omp end do
          end do
          !$omp do schedule(static)
          do c = order%phase(1), order%phase(2) - 1
-            call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
+            call go_backward(c)
             if (m%has_sweeps) call sweep_forward(m, c, self%r, self%p, self%t, self%q, self%sums(1:4, c))
          end do
          !$omp end do
@@ -330,6 +352,21 @@ contains
             !$omp end do
          end do
       end associate
+
+   contains
+
+      !> t := (I + L)^-T p of one chunk.
+      subroutine go_backward(c)
+         integer, intent(in) :: c            !! chunk
+         associate (m => self%preconditioner)
+            if (is_first) then
+               call sweep_backward(m, c, self%p, self%t, self%back_sum)
+            else
+               call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
+            end if
+         end associate
+      end subroutine go_backward
+
    end subroutine sweep
 
    !> Begin a deflated pass with the exact correction in the coarse space, d := Z a. Called by all threads.
@@ -410,70 +447,13 @@ contains
       real(wp), intent(in) :: norm
       real(sp), intent(in) :: alpha
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
-      integer :: i
+      integer :: c
       !$omp do schedule(static)
-      do i = 1, self%preconditioner%n
-         call add_scaled(norm, alpha, self%d(:, i), self%t(:, i), self%preconditioner%scale(:, i), &
-                         x(:, self%preconditioner%order%block(i)))
+      do c = 1, self%preconditioner%order%n_chunks
+         call add_chunk(self%preconditioner, c, norm, alpha, self%d, self%t, x)
       end do
       !$omp end do
    end subroutine add_correction
-
-   !> The same for one block.
-   pure subroutine add_scaled(norm, alpha, d, t, s, x)
-      real(wp), intent(in) :: norm
-      real(sp), intent(in) :: alpha, d(6), t(6)
-      real(wp), intent(in) :: s(n_packed)      !! G^-1, lower triangle
-      real(wp), intent(inout) :: x(6)
-      real(wp) :: v(6)
-      v = norm*real(d + alpha*t, wp)
-      x = x + [((s(1)*v(1) + s(2)*v(2)) + (s(3)*v(3) + s(4)*v(4))) + (s(5)*v(5) + s(6)*v(6)), &
-               (s(7)*v(2) + (s(8)*v(3) + s(9)*v(4))) + (s(10)*v(5) + s(11)*v(6)), &
-               (s(12)*v(3) + s(13)*v(4)) + (s(14)*v(5) + s(15)*v(6)), &
-               s(16)*v(4) + (s(17)*v(5) + s(18)*v(6)), &
-               s(19)*v(5) + s(20)*v(6), &
-               s(21)*v(6)]
-   end subroutine add_scaled
-
-   !> S r with a lower triangle.
-   pure function times_lower(s, r) result(b)
-      real(wp), intent(in) :: s(n_packed), r(6)
-      real(wp) :: b(6)
-      b = [s(1)*r(1), &
-           s(2)*r(1) + s(7)*r(2), &
-           (s(3)*r(1) + s(8)*r(2)) + s(12)*r(3), &
-           (s(4)*r(1) + s(9)*r(2)) + (s(13)*r(3) + s(16)*r(4)), &
-           ((s(5)*r(1) + s(10)*r(2)) + (s(14)*r(3) + s(17)*r(4))) + s(19)*r(5), &
-           ((s(6)*r(1) + s(11)*r(2)) + (s(15)*r(3) + s(18)*r(4))) + (s(20)*r(5) + s(21)*r(6))]
-   end function times_lower
-
-   !> The residual of one chunk in scaled variables, r := (I + L)^-1 G^-1 r, and zero correction.
-   subroutine start_chunk(self, c, weight)
-      class(pcg_solver_type), intent(inout) :: self
-      integer, intent(in) :: c            !! chunk
-      real(wp), intent(in) :: weight      !! of the residual
-      real(sp) :: b(6), sums(4, 3)
-      integer :: i
-      associate (s => self%preconditioner)
-         do i = s%order%first(c), s%order%first(c + 1) - 1
-            b = real(weight*times_lower(s%scale(:, i), self%residual%r(:, s%order%block(i))), sp)
-            if (s%has_sweeps) then
-               sums = 0
-               call subtract_products(s%lower_start(i), s%lower_start(i + 1) - 1, s%lower_column, s%lower, self%r, &
-                                      sums)
-               b = b + row_sum(sums)
-            end if
-            self%r(:, i) = b
-         end do
-         associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
-            self%d(:, first:last) = 0
-            self%back_sum(:, first:last) = 0
-            if (.not. self%direction_factor > 0) self%p(:, first:last) = 0
-            self%q(:, first:last) = 0
-            if (.not. (self%is_deflated .and. self%direction_factor > 0)) self%t(:, first:last) = 0
-         end associate
-      end associate
-   end subroutine start_chunk
 
    !> Name as in the options.
    pure function name_pcg(self) result(name)

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Rows of the preconditioner of rockdda_linear_preconditioner: pivots and scaled couplings. Blocks of 6x6 are stored
  * column by column, lower triangles without the zeros above. */
-#include "block_lanes.h"
+#include "triangle_lanes.h"
 
-/* Place of row i, column j of a packed lower triangle, both counted from 0. */
-#define PACKED(i, j) ((j) * (11 - (j)) / 2 + (i))
 /* b := a S^T with a packed lower triangle S, for rows in lanes. */
 #define TIMES_TRANSPOSED(a, s, b) \
    do \
@@ -21,26 +19,6 @@
       (b)[0] = (a)[0] * (s)[PACKED(0, 0)]; \
    } while (0)
 
-/* The columns of a packed lower triangle, with zeros above. Loads begin before a column, and its first lanes are
- * replaced. */
-#define UNPACK(s, s4, s2) \
-   do \
-   { \
-      const four zero_ = {0, 0, 0, 0}; \
-      LOAD((s4)[0], (s2)[0], s); \
-      LOAD((s4)[1], (s2)[1], (s) + PACKED(0, 1)); \
-      LOAD((s4)[2], (s2)[2], (s) + PACKED(0, 2)); \
-      LOAD((s4)[3], (s2)[3], (s) + PACKED(0, 3)); \
-      memcpy(&(s2)[4], (s) + PACKED(4, 4), sizeof(two)); \
-      memcpy(&(s2)[5], (s) + PACKED(4, 5), sizeof(two)); \
-      (s4)[1] = __builtin_shufflevector((s4)[1], zero_, 4, 1, 2, 3); \
-      (s4)[2] = __builtin_shufflevector((s4)[2], zero_, 4, 5, 2, 3); \
-      (s4)[3] = __builtin_shufflevector((s4)[3], zero_, 4, 5, 6, 3); \
-      (s2)[5] = __builtin_shufflevector((s2)[5], LOW(zero_), 2, 1); \
-   } while (0)
-
-/* Rows 1 to 4 of S a, given a column a of six numbers. */
-#define SCALE_UPPER(s4, a) (((s4)[0] * (a)[0] + (s4)[1] * (a)[1]) + ((s4)[2] * (a)[2] + (s4)[3] * (a)[3]))
 /* Rows 5 and 6 of S a for two columns, first those of the first one; `twice` has the rows of S twice. */
 #define BOTH(a, b, k) ((four){(a)[k], (a)[k], (b)[k], (b)[k]})
 #define SCALE_LOWER(twice, a, b) \

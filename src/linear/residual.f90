@@ -18,6 +18,7 @@ module rockdda_linear_residual
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_room, only : resize
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_block_norm, only : block_norm_type
@@ -47,7 +48,7 @@ module rockdda_linear_residual
       real(wp) :: r_norm = 0                     !! |r|
       type(graph_type) :: graph                  !! of the matrix
       integer :: graph_id = 0                    !! number of the graph, raised whenever it changes
-      ! what `r` belongs to
+      ! what `r` belongs to, if it is remembered
       real(wp), allocatable, private :: f_last(:, :), x_last(:, :)  !! (6, n)
       integer, private :: id_last = 0            !! values_id of the matrix, 0: `r` belongs to nothing
       real(wp) :: load_norm = 0                  !! |f|, or that of the reference load if it is larger
@@ -55,6 +56,7 @@ module rockdda_linear_residual
    contains
       procedure :: start
       procedure :: evaluate
+      procedure :: remember
       procedure :: evaluate_again
       procedure :: judge
    end type residual_type
@@ -101,28 +103,30 @@ contains
       type(solve_report_type), intent(inout) :: report
       logical, intent(out) :: done                     !! nothing is left to solve
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: norms(2)
       integer :: i, bad
 
       done = .true.
       call make_room(self, matrix)
-      call self%weights%factorize_diagonal(matrix, bad)
+      call self%weights%factorize_diagonal(matrix, bad, f, reference, norms)
       if (bad > 0) then
          call not_finite(matrix, error)
          if (.not. allocated(error)) call not_positive_definite(bad, error)
          return
       end if
-      do i = 1, matrix%n
-         if (all(ieee_is_finite(f(:, i)))) cycle
-         report%detail = 'the load of block '//to_string(i)//' is not finite'
-         report%residual = huge(1.0_wp)
-         return
-      end do
-      self%load_norm = self%weights%norm(f)
+      if (.not. ieee_is_finite(norms(1))) then
+         do i = 1, matrix%n
+            if (all(ieee_is_finite(f(:, i)))) cycle
+            report%detail = 'the load of block '//to_string(i)//' is not finite'
+            report%residual = huge(1.0_wp)
+            return
+         end do
+      end if
+      self%load_norm = norms(1)
       done = .not. self%load_norm > 0
       if (.not. done) then
-         self%zero_guess_residual = self%load_norm
-         if (allocated(reference)) self%load_norm = max(self%load_norm, self%weights%norm(reference))
-         self%zero_guess_residual = self%zero_guess_residual/self%load_norm
+         if (allocated(reference)) self%load_norm = max(self%load_norm, norms(2))
+         self%zero_guess_residual = norms(1)/self%load_norm
          return
       end if
       x = 0
@@ -137,16 +141,14 @@ contains
       integer :: c, n_chunks
       logical :: is_new
       if (allocated(self%r)) then
-         if (size(self%r, 2) /= matrix%n) deallocate (self%r, self%f_last, self%x_last)
+         if (size(self%r, 2) /= matrix%n) deallocate (self%r)
          if (.not. allocated(self%r)) self%id_last = 0
       end if
       call self%graph%update(matrix, is_new)
       if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
-      allocate (self%r(6, matrix%n), self%f_last(6, matrix%n), self%x_last(6, matrix%n))
+      allocate (self%r(6, matrix%n))
       call take_pages(self%r)
-      call take_pages(self%f_last)
-      call take_pages(self%x_last)
       n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
       first = [(1 + int(int(c - 1, i8)*matrix%n/n_chunks), c=1, n_chunks + 1)]
       call self%weights%set_chunks(first, n_chunks > few_chunks)
@@ -159,20 +161,21 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
-      real(wp) :: lane(6)
+      real(wp) :: magnitude
       integer :: c
       relative = huge(1.0_wp)
       self%id_last = 0
-      call take(matrix%n, f, x, self%f_last, self%x_last, lane)
-      if (.not. all(ieee_is_finite(lane))) return
-      if (maxval(lane) > diverged) return
-      !$omp parallel if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c)
+      !$omp parallel if(self%weights%uses_threads) default(none) shared(self, matrix, f, x, magnitude) private(c)
       !$omp do schedule(static)
       do c = 1, self%weights%n_chunks
+         self%weights%partial(c) = sum_of_magnitudes(self%weights%first(c), self%weights%first(c + 1) - 1, x)
          call subtract_own(self%weights%first(c), self%weights%first(c + 1) - 1, matrix%row_start, matrix%column, &
                            matrix%values, f, x, self%r)
       end do
       !$omp end do
+      !$omp single
+      magnitude = sum(self%weights%partial)
+      !$omp end single
       !$omp do schedule(static)
       do c = 1, self%weights%n_chunks
          call subtract_foreign(self%weights%first(c), self%weights%first(c + 1) - 1, self%graph%start, &
@@ -181,25 +184,44 @@ contains
       end do
       !$omp end do
       !$omp end parallel
+      if (.not. magnitude <= diverged) return
       call finish_evaluation(self, relative)
-      self%id_last = matrix%values_id
    end subroutine evaluate
 
-   !> Keep load and unknowns, and sum up the magnitudes of the unknowns.
-   pure subroutine take(n, f, x, f_last, x_last, lane)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: f(6, n), x(6, n)
-      real(wp), intent(out) :: f_last(6, n), x_last(6, n), lane(6)
+   !> Sum of the magnitudes of the unknowns of some of the blocks.
+   pure real(wp) function sum_of_magnitudes(first, last, x) result(total)
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: x(6, *)
+      real(wp) :: lane(6)
       integer :: i
       lane = 0
-      do i = 1, n
+      do i = first, last
          lane = lane + abs(x(:, i))
-         x_last(:, i) = x(:, i)
-         f_last(:, i) = f(:, i)
       end do
-   end subroutine take
+      total = sum(lane)
+   end function sum_of_magnitudes
 
-   !> The same, where only the load may have changed since the last evaluation: f - K x = r + (f - last f).
+   !> Remember load and unknowns of the last evaluation, for `evaluate_again`.
+   subroutine remember(self, matrix, f, x)
+      class(residual_type), intent(inout) :: self
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
+      integer :: i
+      if (self%id_last /= 0) return
+      call resize(self%f_last, 6, matrix%n)
+      call resize(self%x_last, 6, matrix%n)
+      !$omp parallel do if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(i) &
+      !$omp schedule(static)
+      do i = 1, matrix%n
+         self%f_last(:, i) = f(:, i)
+         self%x_last(:, i) = x(:, i)
+      end do
+      !$omp end parallel do
+      self%id_last = matrix%values_id
+   end subroutine remember
+
+   !> `evaluate` where only the load may have changed since the evaluation that is remembered:
+   !> f - K x = r + (f - last f).
    subroutine evaluate_again(self, matrix, f, x, relative)
       class(residual_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix

@@ -2,15 +2,11 @@
 /* Residuals r = f - K x of the rows of one chunk, see rockdda_linear_residual. Rows and places are counted from 1. */
 #include "block_lanes.h"
 
-
 /* t[j], whose two lanes add up to number j of A^T w. */
 #define TRANSPOSED_LANES(a4, a2, w4, w2) \
    ((__builtin_shufflevector((a4) * (w4), (a4) * (w4), 0, 1) + \
      __builtin_shufflevector((a4) * (w4), (a4) * (w4), 2, 3)) + \
     (a2) * (w2))
-/* Sums of the lanes of two vectors. */
-#define SUM_LANES(s, t) (__builtin_shufflevector(s, t, 0, 2) + __builtin_shufflevector(s, t, 1, 3))
-
 /* r := f less what the rows first to last of the upper half hold of K x: their own products, and the transposed ones as
  * far as they belong to these rows. */
 FOR_EACH_PROCESSOR

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sweeps of conjugate gradients over the blocks of one chunk, see rockdda_linear_sweeps. Blocks are packed as in
  * rockdda_linear_kernels. All blocks, rows and places are counted from 1. */
-#include "block_lanes.h"
+#include "triangle_lanes.h"
 
 typedef float single_two __attribute__((vector_size(8)));
 typedef float loose_single __attribute__((vector_size(16), aligned(4), may_alias));
@@ -46,6 +46,74 @@ enum { batch = 32 };
 
 #define LOAD_SINGLE(x4, x2, from) ((x4) = *(const loose_single *)(from), (x2) = *(const loose_pair *)((from) + 4))
 #define STORE_SINGLE(x4, x2, to) (*(loose_single *)(to) = (x4), *(loose_pair *)((to) + 4) = (x2))
+
+/* r := weight G^-1 f, and with `sweeps` r := (I + L)^-1 r, from the first row to the last. G^-1 of row i is in scale,
+ * its f in block[i]. */
+FOR_EACH_PROCESSOR
+void rockdda_start_rows(int first, int last, int sweeps, const int *lower_start, const int *lower_column,
+                        const float *lower, const double *scale, const int *block, double weight, const double *f,
+                        float *r)
+{
+   for (int i = first; i <= last; ++i)
+   {
+      const double *a = f + 6 * (long)(block[i - 1] - 1);
+      four s4[6];
+      two s2[6];
+      UNPACK(scale + 21 * (long)(i - 1), s4, s2);
+      const four b4 = weight * SCALE_UPPER(s4, a);
+      const two b2 = weight * (((s2[0] * a[0] + s2[1] * a[1]) + (s2[2] * a[2] + s2[3] * a[3])) +
+                               (s2[4] * a[4] + s2[5] * a[5]));
+      single_four r4 = __builtin_convertvector(b4, single_four);
+      single_two r2 = __builtin_convertvector(b2, single_two);
+      if (sweeps)
+      {
+         single_four u = {0, 0, 0, 0}, v = u, w = u, e4;
+         single_two e2;
+         for (int k = lower_start[i - 1]; k < lower_start[i]; ++k)
+            SUBTRACT_PRODUCT(lower + 36 * (long)(k - 1), r + 6 * (long)(lower_column[k - 1] - 1), u, v, w);
+         ROW_SUM(u, v, w, e4, e2);
+         r4 += e4;
+         r2 += e2;
+      }
+      STORE_SINGLE(r4, r2, r + 6 * (long)(i - 1));
+   }
+}
+
+/* x := x + norm G^-T (d + alpha t) of the blocks in rows first to last. */
+FOR_EACH_PROCESSOR
+void rockdda_add_scaled(int first, int last, const double *scale, const int *block, double norm, float alpha,
+                        const float *d, const float *t, double *x)
+{
+   for (int i = first; i <= last; ++i)
+   {
+      const long at = 6 * (long)(i - 1);
+      single_four d4, t4;
+      single_two d2, t2;
+      four s4[6], x4;
+      two s2[6], x2;
+      LOAD_SINGLE(d4, d2, d + at);
+      LOAD_SINGLE(t4, t2, t + at);
+      const four v4 = norm * __builtin_convertvector(d4 + alpha * t4, four);
+      const two v2 = norm * __builtin_convertvector(d2 + alpha * t2, two);
+      UNPACK(scale + 21 * (long)(i - 1), s4, s2);
+#pragma GCC unroll 4
+      for (int j = 0; j < 4; ++j)
+         s4[j] *= v4;
+#pragma GCC unroll 6
+      for (int j = 0; j < 6; ++j)
+         s2[j] *= v2;
+      const four e = __builtin_shufflevector(s4[0], s4[1], 0, 4, 2, 6) +
+                     __builtin_shufflevector(s4[0], s4[1], 1, 5, 3, 7);
+      const four g = __builtin_shufflevector(s4[2], s4[3], 0, 4, 2, 6) +
+                     __builtin_shufflevector(s4[2], s4[3], 1, 5, 3, 7);
+      const four h = __builtin_shufflevector(SUM_LANES(s2[0], s2[1]), SUM_LANES(s2[2], s2[3]), 0, 1, 2, 3);
+      double *to = x + 6 * (long)(block[i - 1] - 1);
+      LOAD(x4, x2, to);
+      x4 += (__builtin_shufflevector(e, g, 0, 1, 4, 5) + __builtin_shufflevector(e, g, 2, 3, 6, 7)) + h;
+      x2 += SUM_LANES(s2[4], s2[5]);
+      STORE(x4, x2, to);
+   }
+}
 
 /* t := (I + L)^-T s from row `end` to row `begin`. */
 static inline __attribute__((always_inline)) void sweep_rows(int begin, int end, const int *upper_start,

@@ -9,9 +9,36 @@ module rockdda_linear_sweeps
    use rockdda_linear_kernels, only : sp, subtract_products, cg_update
    implicit none
    private
-   public :: update_chunk, sweep_backward, update_and_sweep_backward, sweep_forward, subtract_coarse, row_sum
+   public :: start_chunk, add_chunk, update_chunk, sweep_backward, update_and_sweep_backward, sweep_forward, &
+      subtract_coarse
 
    interface
+      !> r := weight G^-1 f, and with `sweeps` (1) r := (I + L)^-1 r, in the rows first to last; f is in the order of
+      !> the matrix.
+      pure subroutine start_rows(first, last, sweeps, lower_start, lower_column, lower, scale, block, weight, f, r) &
+         bind(c, name='rockdda_start_rows')
+         import :: c_int, c_double, c_float
+         integer(c_int), value :: first, last, sweeps
+         integer(c_int), intent(in) :: lower_start(*), lower_column(*), block(*)
+         real(c_float), intent(in) :: lower(36, *)
+         real(c_double), intent(in) :: scale(21, *), f(6, *)
+         real(c_double), value :: weight
+         real(c_float), intent(inout) :: r(6, *)
+      end subroutine start_rows
+
+      !> x := x + norm G^-T (d + alpha t) of the blocks in rows first to last; x is in the order of the matrix.
+      pure subroutine add_scaled_rows(first, last, scale, block, norm, alpha, d, t, x) &
+         bind(c, name='rockdda_add_scaled')
+         import :: c_int, c_double, c_float
+         integer(c_int), value :: first, last
+         integer(c_int), intent(in) :: block(*)
+         real(c_double), intent(in) :: scale(21, *)
+         real(c_double), value :: norm
+         real(c_float), value :: alpha
+         real(c_float), intent(in) :: d(6, *), t(6, *)
+         real(c_double), intent(inout) :: x(6, *)
+      end subroutine add_scaled_rows
+
       !> t := (I + L)^-T s in the rows first to last.
       pure subroutine sweep_rows_backward(first, last, upper_start, upper_column, upper, own_start, lower_start, &
                                           lower_column, lower, s, t, back_sum) bind(c, name='rockdda_sweep_backward')
@@ -48,6 +75,28 @@ module rockdda_linear_sweeps
 
 contains
 
+   !> In one chunk: r := (I + L)^-1 G^-1 f times a weight.
+   pure subroutine start_chunk(s, c, weight, f, r)
+      type(preconditioner_type), intent(in) :: s
+      integer, intent(in) :: c                     !! chunk
+      real(wp), intent(in) :: weight
+      real(wp), intent(in) :: f(6, *)              !! in the order of the matrix
+      real(sp), intent(inout) :: r(6, *)
+      call start_rows(s%order%first(c), s%order%first(c + 1) - 1, merge(1, 0, s%has_sweeps), s%lower_start, &
+                      s%lower_column, s%lower, s%scale, s%order%block, weight, f, r)
+   end subroutine start_chunk
+
+   !> In one chunk: x := x + norm G^-T (d + alpha t).
+   subroutine add_chunk(s, c, norm, alpha, d, t, x)
+      type(preconditioner_type), intent(in) :: s
+      integer, intent(in) :: c                     !! chunk
+      real(wp), intent(in) :: norm
+      real(sp), intent(in) :: alpha
+      real(sp), intent(in) :: d(6, *), t(6, *)
+      real(wp), intent(inout) :: x(6, *)           !! in the order of the matrix
+      call add_scaled_rows(s%order%first(c), s%order%first(c + 1) - 1, s%scale, s%order%block, norm, alpha, d, t, x)
+   end subroutine add_chunk
+
    !> In one chunk: d := d + alpha t, r := r - alpha (q + t), then p := r + beta p.
    pure subroutine update_chunk(s, c, alpha, beta, q, t, d, r, p)
       type(preconditioner_type), intent(in) :: s
@@ -68,8 +117,14 @@ contains
       real(sp), intent(in) :: p(6, *)
       real(sp), intent(inout) :: t(6, *)
       real(sp), intent(inout) :: back_sum(12, *)   !! work, zero before and after
-      call sweep_rows_backward(s%order%first(c), s%order%first(c + 1) - 1, s%upper_start, s%upper_column, s%upper, &
-                               s%own_start, s%lower_start, s%lower_column, s%lower, p, t, back_sum)
+      associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
+         if (s%has_sweeps) then
+            call sweep_rows_backward(first, last, s%upper_start, s%upper_column, s%upper, s%own_start, s%lower_start, &
+                                     s%lower_column, s%lower, p, t, back_sum)
+         else
+            t(:, first:last) = p(:, first:last)
+         end if
+      end associate
    end subroutine sweep_backward
 
    !> In one chunk: update_chunk, then t := (I + L)^-T p.
