@@ -250,8 +250,8 @@ contains
 
    contains
 
-      !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within its
-      !> first step, so that its end does not tell that they were out of balance.
+      !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within
+      !> its first step, so that its end does not tell that they were out of balance.
       subroutine find_start_forces()
          type(time_scheme_type) :: scheme
          real(wp), allocatable :: velocity(:, :)
