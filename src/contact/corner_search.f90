@@ -280,7 +280,7 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       type(corner_type) :: corner
-      real(wp) :: r(2), zone, opposite
+      real(wp) :: r(2), zone
       integer :: k, edge(4), v, e
       if (outlines%concave(a) .or. outlines%concave(b)) return
       r(1) = vertices(1, a) - vertices(1, b)
@@ -297,20 +297,12 @@ contains
          if (-(r(1)*t(1, edge(3)) + r(2)*t(2, edge(3))) > zone) return
          if (r(1)*t(1, edge(4)) + r(2)*t(2, edge(4)) > zone) return
       end associate
-      associate (t => outlines%tangent)
-         opposite = t(1, edge(2))*t(1, edge(3)) + t(2, edge(2))*t(2, edge(3))
-         if (opposite <= -min(limits%cosine, limits%held_cosine)) then
-            if (faces(edge(3), edge(2), opposite, limits, previous, history)) then
-               if (is_lateral(edge(2), edge(3))) return
-            end if
-         end if
-         opposite = t(1, edge(4))*t(1, edge(1)) + t(2, edge(4))*t(2, edge(1))
-         if (opposite <= -min(limits%cosine, limits%held_cosine)) then
-            if (faces(edge(4), edge(1), opposite, limits, previous, history)) then
-               if (is_lateral(edge(4), edge(1))) return
-            end if
-         end if
-      end associate
+      if (may_face(edge(3), edge(2))) then
+         if (is_lateral(edge(2), edge(3))) return
+      end if
+      if (may_face(edge(4), edge(1))) then
+         if (is_lateral(edge(4), edge(1))) return
+      end if
       call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner, &
                         is_weighed=.false.)
       if (.not. corner%exists) return
@@ -326,6 +318,15 @@ contains
       call list%append(candidate_type(a, b, station=corner_station))
 
    contains
+
+      !> Do an edge at corner a and one at corner b face each other, as far as their directions tell?
+      pure logical function may_face(f, e)
+         integer, intent(in) :: f, e
+         real(wp) :: opposite
+         opposite = outlines%tangent(1, f)*outlines%tangent(1, e) + outlines%tangent(2, f)*outlines%tangent(2, e)
+         may_face = opposite <= -min(limits%cosine, limits%held_cosine)
+         if (may_face) may_face = faces(f, e, opposite, limits, previous, history)
+      end function may_face
 
       !> Do these edges at the two corners, which run in opposite directions, face each other on an interval, or lie in
       !> one plane?

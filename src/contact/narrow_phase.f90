@@ -206,9 +206,9 @@ contains
       pure logical function is_its_end(f, opposite)
          integer, intent(in) :: f
          real(wp), intent(in) :: opposite   !! dot product of the directions
-         is_its_end = opposite <= -limits%cosine
-         if (is_its_end .or. .not. opposite <= -limits%held_cosine) return
-         is_its_end = faces(merge(f, e, side == 1), merge(e, f, side == 1), opposite, limits, previous, history)
+         is_its_end = opposite <= -min(limits%cosine, limits%held_cosine)
+         if (is_its_end) is_its_end = faces(merge(f, e, side == 1), merge(e, f, side == 1), opposite, limits, &
+                                            previous, history)
       end function is_its_end
 
    end subroutine try_vertex

@@ -5,6 +5,7 @@ module rockdda_stepping_table_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
+   use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, stage_k01
@@ -47,18 +48,8 @@ contains
          end do
       end if
       if (last == 0) return
-      do i = 1, size(parameters%fixed_tables)
-         if (is_new(parameters%fixed_tables(i)%rows, parameters%fixed_tables(1:i - 1)%origin, &
-                    parameters%fixed_tables(i)%origin)) &
-            call report('the table of fixed point '//to_string(i), parameters%fixed_tables(i)%rows, &
-                        parameters%fixed_tables(i)%origin)
-      end do
-      do i = 1, size(parameters%loading_tables)
-         if (is_new(parameters%loading_tables(i)%rows, parameters%loading_tables(1:i - 1)%origin, &
-                    parameters%loading_tables(i)%origin)) &
-            call report('the table of loading point '//to_string(i), parameters%loading_tables(i)%rows, &
-                        parameters%loading_tables(i)%origin)
-      end do
+      call check_points('fixed point', parameters%fixed_tables)
+      call check_points('loading point', parameters%loading_tables)
       if (allocated(parameters%line_loads)) then
          do i = 1, size(parameters%line_loads)
             associate (load => parameters%line_loads(i))
@@ -97,6 +88,17 @@ contains
                call report('the table of &boundary '//to_string(g), group%table, group%origin)
          end associate
       end subroutine check_boundary
+
+      !> Tables of fixed or loading points.
+      subroutine check_points(what, tables)
+         character(len=*), intent(in) :: what
+         type(time_table_type), intent(in) :: tables(:)
+         integer :: k
+         do k = 1, size(tables)
+            if (is_new(tables(k)%rows, tables(1:k - 1)%origin, tables(k)%origin)) &
+               call report('the table of '//what//' '//to_string(k), tables(k)%rows, tables(k)%origin)
+         end do
+      end subroutine check_points
 
       !> Does a table change, and is it not that of a group of which another point has been reported?
       logical function is_new(rows, others, origin)
