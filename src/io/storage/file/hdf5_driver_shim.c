@@ -268,10 +268,10 @@ static int write_in_place(results_t *file, piece_t **in_place, size_t n, int *re
    return problem;
 }
 
-/* Write the pieces behind the old end; neighbours go together. 0 or an errno value. */
+/* Write the pieces behind the old end; small neighbours go together. 0 or an errno value. */
 static int write_behind(results_t *file, haddr_t old)
 {
-   enum { LARGEST = 1 << 20 };
+   enum { LARGEST = 1 << 15 };
    unsigned char *buffer = malloc(LARGEST);
    size_t i = 0, k, used;
    int problem = buffer ? 0 : ENOMEM;

@@ -26,7 +26,7 @@ module rockdda_io_results
    public :: results_type, results_header_type, results_rows_type, results_format_version
 
    !> Rows in memory beyond this many bytes are to be flushed.
-   integer(i8), parameter :: largest_buffer = 8388608_i8
+   integer(i8), parameter :: largest_buffer = 1048576_i8
 
    !> Contacts of a block that are expected.
    integer, parameter :: usual_contacts = 6

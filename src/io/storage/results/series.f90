@@ -53,7 +53,7 @@ module rockdda_io_series
       procedure :: add_zeros
       procedure :: total_in_file
       procedure :: waiting_bytes
-      procedure, private :: add_reals, add_integers, store, chunk_shape, take_chunk
+      procedure, private :: add_reals, add_integers, store, make_room, chunk_shape, take_chunk
       procedure, private :: write_plain, write_complete, keep_last, value_bytes, is_divided
    end type series_type
 
@@ -199,17 +199,25 @@ contains
       class(series_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer, intent(in) :: n_rows
-      real(wp), allocatable :: larger(:)
       integer :: n
       n = self%row_size*(self%n_begun + self%n_waiting)
-      if (n + size(values) > size(self%values)) then
-         allocate (larger(n + size(values) + merge(n + size(values), n/2, n + size(values) <= large_room)))
-         larger(1:n) = self%values(1:n)
-         call move_alloc(larger, self%values)
-      end if
+      call self%make_room(n + size(values))
       self%values(n + 1:n + size(values)) = values
       self%n_waiting = self%n_waiting + n_rows
    end subroutine store
+
+   !> Take memory for so many values, those there are kept.
+   pure subroutine make_room(self, needed)
+      class(series_type), intent(inout) :: self
+      integer, intent(in) :: needed
+      real(wp), allocatable :: larger(:)
+      integer :: n
+      n = size(self%values)
+      if (needed <= n) return
+      allocate (larger(needed + merge(needed, n/2, needed <= large_room)))
+      larger(1:n) = self%values
+      call move_alloc(larger, self%values)
+   end subroutine make_room
 
    !> Add as many rows of zeros as a chunk has.
    subroutine add_zeros(self)
@@ -302,35 +310,37 @@ contains
 
    !> Write the rows in memory from `done` on as chunks that are not compressed.
    subroutine write_plain(self, file, first, done, n_rows, error)
-      class(series_type), intent(in) :: self
+      class(series_type), intent(inout) :: self
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(in) :: first          !! rows in the file before those in memory
       integer, intent(in) :: done, n_rows       !! in memory
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: chunks(:, :)
-      integer :: a, n, n_chunks
+      integer :: a, b, n_chunks
       n_chunks = (n_rows - done + self%per_chunk - 1)/self%per_chunk
       a = self%row_size*done
-      n = self%row_size*(n_rows - done)
-      allocate (chunks(self%row_size*self%per_chunk, n_chunks))
-      call fill(size(chunks), n, self%values(a + 1:a + n), chunks)
-      if (self%is_single) then
-         call file%write_plain_chunks(self%name, first + done, first + n_rows, self%per_chunk, real(chunks, sp), error)
-      else if (self%is_real) then
-         call file%write_plain_chunks(self%name, first + done, first + n_rows, self%per_chunk, chunks, error)
-      else
-         call file%write_plain_chunks(self%name, first + done, first + n_rows, self%per_chunk, int(chunks), error)
-      end if
+      b = a + self%row_size*self%per_chunk*n_chunks
+      call self%make_room(b)
+      self%values(self%row_size*n_rows + 1:b) = 0
+      call write_chunks(self, file, first + done, first + n_rows, self%row_size*self%per_chunk, n_chunks, &
+                        self%values(a + 1), error)
    end subroutine write_plain
 
-   !> Copy values, and zeros behind them.
-   pure subroutine fill(room, n, values, chunks)
-      integer, intent(in) :: room, n
-      real(wp), intent(in) :: values(n)
-      real(wp), intent(out) :: chunks(room)
-      chunks(:n) = values
-      chunks(n + 1:) = 0
-   end subroutine fill
+   !> Write values that fill whole chunks.
+   subroutine write_chunks(self, file, first, n_rows, n_entries, n_chunks, values, error)
+      class(series_type), intent(in) :: self
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(in) :: first, n_rows        !! rows in the file before and after
+      integer, intent(in) :: n_entries, n_chunks      !! of a chunk; chunks
+      real(wp), intent(in) :: values(n_entries, n_chunks)
+      type(error_type), allocatable, intent(out) :: error
+      if (self%is_single) then
+         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, real(values, sp), error)
+      else if (self%is_real) then
+         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, values, error)
+      else
+         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, int(values), error)
+      end if
+   end subroutine write_chunks
 
    !> Keep the rows of the incomplete chunk in memory and remove those before.
    subroutine keep_last(self, n_rows, done)
