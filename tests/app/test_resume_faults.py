@@ -391,7 +391,7 @@ class FaultsBesideTheComputation(ResumeTest):
 
     def setUp(self):
         super().setUp()
-        # single blocks that fall, 30 x 500: a frame has 2.8 MB; three of them are flushed together
+        # single blocks that fall, 30 x 500: a frame has 2.8 MB, and is flushed while the next step is computed
         rows, columns = 30, 500
         blocks = rows * columns
         text = ["rockdda-blocks 1", "e0 0.001", f"blocks {blocks}", f"vertices {4 * blocks}"]
