@@ -47,6 +47,7 @@ module rockdda_stepping_line_search
       type(norm_anew_type) :: weights               !! by K_ii, or by the terms of single blocks
       logical :: by_terms = .false.                 !! the latter
       logical :: has_weights = .true.               !! all blocks of the last norm have a factor
+      logical :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
       integer, allocatable :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
@@ -121,14 +122,27 @@ contains
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
       self%by_terms = .true.
+      ! where the last one was not, a few of the blocks mostly decide; the answer does not depend on the order
+      kept = -1
+      if (.not. self%was_better) then
+         part = self%measure_part(1.0_wp, families, equations)
+         kept = self%measure_part(0.0_wp, families, equations)
+         if (part > clearly_not*share*kept) return
+      end if
       present = self%measure(1.0_wp, families, equations)
+      self%was_better = .false.
       if (.not. self%has_weights) return
-      part = norm_of_part(self, equations)
-      kept = self%measure_part(0.0_wp, families, equations)
+      if (kept < 0) then
+         part = (1 - margin)*norm_of_part(self, equations)
+         kept = self%measure_part(0.0_wp, families, equations)
+         if (part > clearly_not*share*kept) return
+      end if
       is_better = present < share*kept
-      if (is_better .or. part > clearly_not*share*kept) return
+      self%was_better = is_better
+      if (is_better) return
       kept = self%measure(0.0_wp, families, equations)
       if (kept > 0) is_better = present/kept < share
+      self%was_better = is_better
    end function is_better
 
    !> |R| at the present motion; a motion must have been kept.
