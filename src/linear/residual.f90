@@ -28,7 +28,7 @@ module rockdda_linear_residual
    use rockdda_linear_graph, only : graph_type
    implicit none
    private
-   public :: residual_type, not_positive_definite, not_finite, rounding_limit
+   public :: residual_type, sum_of_magnitudes, not_positive_definite, not_finite, rounding_limit
 
    !> Largest relative rounding error of K x at which a solution still counts.
    real(wp), parameter :: rounding_limit = 1.0e-6_wp
