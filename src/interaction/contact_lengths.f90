@@ -222,7 +222,7 @@ contains
       do c = first, last
          ! most blocks do not turn, and nothing else of the contact is read
          if (.not. (context%is_turning(table%block_a(c)) .or. context%is_turning(table%block_b(c)))) cycle
-         if (trial%joint(c)%state == contact_state%open) cycle
+         if (state_of(c) == contact_state%open) cycle
          if (context%measures_mixed) then
             if (context%renewed(table%block_a(c)) .eqv. context%renewed(table%block_b(c))) cycle
          end if
@@ -238,11 +238,20 @@ contains
          off = lengths(:, k) - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
                                 trial%slip(c)/trial%level(trial%start(c))]
          force = table%k_n(c)*abs(off(1))
-         if (trial%joint(c)%state == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
+         if (state_of(c) == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &
                      min(equations%block_force(a), equations%block_force(b)))
          if (scale > 0) equations%link_off(first_link + c) = force/scale
       end do
+
+   contains
+
+      !> State in the last solve.
+      pure integer function state_of(c)
+         integer, intent(in) :: c
+         state_of = merge(trial%state_used(c), trial%joint(c)%state, context%has_judged)
+      end function state_of
+
    end subroutine measure_rows
 
    !> Distances and points of all rows at the end of a step.

@@ -40,6 +40,7 @@ module rockdda_interaction_context
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
       logical, allocatable :: renewed(:)        !! (nb) for which that is new
       logical :: measures_mixed = .false.       !! placement is measured of links of a renewed block with another only
+      logical :: has_judged = .false.           !! placement is measured after states were judged by the last solve
       logical, allocatable :: resting(:)        !! (nb) asleep, and close to no block that is awake; no array: none
       type(moved_block_type), allocatable :: moved(:)     !! (nb) blocks with the motion of the last solve
       logical, allocatable :: is_turning(:)     !! (nb) turned by that motion, or expected to turn

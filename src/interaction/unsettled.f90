@@ -7,7 +7,7 @@ module rockdda_interaction_unsettled
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
-   public :: count_unsettled
+   public :: count_unsettled, largest_normal
 
 contains
 
@@ -47,5 +47,19 @@ contains
          if (trial%miss(c) > allowed) n = n + 1
       end do
    end subroutine count_unsettled
+
+   !> Largest normal force of the last solve, of n contacts.
+   real(wp) function largest_normal(trial, n) result(largest)
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: n
+      integer :: c
+      largest = 0
+      !$omp parallel do default(none) shared(trial, n) private(c) reduction(max:largest) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do c = 1, n
+         largest = max(largest, abs(trial%normal_force(c)))
+      end do
+      !$omp end parallel do
+   end function largest_normal
 
 end module rockdda_interaction_unsettled

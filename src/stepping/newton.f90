@@ -17,13 +17,12 @@
 module rockdda_stepping_newton
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
-   use rockdda_base_parallel, only : parallel_contacts
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_unsettled, only : count_unsettled
+   use rockdda_interaction_unsettled, only : count_unsettled, largest_normal
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_stepping_failure, only : attempt
    use rockdda_stepping_line_search, only : line_search_type
@@ -129,7 +128,7 @@ contains
       type(judgement_type) :: found
       integer :: n_shortened, round
       real(wp) :: fraction
-      logical :: peer, solved
+      logical :: peer, solved, later   ! later: arms are measured after states are judged
       peer = families%contacts%settings%peer
       report%detail = ''
       if ((self%may_predict .or. self%is_like_last) .and. .not. peer) &
@@ -149,7 +148,7 @@ contains
          if (round > 1 .and. .not. peer) call self%line%search(families, merge(static_tolerance, &
                                                                friction_tolerance, self%slack > 0), equations, fraction)
          n_shortened = merge(n_shortened + 1, 0, fraction < 1)
-         call judge_round()
+         call judge_round(.true.)
          if (report%left > 0 .and. .not. (fraction < 1 .or. found%turned) .and. &
              (found%agree .or. found%n_changes == 0)) then
             ! what may be accepted is solved for to the end
@@ -157,7 +156,7 @@ contains
             call self%solve_on(families, equations, solver, times, report, solved, error)
             if (.not. solved) return
             families%contacts%judges_again = .true.
-            call judge_round()
+            call judge_round(.true.)
          end if
          if (.not. (found%agree .or. found%turned .or. fraction < 1 .or. peer) .and. found%n_changes == 0) then
             ! friction, with the states and the matrix that it has in the end
@@ -165,7 +164,7 @@ contains
             call solve(change%loads, families, equations, solver, times, report, solved, error)
             if (solved) call self%settle_friction(.true., families, equations, solver, times, report, solved, error)
             if (.not. solved) return
-            call judge_round()
+            call judge_round(.false.)
          end if
          call times%lap(phase%judge)
          if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
@@ -181,8 +180,10 @@ contains
 
    contains
 
-      !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees.
-      subroutine judge_round()
+      !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. Arms hardly
+      !> wrong in the last round may wait for the end of friction, where no state changes.
+      subroutine judge_round(may_wait)
+         logical, intent(in) :: may_wait
          integer :: n_unsettled
          real(wp) :: last_off
          logical :: may_turn, is_measured
@@ -192,12 +193,24 @@ contains
          is_measured = may_turn .and. (round == 1 .or. last_off > fine_placement .or. &
                                        context%blocks%n_blocks <= few_blocks)
          found = judgement_type()
-         if (is_measured) call place_arms()
+         later = may_wait .and. round > 1 .and. last_off <= placement_tolerance .and. &
+                 context%blocks%n_blocks > few_blocks
+         if (is_measured .and. .not. later) call place_arms()
          families%contacts%trial%doubt = doubtful*report%left/sqrt(real(max(1, equations%n_rows()), wp))
          call families%judge(found%n_changes, n_unsettled)
-         if (may_turn .and. .not. is_measured .and. found%n_changes == 0) call place_arms()
          found%agree = n_unsettled == 0 .and. .not. found%turned
          if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, round)
+         if (later .and. found%n_changes == 0 .and. .not. (found%agree .or. fraction < 1)) then
+            found%off = last_off
+            return
+         end if
+         if (may_turn .and. merge(later, found%n_changes == 0, is_measured)) call place_arms()
+         found%agree = found%agree .and. .not. found%turned
+         if (found%turned .and. is_measured .and. later) then
+            ! states by gaps on the new arms
+            families%contacts%judges_again = .true.
+            call families%judge(found%n_changes, n_unsettled)
+         end if
          if (.not. (found%agree .and. context%follows_rotation() .and. round > fine_rounds) .or. self%at_floor) return
          call measure_placement(context, families, equations, found%off)
          found%agree = .not. found%off > gross_placement
@@ -205,7 +218,9 @@ contains
 
       !> Measure by how much arms are wrong; turn them if it is too much.
       subroutine place_arms()
+         context%has_judged = later
          call measure_placement(context, families, equations, found%off)
+         context%has_judged = .false.
          found%turned = found%off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
          if (found%turned) call turn_arms(context, families, equations)
       end subroutine place_arms
@@ -297,25 +312,11 @@ contains
          end do
       end if
       associate (contacts => families%contacts)
-         call count_unsettled(contacts%trial, contacts%table, share, &
-                              accepted_miss(self, friction_tolerance)*largest_normal(contacts), self%largest, &
-                              n_unsettled)
+         call count_unsettled(contacts%trial, contacts%table, share, accepted_miss(self, friction_tolerance)* &
+                              largest_normal(contacts%trial, contacts%table%n), self%largest, n_unsettled)
       end associate
       forces_agree = n_unsettled == 0
    end function forces_agree
-
-   !> Largest normal force of the trial.
-   real(wp) function largest_normal(contacts) result(largest)
-      type(contacts_type), intent(in) :: contacts
-      integer :: c
-      largest = 0
-      !$omp parallel do default(none) shared(contacts) private(c) reduction(max:largest) schedule(static) &
-      !$omp if (contacts%table%n > parallel_contacts)
-      do c = 1, contacts%table%n
-         largest = max(largest, abs(contacts%trial%normal_force(c)))
-      end do
-      !$omp end parallel do
-   end function largest_normal
 
    !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
    !> with a dt^2/2 = v dt - (last motion), by whose rotations arms have been turned. If it comes much closer to
