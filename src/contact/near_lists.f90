@@ -8,18 +8,19 @@
 !> remain of some dozens of combinations.
 !>
 !> When some blocks have moved further, they get new places, and only their pairs new lists. So that blocks that move
-!> together do so at one time, half the allowance is then enough.
+!> together do so at one time, half the allowance is then enough. Pairs of blocks that have moved alike keep theirs
+!> (rockdda_contact_moved_groups).
 !>
 !> Bounds: with every vertex within a = `allowance` of its place the vector between two of them changes by 2 a at most,
 !> and an edge of length L turns by asin(2 a/L) <= 2.1 a/L as long as 2 a <= L/2.
 module rockdda_contact_near_lists
    use rockdda_base_kinds, only : wp
-   use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_broad_phase, only : close_pairs_type, many_parts, boxes_close
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_corner_search, only : corner_zone
    use rockdda_contact_intervals, only : interval_type, measure_interval
+   use rockdda_contact_moved_groups, only : moved_groups_type
    use rockdda_contact_narrow_phase, only : collect_pair
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
@@ -67,7 +68,7 @@ module rockdda_contact_near_lists
       type(search_limits_type), private :: limits
       real(wp), allocatable, private :: places(:, :)   !! (2, nv) vertices for which lists were made
       real(wp), allocatable, private :: boxes(:, :)    !! (4, nb) of the places
-      logical, allocatable, private :: has_moved(:)    !! (nb) blocks that get new places
+      type(moved_groups_type), private :: moved        !! blocks that get new places
    contains
       procedure :: update
    end type near_lists_type
@@ -107,14 +108,14 @@ contains
       logical :: are_some
       are_some = pairs%was_kept .and. self%allowance >= 0
       if (are_some) are_some = is_within(limits, self%limits)
-      if (.not. allocated(self%has_moved)) allocate (self%has_moved(blocks%n_blocks))
       self%was_kept = .false.
       if (are_some) then
-         call find_moved(blocks, vertices, self%places, self%allowance, self%has_moved, self%was_kept)
+         call self%moved%find(blocks, vertices, self%places, self%allowance)
+         self%was_kept = self%moved%none_has_moved
          if (self%was_kept) return
-         call take_places(self, blocks, vertices, pairs%boxes)
+         call self%moved%move_places(blocks, vertices, pairs%boxes, self%places, self%boxes)
          allocate (chosen(blocks%n_blocks))
-         call choose_blocks(pairs%candidates(:, 1:pairs%n), self%has_moved, chosen)
+         call choose_blocks(pairs%candidates(:, 1:pairs%n), self%moved, chosen)
          call at_places%update_some(topology, self%places, limits%sine, chosen)
       else
          self%allowance = pairs%allowance()
@@ -125,54 +126,35 @@ contains
          self%limits%sine = limits%sine
          self%limits%cosine = limits%cosine
          self%limits%held_cosine = min(limits%cosine, limits%held_cosine)
-         self%has_moved = .true.
+         call self%moved%move_all(blocks%n_blocks)
          associate (nv => size(vertices, 2))
             if (.not. allocated(self%places)) allocate (self%places(2, nv), self%boxes(4, blocks%n_blocks))
          end associate
-         call take_places(self, blocks, vertices, pairs%boxes)
+         call self%moved%move_places(blocks, vertices, pairs%boxes, self%places, self%boxes)
       end if
       !$omp parallel do default(none) shared(self, pairs, blocks, topology, outlines, at_places, are_some) &
       !$omp private(part) schedule(dynamic) if (pairs%n_parts() > 1)
       do part = 1, pairs%n_parts()
          if (are_some) then
             call list_part(part, pairs, blocks, topology, at_places, self%places, self%boxes, self%limits, &
-                           self%allowance, self%has_moved, are_some, self%parts(part))
+                           self%allowance, self%moved, are_some, self%parts(part))
          else
             call list_part(part, pairs, blocks, topology, outlines, self%places, self%boxes, self%limits, &
-                           self%allowance, self%has_moved, are_some, self%parts(part))
+                           self%allowance, self%moved, are_some, self%parts(part))
          end if
       end do
       !$omp end parallel do
    end subroutine update
 
-   !> New places of the blocks that have moved.
-   subroutine take_places(self, blocks, vertices, boxes)
-      class(near_lists_type), intent(inout) :: self
-      type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
-      real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of these
-      integer :: b, v
-      !$omp parallel do default(none) shared(self, blocks, vertices, boxes) private(b, v) schedule(static) &
-      !$omp if (blocks%n_blocks > parallel_blocks)
-      do b = 1, blocks%n_blocks
-         if (.not. self%has_moved(b)) cycle
-         self%boxes(:, b) = boxes(:, b)
-         do v = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
-            self%places(:, v) = vertices(:, v)
-         end do
-      end do
-      !$omp end parallel do
-   end subroutine take_places
-
-   !> Choose the blocks of pairs of which one block has moved.
-   pure subroutine choose_blocks(pairs, has_moved, chosen)
+   !> Choose the blocks of pairs that need new lists.
+   pure subroutine choose_blocks(pairs, moved, chosen)
       integer, intent(in) :: pairs(:, :)                   !! (2, n) blocks
-      logical, intent(in) :: has_moved(:)                  !! (nb)
+      type(moved_groups_type), intent(in) :: moved
       logical, intent(out) :: chosen(:)                    !! (nb)
       integer :: k
       chosen = .false.
       do k = 1, size(pairs, 2)
-         if (.not. (has_moved(pairs(1, k)) .or. has_moved(pairs(2, k)))) cycle
+         if (moved%are_together(pairs(1, k), pairs(2, k))) cycle
          chosen(pairs(1, k)) = .true.
          chosen(pairs(2, k)) = .true.
       end do
@@ -187,41 +169,9 @@ contains
                   min(limits%cosine, limits%held_cosine) >= of_lists%held_cosine
    end function is_within
 
-   !> Has no vertex moved further than the allowance? Else mark the blocks with one that has moved by half of it. There
-   !> is a bound for the rounding of coordinates.
-   subroutine find_moved(blocks, vertices, places, allowance, has_moved, none_has)
-      type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in), contiguous :: vertices(:, :), places(:, :)   !! (2, nv)
-      real(wp), intent(in) :: allowance                                  !! [length]
-      logical, intent(inout) :: has_moved(:)                             !! (nb), if one has
-      logical, intent(out) :: none_has
-      real(wp) :: square, most, rounding, of_block
-      integer :: b, v
-      square = 0
-      most = 0
-      !$omp parallel do default(none) shared(vertices, places) private(v) reduction(max:square, most) schedule(static) &
-      !$omp if (size(vertices, 2) > 4*parallel_blocks)
-      do v = 1, size(vertices, 2)
-         square = max(square, (vertices(1, v) - places(1, v))**2 + (vertices(2, v) - places(2, v))**2)
-         most = max(most, abs(vertices(1, v)), abs(vertices(2, v)))
-      end do
-      !$omp end parallel do
-      rounding = 16*epsilon(most)*most
-      none_has = sqrt(square) + rounding <= allowance
-      if (none_has) return
-      do b = 1, blocks%n_blocks
-         of_block = 0
-         do v = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
-            of_block = max(of_block, (vertices(1, v) - places(1, v))**2 + (vertices(2, v) - places(2, v))**2)
-         end do
-         ! written so that a place that is no number counts
-         has_moved(b) = .not. sqrt(of_block) + rounding <= 0.5_wp*allowance
-      end do
-   end subroutine find_moved
-
    !> Lists of one part of the pairs.
    pure subroutine list_part(part, pairs, blocks, topology, outlines, vertices, boxes, limits, allowance, &
-                             has_moved, are_some, list)
+                             moved, are_some, list)
       integer, intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
@@ -231,8 +181,8 @@ contains
       real(wp), intent(in), contiguous :: boxes(:, :)      !! (4, nb) of the places
       type(search_limits_type), intent(in) :: limits
       real(wp), intent(in) :: allowance                    !! [length]
-      logical, intent(in) :: has_moved(:)                  !! (nb)
-      logical, intent(in) :: are_some                      !! there are lists for all blocks that have not moved
+      type(moved_groups_type), intent(in) :: moved
+      logical, intent(in) :: are_some                      !! there are lists for blocks that are together
       type(near_part_type), intent(inout) :: list
       integer, allocatable :: spare(:)
       integer :: k, head, n(n_kinds), at, n_last, n_same
@@ -252,7 +202,7 @@ contains
                if (list%last(at + 1) == k) n_same = n_heads + 2*sum(list%last(at + 2:at + n_heads))
             end if
             at = at + n_same
-            if (.not. (has_moved(a) .or. has_moved(b))) then
+            if (moved%are_together(a, b)) then
                if (n_same == 0) cycle
                list%n_faces = list%n_faces + list%last(at - n_same + 1 + edges_with_edges)
                call append(list, list%last(at - n_same + 1:at))
