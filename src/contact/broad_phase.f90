@@ -66,25 +66,61 @@ contains
          call find_box_pairs(self%boxes, self%margin, self%candidates, self%n, self%work)
       end if
       if (allocated(self%resting)) deallocate (self%resting)
-      if (allocated(self%asleep)) call find_resting(self)
+      if (allocated(self%asleep)) call find_resting(self, blocks, vertices)
    end subroutine update
 
-   !> Mark the blocks asleep that are close to none that is awake: pairs of them need no search.
-   pure subroutine find_resting(self)
+   !> Mark the blocks asleep that are close to none that is awake: pairs of them need no search. Boxes do not tell: that
+   !> of a long base of a slope holds most of the rock.
+   pure subroutine find_resting(self, blocks, vertices)
       class(close_pairs_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       logical, allocatable :: resting(:)
       integer :: k
       allocate (resting, source=self%asleep)
       do k = 1, self%n
          associate (a => self%candidates(1, k), b => self%candidates(2, k))
             if (self%asleep(a) .eqv. self%asleep(b)) cycle
+            if (.not. (resting(a) .or. resting(b))) cycle
             if (.not. self%is_close(k)) cycle
+            if (.not. has_edge_close(blocks, vertices, a, b, self%boxes(:, b), self%reach)) cycle
+            if (.not. has_edge_close(blocks, vertices, b, a, self%boxes(:, a), self%reach)) cycle
             resting(a) = .false.
             resting(b) = .false.
          end associate
       end do
       call move_alloc(resting, self%resting)
    end subroutine find_resting
+
+   !> Does a block have an edge that may come closer to another block than a margin? Such an edge meets the box of that
+   !> block, and has it not on one side.
+   pure logical function has_edge_close(blocks, vertices, block, other, box, margin) result(has)
+      type(block_system_type), intent(in) :: blocks
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      integer, intent(in) :: block, other
+      real(wp), intent(in) :: box(4)   !! of the other one
+      real(wp), intent(in) :: margin
+      real(wp) :: begin(2), end(2), along(2), side, lowest, highest
+      integer :: v, k
+      has = .true.
+      begin = vertices(:, blocks%vertex_offset(block + 1))
+      do v = blocks%vertex_offset(block) + 1, blocks%vertex_offset(block + 1)
+         end = vertices(:, v)
+         if (all(min(begin, end) <= box(3:4) + margin) .and. all(max(begin, end) >= box(1:2) - margin)) then
+            along = end - begin
+            lowest = huge(lowest)
+            highest = -huge(highest)
+            do k = blocks%vertex_offset(other) + 1, blocks%vertex_offset(other + 1)
+               side = along(1)*(vertices(2, k) - begin(2)) - along(2)*(vertices(1, k) - begin(1))
+               lowest = min(lowest, side)
+               highest = max(highest, side)
+            end do
+            if (max(lowest, -highest) <= margin*norm2(along)) return
+         end if
+         begin = end
+      end do
+      has = .false.
+   end function has_edge_close
 
    !> Are the blocks of candidate k at present closer than `reach`?
    pure logical function is_close(self, k)
@@ -95,7 +131,10 @@ contains
          if (.not. (self%active(self%candidates(1, k)) .and. self%active(self%candidates(2, k)))) return
       end if
       if (allocated(self%resting)) then
-         if (self%resting(self%candidates(1, k)) .and. self%resting(self%candidates(2, k))) return
+         associate (a => self%candidates(1, k), b => self%candidates(2, k))
+            if (self%resting(a) .and. (self%resting(b) .or. .not. self%asleep(b))) return
+            if (self%resting(b) .and. .not. self%asleep(a)) return
+         end associate
       end if
       associate (a => self%candidates(1, k), b => self%candidates(2, k))
          is_close = boxes_close(self%boxes(:, a), self%boxes(:, b), self%reach)
