@@ -218,6 +218,8 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: lengths(2, piece), off(2), force, scale
       integer :: rows(piece), a, b, c, k, n
+      logical :: acts_at_end
+      acts_at_end = trial%acts_at_end()
       n = 0
       do c = first, last
          ! most blocks do not turn, and nothing else of the contact is read
@@ -235,8 +237,13 @@ contains
          c = rows(k)
          a = table%block_a(c)
          b = table%block_b(c)
-         off = lengths(:, k) - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
-                                trial%slip(c)/trial%level(trial%start(c))]
+         if (acts_at_end) then
+            off(1) = lengths(1, k) - (trial%gap(c) + (table%distance(c) - table%gap(c)))
+            off(2) = lengths(2, k) - trial%slip(c)
+         else
+            off = lengths(:, k) - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
+                                   trial%slip(c)/trial%level(trial%start(c))]
+         end if
          force = table%k_n(c)*abs(off(1))
          if (state_of(c) == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &

@@ -212,6 +212,13 @@ contains
       integer :: c, l
       l = self%first_link
       call equations%link_motions(l + first, l + last, along)
+      if (self%trial%acts_at_end()) then
+         do c = first, last
+            self%trial%gap(c) = self%table%gap(c) + along(1, c - first + 1)
+            self%trial%slip(c) = along(2, c - first + 1)
+         end do
+         return
+      end if
       do c = first, last
          level = self%trial%level(self%trial%start(c))
          self%trial%gap(c) = self%table%gap(c) + level*along(1, c - first + 1)

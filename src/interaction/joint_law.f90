@@ -43,7 +43,7 @@ module rockdda_interaction_joint_law
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type
    public :: map_joint, find_held, stay_locked, miss_of_joint, linearise_joint, linearise_joints, opening_gap
-   public :: sliding_friction
+   public :: sliding_friction, have_friction_alone
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -221,8 +221,7 @@ contains
       integer :: c, k
       logical :: has_extra
       has_extra = allocated(extra)
-      if (.not. has_extra .and. all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
-                                    (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))) then
+      if (.not. has_extra .and. have_friction_alone(laws)) then
          c = first - 1 + size(held)
          call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
                                     table%shear(first:c), state(first:c), settings, gap, slip, held, force)
@@ -257,6 +256,13 @@ contains
          if (present(force)) force(:, k) = [-pressing_force(joint, gap(k)), trial]
       end do
    end subroutine find_held
+
+   !> Have all joints Coulomb's friction, and nothing else that holds them?
+   pure logical function have_friction_alone(laws)
+      type(contact_law_type), intent(in) :: laws(:)              !! per joint material
+      have_friction_alone = all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
+                                (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))
+   end function have_friction_alone
 
    !> `find_held` for n contacts with friction alone, without dashpots.
    pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, gap, slip, held, force)

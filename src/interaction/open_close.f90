@@ -58,6 +58,7 @@ module rockdda_interaction_open_close
       procedure :: find_ends
       procedure :: recall
       procedure :: gap_at_end
+      procedure :: acts_at_end
       procedure, private :: joint_used
    end type open_close_type
 
@@ -340,6 +341,12 @@ contains
       end associate
       if (allocated(self%extra)) gap = gap - self%extra(c)%opens
    end function gap_at_end
+
+   !> Are gaps and slips of all contacts those of the end of the step, without what dilation opens?
+   pure logical function acts_at_end(self)
+      class(open_close_type), intent(in) :: self
+      acts_at_end = .not. (any(abs(self%level - 1) > 0) .or. allocated(self%extra))
+   end function acts_at_end
 
    !> Memory of a contact with the state that the last solve had.
    pure type(joint_type) function joint_used(self, table, c) result(joint)
