@@ -219,7 +219,7 @@ contains
       real(wp) :: lengths(2, piece), off(2), force, scale
       integer :: rows(piece), a, b, c, k, n
       logical :: acts_at_end
-      acts_at_end = trial%acts_at_end()
+      acts_at_end = .not. (any(abs(trial%level - 1) > 0) .or. allocated(trial%extra))
       n = 0
       do c = first, last
          ! most blocks do not turn, and nothing else of the contact is read

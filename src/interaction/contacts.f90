@@ -212,7 +212,7 @@ contains
       integer :: c, l
       l = self%first_link
       call equations%link_motions(l + first, l + last, along)
-      if (self%trial%acts_at_end()) then
+      if (.not. (any(abs(self%trial%level - 1) > 0) .or. allocated(self%trial%extra))) then
          do c = first, last
             self%trial%gap(c) = self%table%gap(c) + along(1, c - first + 1)
             self%trial%slip(c) = along(2, c - first + 1)

@@ -15,8 +15,10 @@ module rockdda_interaction_open_close
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_joint_end, only : joint_end_type, end_joints
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      joint_response_type, recall_joint, find_held, stay_locked, map_joint, miss_of_joint, sliding_friction
+      joint_response_type, recall_joint, find_held, stay_locked, map_joint, miss_of_joint, sliding_friction, &
+      have_friction_alone
    use rockdda_interaction_ligament, only : set_tip_strengths
+   use rockdda_interaction_sliding, only : friction_of_sliding, go_on_sliding
    implicit none
    private
    public :: open_close_type
@@ -58,8 +60,6 @@ module rockdda_interaction_open_close
       procedure :: find_ends
       procedure :: recall
       procedure :: gap_at_end
-      procedure :: acts_at_end
-      procedure, private :: joint_used
    end type open_close_type
 
 contains
@@ -202,7 +202,10 @@ contains
       integer, intent(inout) :: n_changes, n_partners
       real(wp), intent(inout) :: worst_friction
       logical(l1) :: stays(piece)
+      logical :: simple
+      real(wp) :: friction
       integer :: c, i, k, n
+      simple = have_friction_alone(laws) .and. .not. allocated(self%extra)
       call find_held(laws, table, first, settings, self%joint, self%extra, self%gap(first:last), &
                      self%slip(first:last), stays(1:last - first + 1))
       do c = first, last
@@ -221,8 +224,15 @@ contains
             else
                do i = c, e
                   if (spare_bonds .and. self%joint(i)%bonded) cycle
+                  friction = -1
+                  if (simple) friction = friction_of_sliding(laws, settings, table, i, self%joint(i), self%gap(i), &
+                                                                self%slip(i))
                   if (table%partner(i) /= 0) then
                      n_partners = n_partners + 1
+                  else if (friction >= 0) then
+                     call go_on_sliding(friction, table%k_n(i), self%gap(i), self%joint(i), self%state_used(i), &
+                                        self%sign_used(i), self%friction_used(i), self%bonded_used(i), self%miss(i), &
+                                        self%normal_force(i), worst_friction)
                   else
                      call judge_contact(self, table, laws, settings, i, n_changes, worst_friction)
                   end if
@@ -292,7 +302,7 @@ contains
          end if
          if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
             if (.not. (settings%peer .and. min(old, new) > 0)) then
-               self%miss(c) = miss_of_joint(self%joint_used(table, c), gap, slip, new, new_sign, joint%friction)
+               self%miss(c) = miss_of_joint(memory, gap, slip, new, new_sign, joint%friction)
                if (self%miss(c) < self%doubt*sqrt(memory%k_n)) then   ! as it was
                   joint%friction = friction_used
                   joint%bonded = self%bonded_used(c)
@@ -342,23 +352,6 @@ contains
       if (allocated(self%extra)) gap = gap - self%extra(c)%opens
    end function gap_at_end
 
-   !> Are gaps and slips of all contacts those of the end of the step, without what dilation opens?
-   pure logical function acts_at_end(self)
-      class(open_close_type), intent(in) :: self
-      acts_at_end = .not. (any(abs(self%level - 1) > 0) .or. allocated(self%extra))
-   end function acts_at_end
-
-   !> Memory of a contact with the state that the last solve had.
-   pure type(joint_type) function joint_used(self, table, c) result(joint)
-      class(open_close_type), intent(in) :: self
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                       !! row
-      call self%recall(table, c, joint)
-      joint%state = self%state_used(c)
-      joint%slip_sign = self%sign_used(c)
-      joint%friction = self%friction_used(c)
-   end function joint_used
-
    !> Forces that all contacts, or runs of them, would have at the fraction a of the way from a motion to the present
    !> one if they followed their laws there, whatever their trial states.
    subroutine forces_between(self, table, laws, settings, a, gap, slip, force, runs)
@@ -395,7 +388,10 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :)
       real(wp) :: gap_there(piece), slip_there(piece), partner_gap
       logical(l1) :: held(piece)
+      logical :: simple
+      real(wp) :: friction
       integer :: c, k, n, p
+      simple = have_friction_alone(laws) .and. .not. allocated(self%extra)
       n = last - first + 1
       gap_there(1:n) = gap(first:last) + a*(self%gap(first:last) - gap(first:last))
       slip_there(1:n) = slip(first:last) + a*(self%slip(first:last) - slip(first:last))
@@ -409,6 +405,12 @@ contains
             if (joint(c)%state == contact_state%open .and. gap_there(k) >= closing_gap(settings, table%offset(c))) then
                force(1, c) = 0
                force(2, c) = 0
+               cycle
+            end if
+            friction = -1
+            if (simple) friction = friction_of_sliding(laws, settings, table, c, joint(c), gap_there(k), slip_there(k))
+            if (friction >= 0) then
+               force(:, c) = [table%k_n(c)*gap_there(k), joint(c)%slip_sign*friction]
                cycle
             end if
             partner_gap = 0
