@@ -483,18 +483,9 @@ contains
    pure subroutine assemble_row(i, first_slot, last_slot, eq)
       integer, intent(in) :: i, first_slot, last_slot
       class(equations_type), intent(inout) :: eq
-      integer :: j
-      do j = first_slot + 1, last_slot
-         call clear(eq%matrix%values(1, 1, j))
-      end do
       call add_stiffness(i, eq%start(i + 1) - eq%start(i), eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, &
-                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, i), first_slot, eq%matrix%values)
+                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, i), first_slot, last_slot - first_slot, &
+                         eq%matrix%values)
    end subroutine assemble_row
-
-   !> d = 0, in one go.
-   pure subroutine clear(d)
-      real(wp), intent(out) :: d(36)
-      d = 0
-   end subroutine clear
 
 end module rockdda_interaction_equations

@@ -10,6 +10,9 @@
 
 #define LINK_NUMBERS 18
 
+/* Bytes by which vectors of links are asked for before they are needed. */
+enum { ahead = 3456 };
+
 static inline int is_zero(const double *pair)
 {
    return !(fabs(pair[0]) > 0 || fabs(pair[1]) > 0);
@@ -30,6 +33,7 @@ void rockdda_many_elongations(int n, const double *vectors, const int *pair, con
    const double *p = vectors;
    for (int l = 0; l < n; ++l, p += LINK_NUMBERS)
    {
+      SOON(p, ahead), SOON(p, ahead + 64), SOON(p, ahead + 128);
       const double *a = x + 6 * (long)(pair[2 * l] - 1), *b = x + 6 * (long)(pair[2 * l + 1] - 1);
       const four nn = JOIN(p, p);
       const four lines = FLIP(PICK(nn, nn, 0, 1, 3, 2), ((mask){0, 0, SIGN, 0}));
@@ -111,11 +115,11 @@ void rockdda_add_forces(int n_links, const int *incident, const double *vectors,
    }
 
 /* Stiffness of the n links of block i and its own terms, of which the lower half counts, as its diagonal block;
- * stiffness of the links, added to its couplings with blocks of larger numbers. */
+ * stiffness of the links as its n couplings with blocks of larger numbers, which follow the diagonal block. */
 FOR_EACH_PROCESSOR
 void rockdda_add_stiffness(int i, int n_links, const int *incident, const int *pair, const int *slot,
                            const double *vectors, const double *stiffness, const double *terms, int diagonal_slot,
-                           double *values)
+                           int n_couplings, double *values)
 {
    double *diagonal = values + 36 * (long)(diagonal_slot - 1);
    /* rows and columns 1 to 2; rows 3 to 6 of columns 1 and 2; of columns 3 to 6, of which the upper half counts */
@@ -163,6 +167,7 @@ void rockdda_add_stiffness(int i, int n_links, const int *incident, const int *p
    diagonal[29] = diagonal[34] = d6[2];
    diagonal[35] = d6[3];
 
+   memset(diagonal + 36, 0, 36 * (size_t)n_couplings * sizeof(double));
    double *m = 0;
    four m12 = {0}, m35 = {0}, m46 = {0}, m1 = {0}, m2 = {0}, m3 = {0}, m4 = {0}, m5 = {0}, m6 = {0};
    for (int l = 0; l < n_links; ++l)

@@ -33,10 +33,10 @@ module rockdda_interaction_link_vectors
          real(c_double), intent(inout) :: along(2, *)     !! of the n links
       end subroutine many_elongations
 
-      !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links, added to
-      !> its couplings with blocks of larger numbers.
-      pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, terms, diagonal, values) &
-         bind(c, name='rockdda_add_stiffness')
+      !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links as its
+      !> couplings with blocks of larger numbers, which follow the diagonal block.
+      pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, terms, diagonal, n_couplings, &
+                                    values) bind(c, name='rockdda_add_stiffness')
          import :: c_int, c_double
          integer(c_int), value :: i
          integer(c_int), value :: n                       !! links of the block
@@ -46,6 +46,7 @@ module rockdda_interaction_link_vectors
          real(c_double), intent(in) :: vectors(18, *), stiffness(2, *)
          real(c_double), intent(in) :: terms(21)          !! lower triangle (pack_lower)
          integer(c_int), value :: diagonal                !! stored block of the diagonal
+         integer(c_int), value :: n_couplings             !! that are stored behind it
          real(c_double), intent(inout) :: values(6, 6, *) !! stored blocks
       end subroutine add_stiffness
 

@@ -11,6 +11,11 @@ typedef double two __attribute__((vector_size(16)));
 typedef double loose_four __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float single_four __attribute__((vector_size(16)));
 
+/* Bytes of a block of the matrix; ask for one. */
+#define BLOCK_BYTES ((long)(36 * sizeof(double)))
+#define SOON_BLOCK(p, bytes) \
+   (SOON(p, bytes), SOON(p, (bytes) + 64), SOON(p, (bytes) + 128), SOON(p, (bytes) + 192), SOON(p, (bytes) + 256))
+
 /* Rows 1 to 4 and 5 to 6 of a column. */
 #define LOAD(c4, c2, from) (memcpy(&(c4), (from), sizeof(four)), memcpy(&(c2), (from) + 4, sizeof(two)))
 #define STORE(c4, c2, to) (memcpy((to), &(c4), sizeof(four)), memcpy((to) + 4, &(c2), sizeof(two)))

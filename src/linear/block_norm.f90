@@ -44,11 +44,12 @@ module rockdda_linear_block_norm
    end type block_norm_type
 
    interface
-      !> Factors of the four blocks place(:) of `values`, 1; or 0, and no factors, where one of them has none.
+      !> Factors of the four blocks place(1:4) of `values`, 1; or 0, and no factors, where one of them has none. Those of
+      !> the other four places are wanted next.
       integer(c_int) function factorize_four(values, place, factor) bind(c, name='rockdda_factorize_four')
          import :: c_int, c_double
          real(c_double), intent(in) :: values(36, *)
-         integer(c_int), intent(in) :: place(4)
+         integer(c_int), intent(in) :: place(8)
          real(c_double), intent(inout) :: factor(4, *)
       end function factorize_four
 
@@ -128,14 +129,15 @@ contains
       integer, intent(in) :: c
       type(block_matrix_type), intent(in) :: matrix
       logical, intent(in) :: few                    !! only those of changed rows
-      integer :: i, last, place(4)
+      integer :: i, k, last, place(8)
       do i = self%first(c), self%first(c + 1) - 1, 4
          last = min(i + 3, self%first(c + 1) - 1)
          if (few) then
             if (.not. any(matrix%changed(i:last))) cycle
          end if
-         place = [i, min(i + 1, last), min(i + 2, last), last]
-         place = matrix%row_start(place)
+         do k = 1, 8
+            place(k) = matrix%row_start(min(i + k - 1, merge(last, self%first(c + 1) - 1, k <= 4)))
+         end do
          call factorize_part(self, c, i, last, matrix%values, place)
          if (self%trouble(c) > 0) exit
       end do
@@ -146,7 +148,8 @@ contains
       type(block_norm_type), intent(inout) :: self
       integer, intent(in) :: c, i, last
       real(wp), intent(in) :: values(6, 6, *)
-      integer, intent(in) :: place(4)               !! of the blocks in `values`; that of `last` for those beyond it
+      integer, intent(in) :: place(8)               !! of the blocks in `values`; that of `last` for those beyond it, and
+                                                    !! of the next four
       real(wp) :: l(n_packed)
       integer :: g, q
       logical :: ok

@@ -139,14 +139,19 @@ static inline __attribute__((always_inline)) double add_squares(double total, in
    return total;
 }
 
-/* The factors of four blocks of `values`, in place[0] to place[3], counted from 1. Returns 0, with an undefined factor,
- * when one of them is not finite and positive definite. */
+/* The factors of four blocks of `values`, in place[0] to place[3], counted from 1; those in place[4] to place[7] come
+ * next. Returns 0, with an undefined factor, when one of them is not finite and positive definite. */
 FOR_EACH_PROCESSOR
 int rockdda_factorize_four(const double *values, const int *place, double *factor)
 {
    const double *a[4];
    for (int q = 0; q < 4; ++q)
+   {
       a[q] = values + 36 * ((long)place[q] - 1);
+      const double *next = values + 36 * ((long)place[q + 4] - 1);
+      SOON_BLOCK(next, 0);
+      SOON(next, BLOCK_BYTES - 8);
+   }
    return factorize(a, (loose_four *)factor);
 }
 
@@ -181,7 +186,10 @@ int rockdda_sum_anew(int n, const double *values, const int *place, const double
    {
       const double *a[4];
       for (int q = 0; q < 4; ++q)
+      {
          a[q] = values + 36 * ((long)place[q < n ? q : n - 1] - 1);
+         SOON_BLOCK(values + 36 * ((long)place[q + 4 < n ? q + 4 : n - 1] - 1), 0);
+      }
       if (!factorize(a, (loose_four *)l))
          return 0;
       if (n < 4)

@@ -4,9 +4,19 @@ module rockdda_linear_pivot_kernels
    use, intrinsic :: iso_c_binding, only : c_int, c_double, c_float
    implicit none
    private
-   public :: eliminate_couplings, scale_diagonal, scale_couplings
+   public :: expect_row, eliminate_couplings, scale_diagonal, scale_couplings
 
    interface
+      !> Ask for the diagonal block of a row and its couplings, which are needed soon: rows of the preconditioner are
+      !> far from each other in the matrix.
+      pure subroutine expect_row(diagonal, first, last, place, values) bind(c, name='rockdda_expect_row')
+         import :: c_int, c_double
+         integer(c_int), value :: diagonal                !! its place in the matrix
+         integer(c_int), value :: first, last             !! couplings
+         integer(c_int), intent(in) :: place(*)           !! of the couplings in the matrix, negative: transposed
+         real(c_double), intent(in) :: values(36, *)      !! of the matrix
+      end subroutine expect_row
+
       !> b := K_q S_j^T for each coupling q of a row, K_q in place(q) of the matrix (negative: transposed) and
       !> j = column(q); with squares = 1 also d := d - b b^T, at least its lower half.
       pure subroutine eliminate_couplings(first, last, place, column, values, scale, squares, b, d) &

@@ -33,6 +33,15 @@
     (t)[1] = __builtin_convertvector(__builtin_shufflevector(u, v, 2, 3, 6, 7), single_four), \
     (t)[2] = __builtin_convertvector(w, single_four))
 
+/* Ask for the diagonal block of a row and its couplings q from first to last, in place[q] of the matrix (negative:
+ * transposed), all counted from 1. */
+void rockdda_expect_row(int diagonal, int first, int last, const int *place, const double *values)
+{
+   SOON_BLOCK(values + 36 * ((long)diagonal - 1), 0);
+   for (int q = first - 1; q < last; ++q)
+      SOON_BLOCK(values + 36 * ((long)(place[q] > 0 ? place[q] : -place[q]) - 1), 0);
+}
+
 /* b := K_q S_j^T for each coupling q from first to last, K_q in place[q] of the matrix (negative: transposed),
  * j = column[q], all counted from 1; with `squares` d := d - b b^T, at least its lower half. */
 FOR_EACH_PROCESSOR

@@ -30,7 +30,7 @@ module rockdda_linear_preconditioner
    use rockdda_linear_graph, only : graph_type
    use rockdda_linear_chunk_order, only : chunk_order_type
    use rockdda_linear_small_blocks, only : factorize_packed, invert_packed, n_packed
-   use rockdda_linear_pivot_kernels, only : eliminate_couplings, scale_couplings, scale_diagonal
+   use rockdda_linear_pivot_kernels, only : expect_row, eliminate_couplings, scale_couplings, scale_diagonal
    use rockdda_linear_kernels, only : sp
    implicit none
    private
@@ -60,6 +60,9 @@ module rockdda_linear_preconditioner
       procedure :: set_pattern
       procedure :: set_values
    end type preconditioner_type
+
+   !> Rows after which a row of the matrix is asked for.
+   integer, parameter :: rows_ahead = 2
 
 contains
 
@@ -230,8 +233,11 @@ contains
       integer, intent(inout) :: replaced      !! counts pivots replaced
       real(wp) :: b(36, self%most_lower), pivot(6, 6), l(n_packed)
       logical :: ok
-      integer :: i, d, first, last
+      integer :: i, d, first, last, next
       do i = self%order%first(g), self%order%first(g + 1) - 1
+         next = min(i + rows_ahead, self%order%first(g + 1) - 1)
+         call expect_row(matrix%row_start(self%order%block(next)), self%lower_start(next), &
+                         self%lower_start(next + 1) - 1, self%lower_place, matrix%values)
          self%is_new(i) = .true.
          if (changed_rows_only) then
             if (.not. matrix%changed(self%order%block(i))) then

@@ -46,6 +46,7 @@ module rockdda_linear_residual
       type(block_norm_type) :: weights           !! the diagonal blocks of the matrix
       real(wp), allocatable :: r(:, :)           !! (6, n) f - K x of the last evaluation
       real(wp) :: r_norm = 0                     !! |r|
+      real(wp), allocatable, private :: magnitude(:) !! (chunks) sums of |x|
       type(graph_type) :: graph                  !! of the matrix
       integer :: graph_id = 0                    !! number of the graph, raised whenever it changes
       ! what `r` belongs to, if it is remembered
@@ -151,6 +152,8 @@ contains
       call take_pages(self%r)
       n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
       first = [(1 + int(int(c - 1, i8)*matrix%n/n_chunks), c=1, n_chunks + 1)]
+      if (allocated(self%magnitude)) deallocate (self%magnitude)
+      allocate (self%magnitude(n_chunks))
       call self%weights%set_chunks(first, n_chunks > few_chunks)
    end subroutine make_room
 
@@ -161,30 +164,21 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :), x(:, :)   !! (6, n)
       real(wp), intent(out) :: relative                      !! |f - K x| / |f|
-      real(wp) :: magnitude
       integer :: c
       relative = huge(1.0_wp)
       self%id_last = 0
-      !$omp parallel if(self%weights%uses_threads) default(none) shared(self, matrix, f, x, magnitude) private(c)
-      !$omp do schedule(static)
+      ! what earlier rows hold is in the cache when a chunk comes to it
+      !$omp parallel do if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c) schedule(static)
       do c = 1, self%weights%n_chunks
-         self%weights%partial(c) = sum_of_magnitudes(self%weights%first(c), self%weights%first(c + 1) - 1, x)
+         self%magnitude(c) = sum_of_magnitudes(self%weights%first(c), self%weights%first(c + 1) - 1, x)
          call subtract_own(self%weights%first(c), self%weights%first(c + 1) - 1, matrix%row_start, matrix%column, &
                            matrix%values, f, x, self%r)
-      end do
-      !$omp end do
-      !$omp single
-      magnitude = sum(self%weights%partial)
-      !$omp end single
-      !$omp do schedule(static)
-      do c = 1, self%weights%n_chunks
          call subtract_foreign(self%weights%first(c), self%weights%first(c + 1) - 1, self%graph%start, &
                                self%graph%neighbour, self%graph%place, matrix%values, x, self%r)
          self%weights%partial(c) = self%weights%chunk_square(c, self%r)
       end do
-      !$omp end do
-      !$omp end parallel
-      if (.not. magnitude <= diverged) return
+      !$omp end parallel do
+      if (.not. sum(self%magnitude) <= diverged) return
       call finish_evaluation(self, relative)
    end subroutine evaluate
 

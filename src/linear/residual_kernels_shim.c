@@ -2,6 +2,9 @@
 /* Residuals r = f - K x of the rows of one chunk, see rockdda_linear_residual. Rows and places are counted from 1. */
 #include "block_lanes.h"
 
+/* Blocks of the matrix, and rows, after which what comes is asked for. */
+enum { ahead = 8, rows_ahead = 4 };
+
 /* t[j], whose two lanes add up to number j of A^T w. */
 #define TRANSPOSED_LANES(a4, a2, w4, w2) \
    ((__builtin_shufflevector((a4) * (w4), (a4) * (w4), 0, 1) + \
@@ -20,6 +23,7 @@ void rockdda_subtract_own(int first, int last, const int *row_start, const int *
       two y2 = {0, 0}, w2, a2;
       const double *w = x + 6 * (long)(i - 1);
       const double *a = values + 36 * (long)(row_start[i - 1] - 1);
+      SOON_BLOCK(a, ahead * BLOCK_BYTES);
       LOAD(w4, w2, w);
 #pragma GCC unroll 6
       for (int j = 0; j < 6; ++j)
@@ -33,6 +37,7 @@ void rockdda_subtract_own(int first, int last, const int *row_start, const int *
          const int other = column[k - 1];
          const double *z = x + 6 * (long)(other - 1);
          a = values + 36 * (long)(k - 1);
+         SOON_BLOCK(a, ahead * BLOCK_BYTES);
          if (other > last)
          {
 #pragma GCC unroll 6
@@ -84,6 +89,9 @@ void rockdda_subtract_foreign(int first, int last, const int *start, const int *
    for (int i = first; i <= last; ++i)
    {
       two y[3] = {{0, 0}, {0, 0}, {0, 0}}, s;
+      if (i + rows_ahead <= last)
+         for (int l = start[i + rows_ahead - 1]; l < start[i + rows_ahead] && neighbour[l - 1] < first; ++l)
+            SOON_BLOCK(values + 36 * (long)(place[l - 1] - 1), 0);
       int k = start[i - 1];
       if (k >= start[i] || neighbour[k - 1] >= first)
          continue;

@@ -9,6 +9,8 @@ typedef float loose_pair __attribute__((vector_size(8), aligned(4), may_alias));
 
 /* Rows of a chunk whose vectors are updated, and then swept, while they are in the first cache. */
 enum { batch = 32 };
+/* Bytes by which the backward sweep asks for couplings before it comes to them, and rows the other way. */
+enum { ahead = 2304, rows_ahead = 8 };
 
 /* Numbers 1 and 2 of a vector, 3 and 4, 5 and 6, each twice in a row: x1 x1 x2 x2. Numbers 1 to 4 and 5 to 6 are read
  * as they were written: what is put together from both would wait for the memory. */
@@ -57,6 +59,8 @@ void rockdda_start_rows(int first, int last, int sweeps, const int *lower_start,
    for (int i = first; i <= last; ++i)
    {
       const double *a = f + 6 * (long)(block[i - 1] - 1);
+      if (i + rows_ahead <= last)
+         SOON(f + 6 * (long)(block[i + rows_ahead - 1] - 1), 0);
       four s4[6];
       two s2[6];
       UNPACK(scale + 21 * (long)(i - 1), s4, s2);
@@ -108,6 +112,8 @@ void rockdda_add_scaled(int first, int last, const double *scale, const int *blo
                      __builtin_shufflevector(s4[2], s4[3], 1, 5, 3, 7);
       const four h = __builtin_shufflevector(SUM_LANES(s2[0], s2[1]), SUM_LANES(s2[2], s2[3]), 0, 1, 2, 3);
       double *to = x + 6 * (long)(block[i - 1] - 1);
+      if (i + rows_ahead <= last)
+         SOON(x + 6 * (long)(block[i + rows_ahead - 1] - 1), 0);
       LOAD(x4, x2, to);
       x4 += (__builtin_shufflevector(e, g, 0, 1, 4, 5) + __builtin_shufflevector(e, g, 2, 3, 6, 7)) + h;
       x2 += SUM_LANES(s2[4], s2[5]);
@@ -152,6 +158,7 @@ static inline __attribute__((always_inline)) void sweep_rows(int begin, int end,
       for (int k = own_start[i - 1]; k < lower_start[i]; ++k)
       {
          const float *a = lower + 36 * (long)(k - 1);
+         SOON(a, -ahead), SOON(a, 64 - ahead), SOON(a, 128 - ahead);
          loose_single *sums = (loose_single *)(back_sum + 12 * (long)(lower_column[k - 1] - 1));
          sums[0] -= (TILE(a, 0) * t1 + TILE(a, 3) * t2) + TILE(a, 6) * t3;
          sums[1] -= (TILE(a, 1) * t1 + TILE(a, 4) * t2) + TILE(a, 7) * t3;
@@ -208,7 +215,9 @@ void rockdda_sweep_forward(int first, int last, const int *lower_start, const in
       const long at = 6 * (long)(i - 1);
       single_four u = {0, 0, 0, 0}, v = u, w = u, x4, q4;
       single_two x2, q2;
-      SUBTRACT_PRODUCT(remainder + 36 * (long)(i - 1), t + at, u, v, w);
+      const float *rest = remainder + 36 * (long)(i - 1);
+      SOON(rest, ahead), SOON(rest, ahead + 64), SOON(rest, ahead + 128);
+      SUBTRACT_PRODUCT(rest, t + at, u, v, w);
       for (int k = lower_start[i - 1]; k < lower_start[i]; ++k)
          SUBTRACT_PRODUCT(lower + 36 * (long)(k - 1), q + 6 * (long)(lower_column[k - 1] - 1), u, v, w);
       ROW_SUM(u, v, w, q4, q2);
