@@ -72,19 +72,19 @@ contains
       real(wp), intent(in) :: d(6)    !! unknowns of the step
       logical, intent(in) :: exact    !! exact rotation, else linear
       real(wp) :: h(2, 2)             !! [-]
-      real(wp) :: strain(2, 2), turn(2, 2), s, c1
-      strain(:, 1) = [d(4), 0.5_wp*d(6)]
-      strain(:, 2) = [0.5_wp*d(6), d(5)]
+      real(wp) :: s, c1, shear
+      shear = 0.5_wp*d(6)
       if (exact) then
          s = sine(d(3))
          c1 = -2*sine(0.5_wp*d(3))**2     ! cos(r0) - 1 without cancellation
-         turn(:, 1) = [c1, s]
-         turn(:, 2) = [-s, c1]
-         h = strain + turn + matmul(turn, strain)
+         ! strain, turn, and turn times strain
+         h(1, 1) = (d(4) + c1) + (c1*d(4) - s*shear)
+         h(2, 1) = (shear + s) + (s*d(4) + c1*shear)
+         h(1, 2) = (shear - s) + (c1*shear - s*d(5))
+         h(2, 2) = (d(5) + c1) + (s*shear + c1*d(5))
       else
-         turn(:, 1) = [0.0_wp, d(3)]
-         turn(:, 2) = [-d(3), 0.0_wp]
-         h = strain + turn
+         h(:, 1) = [d(4), shear + d(3)]
+         h(:, 2) = [shear - d(3), d(5)]
       end if
    end function displacement_gradient
 
