@@ -28,6 +28,9 @@ module rockdda_stepping_line_search
 
    !> A full step is taken when it brings |R| below this share of what it was.
    real(wp), parameter :: enough = 0.5_wp
+   !> |R| where the last search has ended is that at the motion kept, but for arms that were turned since and weights
+   !> by the new matrix. Where this share of it would be enough, it is not measured again.
+   real(wp), parameter :: by_far = 0.5_wp
    !> Each shorter step is this fraction of the last one, at most so many.
    real(wp), parameter :: shorter = 0.6_wp
    integer, parameter :: most_trials = 12
@@ -47,6 +50,7 @@ module rockdda_stepping_line_search
       type(norm_anew_type) :: weights               !! by K_ii, or by the terms of single blocks
       logical :: by_terms = .false.                 !! the latter
       logical :: has_weights = .true.               !! all blocks of the last norm have a factor
+      real(wp) :: reached = 0                       !! |R| where the last search of this attempt has ended; 0: none
       logical :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
@@ -65,10 +69,12 @@ module rockdda_stepping_line_search
 contains
 
    !> Keep the motion of a round.
-   subroutine keep(self, families, equations)
+   subroutine keep(self, families, equations, round)
       class(line_search_type), intent(inout) :: self
       type(families_type), intent(inout) :: families
       type(equations_type), intent(in) :: equations
+      integer, intent(in) :: round      !! that begins there
+      if (round <= 2) self%reached = 0
       self%x = equations%x
       call families%keep()
    end subroutine keep
@@ -81,7 +87,7 @@ contains
       real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
-      real(wp) :: at_start, least, next, a
+      real(wp) :: at_start, least, next, reached, a
       integer :: k
 
       fraction = 1
@@ -90,6 +96,9 @@ contains
       self%by_terms = .false.
       least = self%measure(1.0_wp, families, equations)
       if (.not. self%has_weights) return
+      reached = self%reached
+      self%reached = least
+      if (least <= by_far*enough*reached) return
       if (least <= enough*self%measure_part(0.0_wp, families, equations)) return
       at_start = self%measure(0.0_wp, families, equations)
       if (least <= enough*at_start) return
@@ -105,6 +114,7 @@ contains
             exit
          end if
       end do
+      self%reached = least
       if (.not. fraction < 1) return
       equations%x = self%x + fraction*(equations%x - self%x)
       call families%shorten(fraction)

@@ -138,7 +138,7 @@ contains
       do round = 1, context%parameters%max_open_close
          report%rounds = round
          solver%pause = merge(0.0_wp, coarse_solve, peer)
-         if (.not. peer) call self%line%keep(families, equations)
+         if (.not. peer) call self%line%keep(families, equations, round)
          call solve(merge(change%states, change%loads, found%n_changes > 0 .or. found%turned .or. peer), families, &
                     equations, solver, times, report, solved, error)
          if (solved) call self%settle_friction(.false., families, equations, solver, times, report, solved, error)
@@ -333,7 +333,7 @@ contains
       is_good = .true.
       call families%predict(equations)
       if (self%may_predict) then
-         call self%line%keep(families, equations)
+         call self%line%keep(families, equations, 1)
          equations%x = 2*context%dt*context%state%velocity - equations%x
          call families%predict(equations)
          is_good = self%line%is_better(families, equations, good_prediction)
