@@ -101,7 +101,7 @@ def export_command(
             assert numbers is not None
             export.to_dxf(results, path, numbers[0])
     count = results.n_frames if numbers is None else len(numbers)
-    what = whole[table] if form == "csv" and table in whole else f"{count} frames"
+    what = whole[table] if form == "csv" and table in whole else f"{count} frame{'' if count == 1 else 's'}"
     print_summary(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
 
 
