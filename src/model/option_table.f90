@@ -259,15 +259,17 @@ contains
                             least=1.0_wp, default=1000.0_wp, see='user-guide.md#stages'), &
                      o%max_growth, p%max_growth)
       call table%add(option('accuracy', 'wanted error of dynamic steps in time over the largest displacement: they '// &
-                            'grow and shrink by its estimate', least=1.0e-6_wp, most=0.1_wp, &
+                            'grow and shrink by its estimate, which misses some 1e-4 where friction turns or '// &
+                            'loads are sudden', least=1.0e-6_wp, most=0.1_wp, &
                             default_text='none: steps up to dt_max', see='user-guide.md#accuracy-in-time'), &
                      o%accuracy, p%accuracy, o%accuracy_origin)
       call table%used('longest step with accuracy', p%dt_bound, 'dt_bound')
       call table%add_choice(option('sleep', 'blocks at rest are left out of dynamic steps until something disturbs '// &
                                    'them', choices='off|on', default_word='off', see='theory.md#blocks-asleep'), &
                             o%sleep, p%sleeps, 2)
-      call table%add(option('sleep_tolerance', 'resultant force on a block asleep over the sum of magnitudes of '// &
-                            'its forces', above=0.0_wp, below=1.0_wp, default=1.0e-3_wp, applies='sleep on'), &
+      call table%add(option('sleep_tolerance', 'resultant force with which a block may sleep, over the sum of '// &
+                            'magnitudes of its forces; beyond twice as much it wakes', above=0.0_wp, below=1.0_wp, &
+                            default=1.0e-3_wp, applies='sleep on'), &
                      o%sleep_tolerance, p%sleep_tolerance)
    end subroutine describe_time
 
