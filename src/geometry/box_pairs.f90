@@ -25,7 +25,7 @@ module rockdda_geometry_box_pairs
    type :: box_pairs_work_type
       private
       type(grid_type) :: grid
-      integer, allocatable :: start(:), second(:)
+      integer, allocatable :: start(:), sorted(:, :)
    end type box_pairs_work_type
 
 contains
@@ -80,47 +80,41 @@ contains
       pairs(:, n_pairs) = [first, second]
    end subroutine append_pair
 
-   !> Sort by first, then second box: counting sort by the first, insertion sort within.
+   !> Sort by first, then second box: by the second ones, then, without changing the order of what is equal, by the
+   !> first ones. A box that covers most others has as many pairs as there are boxes.
    pure subroutine sort_pairs(n, n_pairs, pairs, work)
       integer, intent(in) :: n, n_pairs
-      integer, intent(inout) :: pairs(:, :)
+      integer, intent(inout), contiguous :: pairs(:, :)
       type(box_pairs_work_type), intent(inout) :: work
-      integer :: i, k, l, j
       call reserve(work%start, n + 1)
-      call reserve(work%second, n_pairs)
-      associate (start => work%start, second => work%second)
-         start(1:n + 1) = 0
-         do k = 1, n_pairs
-            start(pairs(1, k) + 1) = start(pairs(1, k) + 1) + 1
-         end do
-         do i = 2, n + 1
-            start(i) = start(i) + start(i - 1)
-         end do
-         do k = 1, n_pairs
-            i = pairs(1, k)
-            start(i) = start(i) + 1
-            second(start(i)) = pairs(2, k)
-         end do
-         do i = n + 1, 2, -1
-            start(i) = start(i - 1)
-         end do
-         start(1) = 0
-         do i = 1, n
-            do k = start(i) + 2, start(i + 1)
-               j = second(k)
-               l = k - 1
-               do while (l > start(i))
-                  if (second(l) <= j) exit
-                  second(l + 1) = second(l)
-                  l = l - 1
-               end do
-               second(l + 1) = j
-            end do
-            do k = start(i) + 1, start(i + 1)
-               pairs(:, k) = [i, second(k)]
-            end do
-         end do
-      end associate
+      if (allocated(work%sorted)) then
+         if (size(work%sorted, 2) < n_pairs) deallocate (work%sorted)
+      end if
+      if (.not. allocated(work%sorted)) allocate (work%sorted(2, n_pairs + n_pairs/8))
+      call sort_by(2, n, n_pairs, pairs, work%start, work%sorted)
+      call sort_by(1, n, n_pairs, work%sorted, work%start, pairs)
    end subroutine sort_pairs
+
+   !> Counting sort by the first (1) or second box.
+   pure subroutine sort_by(which, n, n_pairs, pairs, start, sorted)
+      integer, intent(in) :: which
+      integer, intent(in) :: n, n_pairs
+      integer, intent(in), contiguous :: pairs(:, :)
+      integer, intent(inout) :: start(:)                   !! (>= n + 1) scratch
+      integer, intent(inout), contiguous :: sorted(:, :)   !! (2, >= n_pairs)
+      integer :: i, k
+      start(1:n + 1) = 0
+      do k = 1, n_pairs
+         start(pairs(which, k) + 1) = start(pairs(which, k) + 1) + 1
+      end do
+      do i = 2, n + 1
+         start(i) = start(i) + start(i - 1)
+      end do
+      do k = 1, n_pairs
+         i = pairs(which, k)
+         start(i) = start(i) + 1
+         sorted(:, start(i)) = pairs(:, k)
+      end do
+   end subroutine sort_by
 
 end module rockdda_geometry_box_pairs
