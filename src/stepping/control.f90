@@ -102,8 +102,7 @@ module rockdda_stepping_control
       procedure :: step_size
       procedure :: accepted
       procedure :: end_stages
-      procedure :: is_over
-      procedure :: ends_stage
+      procedure :: next_stage
       procedure :: is_static_search
       procedure :: seeks_rest
       procedure :: residual_enough
@@ -432,33 +431,24 @@ contains
       end associate
    end function has_failed
 
-   !> Has the last stage ended, and with it the run?
-   pure logical function is_over(self, parameters, step, time)
+   !> The stage that `end_stages` goes on to. In runs that do not end with their last stage the present one.
+   pure integer function next_stage(self, parameters, step, time)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: step      !! accepted steps so far
       real(wp), intent(in) :: time
       type(step_control_type) :: next
-      is_over = .false.
+      next_stage = self%stage
       if (.not. parameters%ends_with_stages) return
-      next = self
+      ! only what tells when stages end: other parts hold numbers of all blocks
+      next%stage = self%stage
+      next%first_step = self%first_step
+      next%first_time = self%first_time
+      next%balanced = self%balanced
+      next%released = self%released
       call next%end_stages(parameters, step, time)
-      is_over = next%stage > size(parameters%stages)
-   end function is_over
-
-   !> Does the present stage end here? In runs that end with their last stage.
-   pure logical function ends_stage(self, parameters, step, time)
-      class(step_control_type), intent(in) :: self
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: step      !! accepted steps so far
-      real(wp), intent(in) :: time
-      type(step_control_type) :: next
-      ends_stage = .false.
-      if (.not. parameters%ends_with_stages) return
-      next = self
-      call next%end_stages(parameters, step, time)
-      ends_stage = next%stage > self%stage
-   end function ends_stage
+      next_stage = next%stage
+   end function next_stage
 
    !> Count the steps in a row that end in equilibrium.
    pure subroutine judge_balance(self, parameters, unbalanced, is_driven)

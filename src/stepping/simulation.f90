@@ -75,14 +75,16 @@ contains
       class(simulation_type), intent(in) :: self
       is_finished = self%state%step >= self%parameters%n_steps .or. &
                     .not. self%state%time < self%parameters%t_end*(1 - 1.0e-12_wp)
-      if (.not. is_finished) is_finished = self%control%is_over(self%parameters, self%state%step, self%state%time)
+      if (self%parameters%ends_with_stages .and. .not. is_finished) is_finished = &
+         self%control%next_stage(self%parameters, self%state%step, self%state%time) > size(self%parameters%stages)
    end function is_finished
 
    !> Is the present stage over with the last accepted step? In runs that end with their last stage.
    pure logical function ends_stage(self)
       class(simulation_type), intent(in) :: self
       ends_stage = self%state%step > 0
-      if (ends_stage) ends_stage = self%control%ends_stage(self%parameters, self%state%step, self%state%time)
+      if (ends_stage) ends_stage = self%control%next_stage(self%parameters, self%state%step, self%state%time) > &
+                                   self%control%stage
    end function ends_stage
 
    !> Stop on request: within a step too, between solves and between iterations of the solver.
