@@ -169,19 +169,19 @@ contains
       integer, intent(in) :: block
       real(wp), intent(in) :: radius                 !! [length]
       real(wp) :: r(6), along(2), total, v(6, 2)
-      integer :: c, l, line, side
+      integer :: b, c, l, side
       r = self%block_load(:, block)
       total = norm2(r(1:2))
       do l = self%start(block) + 1, self%start(block + 1)
          c = abs(self%incident(l))
          along = self%force(:, c)
-         do line = 1, 2
-            do side = 1, 2
-               if (self%pair(side, c) == 0) cycle
-               v = self%vectors_of(c, side)
-               along(line) = along(line) - self%stiffness(line, c)* &
-                                           dot_product(v(:, line), self%x(:, self%pair(side, c)))
-            end do
+         do side = 1, 2
+            b = self%pair(side, c)
+            if (b == 0) cycle
+            if (self%row_of(b) == 0) cycle   ! asleep: x = 0
+            v = self%vectors_of(c, side)
+            along(1) = along(1) - self%stiffness(1, c)*dot_product(v(:, 1), self%x(:, b))
+            along(2) = along(2) - self%stiffness(2, c)*dot_product(v(:, 2), self%x(:, b))
          end do
          v = self%vectors_of(c, merge(1, 2, self%incident(l) > 0))
          r = r + along(1)*v(:, 1) + along(2)*v(:, 2)

@@ -69,6 +69,8 @@ contains
       logical, intent(in), optional :: exact   !! exact rotation (default), else linear
       block%centroid = centroid
       block%shift = d(1:2)
+      block%gradient = 0
+      if (all(abs(d) <= 0)) return   ! of blocks asleep
       block%gradient = displacement_gradient(d, .true.)
       if (present(exact)) then
          if (.not. exact) block%gradient = displacement_gradient(d, .false.)
