@@ -18,7 +18,7 @@ module rockdda_interaction_open_close
       joint_response_type, recall_joint, find_held, stay_locked, map_joint, miss_of_joint, sliding_friction, &
       have_friction_alone
    use rockdda_interaction_ligament, only : set_tip_strengths
-   use rockdda_interaction_sliding, only : friction_of_sliding, go_on_sliding
+   use rockdda_interaction_sliding, only : friction_of_sliding, judge_steady
    implicit none
    private
    public :: open_close_type
@@ -202,8 +202,7 @@ contains
       integer, intent(inout) :: n_changes, n_partners
       real(wp), intent(inout) :: worst_friction
       logical(l1) :: stays(piece)
-      logical :: simple
-      real(wp) :: friction
+      logical :: simple, is_steady
       integer :: c, i, k, n
       simple = have_friction_alone(laws) .and. .not. allocated(self%extra)
       call find_held(laws, table, first, settings, self%joint, self%extra, self%gap(first:last), &
@@ -224,15 +223,12 @@ contains
             else
                do i = c, e
                   if (spare_bonds .and. self%joint(i)%bonded) cycle
-                  friction = -1
-                  if (simple) friction = friction_of_sliding(laws, settings, table, i, self%joint(i), self%gap(i), &
-                                                                self%slip(i))
+                  call judge_steady(simple, laws, settings, table, i, self%gap(i), self%slip(i), self%joint(i), &
+                                    self%state_used(i), self%sign_used(i), self%friction_used(i), self%bonded_used(i), &
+                                    self%miss(i), self%normal_force(i), worst_friction, is_steady)
+                  if (is_steady) cycle
                   if (table%partner(i) /= 0) then
                      n_partners = n_partners + 1
-                  else if (friction >= 0) then
-                     call go_on_sliding(friction, table%k_n(i), self%gap(i), self%joint(i), self%state_used(i), &
-                                        self%sign_used(i), self%friction_used(i), self%bonded_used(i), self%miss(i), &
-                                        self%normal_force(i), worst_friction)
                   else
                      call judge_contact(self, table, laws, settings, i, n_changes, worst_friction)
                   end if
