@@ -68,7 +68,7 @@ contains
       logical, intent(in) :: resting(:)
       type(run_type), allocatable, intent(out) :: runs(:)
       integer, intent(out) :: n_runs
-      integer :: c, k, n, row
+      integer :: c, k, n, row, before
       logical :: takes_last, goes_on
       allocate (runs(step%n + last%n))
       n_runs = 0
@@ -92,11 +92,21 @@ contains
             runs(n_runs) = run_type(n, 0, row, takes_last)
          end if
          runs(n_runs)%n = runs(n_runs)%n + 1
-         if (takes_last) then
-            c = c + 1
-         else
+         if (.not. takes_last) then
             k = k + 1
+            cycle
          end if
+         c = c + 1
+         ! rows of vertices before that of the next row of this step
+         before = huge(before)
+         if (k <= step%n) before = step%vertex(k)
+         do while (c <= last%n)
+            if (last%vertex(c) >= before) exit
+            if (.not. (resting(last%block_a(c)) .and. resting(last%block_b(c)))) exit
+            n = n + 1
+            runs(n_runs)%n = runs(n_runs)%n + 1
+            c = c + 1
+         end do
       end do
    end subroutine list_runs
 
