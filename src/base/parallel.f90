@@ -8,10 +8,10 @@
 !> items and adds to its own places.
 module rockdda_base_parallel
    use, intrinsic :: iso_fortran_env, only : int64
-!$ use omp_lib, only : omp_get_max_threads
+!$ use omp_lib, only : omp_get_max_threads, omp_get_thread_num
    implicit none
    private
-   public :: parallel_blocks, parallel_contacts, piece, n_pieces, n_ranges, range_of
+   public :: parallel_blocks, parallel_contacts, piece, n_pieces, n_ranges, range_of, own_range
 
    !> Blocks from which loops over blocks use threads.
    integer, parameter :: parallel_blocks = 1000
@@ -44,5 +44,11 @@ contains
       ends(1) = int((p - 1)*int(n, int64)/ranges) + 1
       ends(2) = int(p*int(n, int64)/ranges)
    end function range_of
+
+   !> Of `n_ranges` places that belong to threads, that of the thread which asks.
+   integer function own_range()
+      own_range = 1
+!$    own_range = omp_get_thread_num() + 1
+   end function own_range
 
 end module rockdda_base_parallel

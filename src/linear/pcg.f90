@@ -29,6 +29,7 @@
 !> motion, and goes on only if it is worth it.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : n_ranges, own_range
    use rockdda_base_room, only : resize
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
@@ -62,7 +63,8 @@ module rockdda_linear_pcg
       type(deflation_type) :: deflation
       real(sp), allocatable :: s(:, :)     !! (6, n) (I + L)^-T r of the deflated iteration
       real(sp), allocatable :: p(:, :), q(:, :), r(:, :), t(:, :), d(:, :)  !! (6, n) in the new order
-      real(sp), allocatable :: back_sum(:, :)  !! (12, n) sums of the backward sweep, zero between sweeps
+      real(sp), allocatable :: back_sum(:, :)  !! (12, longest*threads) sums of the backward sweep, zero between sweeps
+      integer, private :: longest = 0          !! rows of a chunk, at most
       real(wp), allocatable :: sums(:, :)  !! (5, chunks) r r, p v, r v, v v with v = q + t, r p if deflated
    contains
       procedure :: solve => solve_pcg
@@ -127,11 +129,10 @@ contains
                call resize(self%r, 6, n)
                call resize(self%t, 6, n)
                call resize(self%d, 6, n)
-               call resize(self%back_sum, 12, n)
                call resize(self%sums, 5, self%preconditioner%order%n_chunks)
             end associate
             self%sums = 0
-            self%back_sum = 0
+            self%longest = 0
             self%graph_id = self%residual%graph_id
             self%values_id = 0
          end if
@@ -143,6 +144,7 @@ contains
             call prepare_coarse_space(self, matrix, changed_rows_only)
          end if
          self%values_id = matrix%values_id
+         call make_room_for_sums(self)
       end if
       do while (relative > tolerance .and. report%iterations < self%max_iterations)
          before = relative
@@ -172,6 +174,27 @@ contains
       if (.not. report%converged) report%detail = 'PCG after '//to_string(report%iterations)// &
          ' iterations: '//report%detail
    end subroutine solve_pcg
+
+   !> Each thread has room for the backward sweep of one chunk, which stays in its cache.
+   subroutine make_room_for_sums(self)
+      class(pcg_solver_type), intent(inout) :: self
+      integer :: m
+      associate (first => self%preconditioner%order%first, n => self%preconditioner%order%n_chunks)
+         if (self%longest == 0) self%longest = max(1, maxval(first(2:n + 1) - first(1:n)))
+      end associate
+      m = self%longest*n_ranges(.true.)
+      if (allocated(self%back_sum)) then
+         if (size(self%back_sum, 2) == m) return
+      end if
+      call resize(self%back_sum, 12, m)
+      self%back_sum = 0
+   end subroutine make_room_for_sums
+
+   !> Where the room of the thread that asks begins in `back_sum`.
+   integer function own_sums(self)
+      class(pcg_solver_type), intent(in) :: self
+      own_sums = (own_range() - 1)*self%longest + 1
+   end function own_sums
 
    !> Prepare the coarse space for a new matrix, if it is wanted.
    subroutine prepare_coarse_space(self, matrix, changed_rows_only)
@@ -360,9 +383,10 @@ contains
          integer, intent(in) :: c            !! chunk
          associate (m => self%preconditioner)
             if (is_first) then
-               call sweep_backward(m, c, self%p, self%t, self%back_sum)
+               call sweep_backward(m, c, self%p, self%t, self%back_sum(1, own_sums(self)))
             else
-               call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, self%back_sum)
+               call update_and_sweep_backward(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p, &
+                                              self%back_sum(1, own_sums(self)))
             end if
          end associate
       end subroutine go_backward
@@ -413,7 +437,7 @@ contains
             !$omp do schedule(static)
             do c = order%phase(phase), order%phase(phase + 1) - 1
                call update_chunk(m, c, alpha, beta, self%q, self%t, self%d, self%r, self%p)
-               call sweep_backward(m, c, self%r, self%s, self%back_sum)
+               call sweep_backward(m, c, self%r, self%s, self%back_sum(1, own_sums(self)))
             end do
             !$omp end do
          end do

@@ -121,8 +121,8 @@ void rockdda_add_scaled(int first, int last, const double *scale, const int *blo
    }
 }
 
-/* t := (I + L)^-T s from row `end` to row `begin`. */
-static inline __attribute__((always_inline)) void sweep_rows(int begin, int end, const int *upper_start,
+/* t := (I + L)^-T s from row `end` to row `begin` of a chunk that begins with row `first`. */
+static inline __attribute__((always_inline)) void sweep_rows(int first, int begin, int end, const int *upper_start,
                                                              const int *upper_column, const float *upper,
                                                              const int *own_start, const int *lower_start,
                                                              const int *lower_column, const float *lower,
@@ -131,7 +131,7 @@ static inline __attribute__((always_inline)) void sweep_rows(int begin, int end,
    const single_four zero = {0, 0, 0, 0};
    for (int i = end; i >= begin; --i)
    {
-      float *own = back_sum + 12 * (long)(i - 1);
+      float *own = back_sum + 12 * (long)(i - first);
       single_four u = TILE(own, 0), v = TILE(own, 1), w = TILE(own, 2), s4, b4, e4;
       single_two s2, b2, e2;
 #pragma GCC unroll 3
@@ -159,7 +159,7 @@ static inline __attribute__((always_inline)) void sweep_rows(int begin, int end,
       {
          const float *a = lower + 36 * (long)(k - 1);
          SOON(a, -ahead), SOON(a, 64 - ahead), SOON(a, 128 - ahead);
-         loose_single *sums = (loose_single *)(back_sum + 12 * (long)(lower_column[k - 1] - 1));
+         loose_single *sums = (loose_single *)(back_sum + 12 * (long)(lower_column[k - 1] - first));
          sums[0] -= (TILE(a, 0) * t1 + TILE(a, 3) * t2) + TILE(a, 6) * t3;
          sums[1] -= (TILE(a, 1) * t1 + TILE(a, 4) * t2) + TILE(a, 7) * t3;
          sums[2] -= (TILE(a, 2) * t1 + TILE(a, 5) * t2) + TILE(a, 8) * t3;
@@ -167,13 +167,14 @@ static inline __attribute__((always_inline)) void sweep_rows(int begin, int end,
    }
 }
 
-/* t := (I + L)^-T s from the last row to the first. `back_sum` is zero before and after. */
+/* t := (I + L)^-T s from the last row to the first. `back_sum` has room for them, and is zero
+ * before and after. */
 FOR_EACH_PROCESSOR
 void rockdda_sweep_backward(int first, int last, const int *upper_start, const int *upper_column, const float *upper,
                             const int *own_start, const int *lower_start, const int *lower_column, const float *lower,
                             const float *s, float *t, float *back_sum)
 {
-   sweep_rows(first, last, upper_start, upper_column, upper, own_start, lower_start, lower_column, lower, s, t,
+   sweep_rows(first, first, last, upper_start, upper_column, upper, own_start, lower_start, lower_column, lower, s, t,
               back_sum);
 }
 
@@ -197,7 +198,7 @@ void rockdda_update_and_sweep(int first, int last, const int *upper_start, const
          r_[k] = r_[k] - alpha * (q_[k] + t_[k]);
          p_[k] = r_[k] + beta * p_[k];
       }
-      sweep_rows(begin, end, upper_start, upper_column, upper, own_start, lower_start, lower_column, lower, p, t,
+      sweep_rows(first, begin, end, upper_start, upper_column, upper, own_start, lower_start, lower_column, lower, p, t,
                  back_sum);
    }
 }

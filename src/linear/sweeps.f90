@@ -116,7 +116,7 @@ contains
       integer, intent(in) :: c                     !! chunk
       real(sp), intent(in) :: p(6, *)
       real(sp), intent(inout) :: t(6, *)
-      real(sp), intent(inout) :: back_sum(12, *)   !! work, zero before and after
+      real(sp), intent(inout) :: back_sum(12, *)   !! (12, rows of the chunk) work, zero before and after
       associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
          if (s%has_sweeps) then
             call sweep_rows_backward(first, last, s%upper_start, s%upper_column, s%upper, s%own_start, s%lower_start, &
@@ -134,7 +134,7 @@ contains
       real(sp), intent(in) :: alpha, beta
       real(sp), intent(in) :: q(6, *)
       real(sp), intent(inout) :: t(6, *), d(6, *), r(6, *), p(6, *)
-      real(sp), intent(inout) :: back_sum(12, *)   !! work, zero before and after
+      real(sp), intent(inout) :: back_sum(12, *)   !! (12, rows of the chunk) work, zero before and after
       associate (first => s%order%first(c), last => s%order%first(c + 1) - 1)
          if (s%has_sweeps) then
             call update_and_sweep_rows(first, last, s%upper_start, s%upper_column, s%upper, s%own_start, &
