@@ -44,8 +44,8 @@ module rockdda_linear_block_norm
    end type block_norm_type
 
    interface
-      !> Factors of the four blocks place(1:4) of `values`, 1; or 0, and no factors, where one of them has none. Those of
-      !> the other four places are wanted next.
+      !> Factors of the four blocks place(1:4) of `values`, 1; or 0, and no factors, where one of them has none. Those
+      !> of the other four places are wanted next.
       integer(c_int) function factorize_four(values, place, factor) bind(c, name='rockdda_factorize_four')
          import :: c_int, c_double
          real(c_double), intent(in) :: values(36, *)
@@ -148,8 +148,8 @@ contains
       type(block_norm_type), intent(inout) :: self
       integer, intent(in) :: c, i, last
       real(wp), intent(in) :: values(6, 6, *)
-      integer, intent(in) :: place(8)               !! of the blocks in `values`; that of `last` for those beyond it, and
-                                                    !! of the next four
+      integer, intent(in) :: place(8)               !! of the blocks in `values`; that of `last` for those beyond it,
+                                                    !! and of the next four
       real(wp) :: l(n_packed)
       integer :: g, q
       logical :: ok

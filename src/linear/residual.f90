@@ -168,7 +168,8 @@ contains
       relative = huge(1.0_wp)
       self%id_last = 0
       ! what earlier rows hold is in the cache when a chunk comes to it
-      !$omp parallel do if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c) schedule(static)
+      !$omp parallel do if(self%weights%uses_threads) default(none) shared(self, matrix, f, x) private(c) &
+      !$omp schedule(static)
       do c = 1, self%weights%n_chunks
          self%magnitude(c) = sum_of_magnitudes(self%weights%first(c), self%weights%first(c + 1) - 1, x)
          call subtract_own(self%weights%first(c), self%weights%first(c + 1) - 1, matrix%row_start, matrix%column, &
