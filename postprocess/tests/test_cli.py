@@ -192,7 +192,7 @@ def test_export(folder, capsys):
     assert len((folder / "b.csv").read_text().splitlines()) == 21
     assert run(capsys, "export", "wall.h5", "-o", "outlines", "--format", "txt", "--frames", "::2")[0] == 0
     assert np.loadtxt(folder / "outlines").shape == (200, 4)
-    assert run(capsys, "export", "wall.h5", "-o", "end.dxf") == (0, "end.dxf: 1 frames\n", "")
+    assert run(capsys, "export", "wall.h5", "-o", "end.dxf") == (0, "end.dxf: 1 frame\n", "")
     assert run(capsys, "export", "wall.h5", "-o", "end.vtu", "-q") == (0, "", "")
     (folder / "there").mkdir()
     assert run(capsys, "export", "wall.h5", "-o", "there", "--format", "csv") == (0, "there/wall.csv: 2 steps\n", "")
