@@ -24,6 +24,10 @@ module rockdda_contact_exposure
    !> Edges bear on each other when they overlap by this share of the shorter one, whatever the tolerance.
    real(wp), parameter :: bearing_share = 0.25_wp
 
+   !> A block that stands deeper in its surface than this share of its inradius has been struck, or is pressed beyond what
+   !> linear elasticity holds for: the corner of the next block is not passed over by as much.
+   real(wp), parameter :: most_sunk = 0.02_wp
+
    type :: exposure_type
       real(wp) :: tolerance = 0                      !! of all edges [length]
       logical :: has_own = .false.                   !! edges have tolerances of their own
@@ -41,15 +45,16 @@ module rockdda_contact_exposure
 contains
 
    !> No edge is covered.
-   pure subroutine clear(self, n_vertices, tolerance, sunk, block)
+   pure subroutine clear(self, n_vertices, tolerance, sunk, block, inradius)
       class(exposure_type), intent(inout) :: self
       integer, intent(in) :: n_vertices
       real(wp), intent(in) :: tolerance            !! [length]
       real(wp), intent(in), optional :: sunk(:)    !! (blocks) tolerance of what touches a block [length]
       integer, intent(in), optional :: block(:)    !! (nv) owner of each vertex
+      real(wp), intent(in), optional :: inradius(:)   !! (blocks) that bounds `sunk` [length]
       integer :: v
       self%tolerance = tolerance
-      self%has_own = present(sunk) .and. present(block)
+      self%has_own = present(sunk) .and. present(block) .and. present(inradius)
       if (.not. allocated(self%is_borne)) allocate (self%is_borne(n_vertices))
       if (allocated(self%low)) then
          if (min(size(self%low), size(self%high)) < n_vertices) deallocate (self%low, self%high)
@@ -68,7 +73,7 @@ contains
             call take_pages(self%own)
          end if
          do v = 1, n_vertices
-            self%own(v) = sunk(block(v))
+            self%own(v) = min(sunk(block(v)), most_sunk*inradius(block(v)))
          end do
       end if
       self%is_borne = .false.
@@ -120,18 +125,21 @@ contains
       end if
    end subroutine widen
 
-   !> Can vertex v not strike edge e at the distance s from the start of the edge?
-   pure logical function is_hidden(self, v, e, s, vertices, topology, outlines)
+   !> Can vertex v not strike edge e at the distance s from the start of the edge? A vertex that presses on the edge
+   !> already is not hidden by what covers the edge: it would go through it.
+   pure logical function is_hidden(self, v, e, s, vertices, topology, outlines, presses)
       class(exposure_type), intent(in) :: self
       integer, intent(in) :: v, e
       real(wp), intent(in) :: s                            !! of the foot of v [length]
       real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
       type(contact_topology_type), intent(in) :: topology
       type(outlines_type), intent(in) :: outlines
+      logical, intent(in), optional :: presses             !! closed at the end of the last step, default .false.
       real(wp) :: tolerance
       tolerance = self%between(v, e)
       is_hidden = s >= self%low(e) - margin(self%low(e)) .and. &
                   s <= self%high(e) + margin(outlines%length(e) - self%high(e))
+      if (is_hidden .and. present(presses)) is_hidden = .not. presses
       if (.not. is_hidden) is_hidden = is_below(topology%edge_in(v))
       if (.not. is_hidden) is_hidden = is_below(topology%edge_out(v))
 

@@ -56,7 +56,7 @@ contains
       end do
       !$omp end parallel do
       if (allocated(limits%sunk)) then
-         call exposure%clear(size(vertices, 2), limits%smooth, limits%sunk, topology%block)
+         call exposure%clear(size(vertices, 2), limits%smooth, limits%sunk, topology%block, topology%inradius)
       else
          call exposure%clear(size(vertices, 2), limits%smooth)
       end if

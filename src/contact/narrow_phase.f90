@@ -196,11 +196,22 @@ contains
       if (is_its_end(topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
       if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
       if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
-      if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) return
+      if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) then
+         if (.not. was_closed()) return
+         if (exposure%is_hidden(v, e, s, vertices, topology, outlines, presses=.true.)) return
+      end if
       call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
                     history, limits, list)
 
    contains
+
+      !> Was the contact closed at the end of the last step?
+      pure logical function was_closed()
+         integer :: row
+         row = history%find(previous, v, e)
+         was_closed = row > 0
+         if (was_closed) was_closed = previous%state(row) /= contact_state%open
+      end function was_closed
 
       !> Does edge f at the vertex face e?
       pure logical function is_its_end(f, opposite)
