@@ -68,7 +68,7 @@ def spoil(good: bytes, k: int, seed: int, path: Path) -> str:
     return "; ".join(done)
 
 
-def read_all(path: Path, folder: Path, draw: bool) -> None:
+def read_all(path: Path, draw: bool) -> None:
     """Everything that a reader can ask for."""
     import rockdda
 
@@ -86,8 +86,9 @@ def read_all(path: Path, folder: Path, draw: bool) -> None:
             for name in rockdda.FIELDS:
                 frame.field(name)
         if draw and results.n_frames:
-            results.plot("stress_min").figure.savefig(folder / "picture.png", dpi=30)
-            results.to_vtk(folder / "frames.pvd")
+            # names of this case: others are read at the same time
+            results.plot("stress_min").figure.savefig(path.with_suffix(".png"), dpi=30)
+            results.to_vtk(path.with_suffix(".pvd"))
 
 
 def judge(good: bytes, k: int, seed: int, folder: Path) -> str:
@@ -99,7 +100,7 @@ def judge(good: bytes, k: int, seed: int, folder: Path) -> str:
     # a file that was changed lately is tried again for some seconds: a run might be writing it
     os.utime(path, (1e9, 1e9))
     try:
-        read_all(path, folder, k % 4 == 0)
+        read_all(path, k % 4 == 0)
     except rockdda.InputError:
         return REFUSED
     except BaseException:
