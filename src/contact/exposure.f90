@@ -24,8 +24,8 @@ module rockdda_contact_exposure
    !> Edges bear on each other when they overlap by this share of the shorter one, whatever the tolerance.
    real(wp), parameter :: bearing_share = 0.25_wp
 
-   !> A block that stands deeper in its surface than this share of its inradius has been struck, or is pressed beyond what
-   !> linear elasticity holds for: the corner of the next block is not passed over by as much.
+   !> A block that stands deeper in its surface than this share of its inradius has been struck, or is pressed beyond
+   !> what linear elasticity holds for: the corner of the next block is not passed over by as much.
    real(wp), parameter :: most_sunk = 0.02_wp
 
    type :: exposure_type
