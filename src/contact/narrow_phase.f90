@@ -197,21 +197,13 @@ contains
       if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
       if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
       if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) then
-         if (.not. was_closed()) return
+         if (.not. was_closed(v, e, previous, history)) return
          if (exposure%is_hidden(v, e, s, vertices, topology, outlines, presses=.true.)) return
       end if
       call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
                     history, limits, list)
 
    contains
-
-      !> Was the contact closed at the end of the last step?
-      pure logical function was_closed()
-         integer :: row
-         row = history%find(previous, v, e)
-         was_closed = row > 0
-         if (was_closed) was_closed = previous%state(row) /= contact_state%open
-      end function was_closed
 
       !> Does edge f at the vertex face e?
       pure logical function is_its_end(f, opposite)
@@ -278,8 +270,8 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: t(2), n(2), r(2), length, zone, gap_there, s_there
-      integer :: first, last, other, k, row
-      logical :: concave_first, concave_last, was_closed
+      integer :: first, last, other, k
+      logical :: concave_first, concave_last
 
       length = lengths(e)
       first = topology%owner(e)
@@ -317,13 +309,22 @@ contains
             if (s_there < -limits%zone .or. s_there > lengths(other) + limits%zone) cycle
             if (is_outside(in_v, out_v, outward(t), limits%sine)) return
          end do
-         row = history%find(previous, v, e)
-         was_closed = .false.
-         if (row > 0) was_closed = previous%state(row) /= contact_state%open
-         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, was_closed)) return
+         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, &
+                              was_closed(v, e, previous, history))) return
       end if
       call list%append(candidate_type(v, e))
    end subroutine try_edge
+
+   !> Was the contact of a vertex with an edge closed at the end of the last step?
+   pure logical function was_closed(v, e, previous, history)
+      integer, intent(in) :: v, e
+      type(contact_table_type), intent(in) :: previous
+      type(contact_history_type), intent(in) :: history
+      integer :: row
+      row = history%find(previous, v, e)
+      was_closed = row > 0
+      if (was_closed) was_closed = previous%state(row) /= contact_state%open
+   end function was_closed
 
    !> Was this vertex already paired with that corner of the other block?
    pure logical function are_paired(v, corner, side, n, pairs)
