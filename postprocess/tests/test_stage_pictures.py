@@ -82,6 +82,19 @@ def test_the_ground_reaction_of_an_elastic_column_is_a_line(dug):
         plot.plot(dug, kind="ground-reaction", stage="quarter")
 
 
+def test_the_ground_reaction_has_no_line_along_the_axis_in_files_whose_share_falls_to_zero(dug, monkeypatch):
+    """Files of before hold 0 in the stages after the last excavation."""
+    share = dug["history/relaxation"].copy()
+    share[-3:] = 0
+    read = rockdda.Results.__getitem__
+    monkeypatch.setattr(
+        rockdda.Results, "__getitem__", lambda self, name: share if name == "history/relaxation" else read(self, name)
+    )
+    released, _, ends = plot.ground_reaction_data(dug)
+    assert released[ends[-1]] == released.max() > 0.5
+    assert (np.diff(released) >= 0).all()
+
+
 def test_a_run_without_excavation_has_no_ground_reaction(flat_arch):
     with pytest.raises(InputError, match="no stage has released forces"):
         plot.plot(rockdda.open(flat_arch), kind="ground-reaction")

@@ -100,10 +100,11 @@ contains
       self%n = size(kept)
    end subroutine drop
 
-   !> Share that has gone of the forces of the last excavation; 0 where there was none.
-   pure real(wp) function relaxation(self)
+   !> Share that has gone of the forces of the last excavation; what it was where none of them are left.
+   pure real(wp) function relaxation(self, before)
       class(held_forces_type), intent(in) :: self
-      relaxation = 0
+      real(wp), intent(in) :: before
+      relaxation = before
       if (self%n > 0) relaxation = self%released(self%n)
    end function relaxation
 

@@ -229,7 +229,7 @@ contains
       record%max_displacement = report%displacement
       record%stage = step%control%stage_index()
       record%time_error = step%control%time_error%relative
-      record%relaxation = step%families%held%relaxation()
+      record%relaxation = step%families%held%relaxation(record%relaxation)
       if (step%parameters%energy) record%energy = ledger%total
       associate (states => step%contacts%state(1:step%contacts%n))
          record%contacts = [count(states == contact_state%open), count(states == contact_state%sliding), &

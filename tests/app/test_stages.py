@@ -305,6 +305,13 @@ class Building(StageTest):
         ends = [force[data["history/stage"] == i][-1] for i in range(4)]
         np.testing.assert_allclose(ends, [9, 8.75, 8.75, 8.25], rtol=1e-4)
 
+    def test_the_released_share_stays_in_later_stages_where_it_once_fell_to_zero(self):
+        self.compute(column("excavate = 'top', relax = 0.5", "relax = 1", "gravity = 1", "gravity = 1.5"))
+        data = self.read()
+        share, stage = data["history/relaxation"], data["history/stage"]
+        self.assertEqual([share[stage == i][-1] for i in range(5)], [0, 0.5, 1, 1, 1])
+        self.assertTrue((np.diff(share) >= 0).all())
+
     def test_one_step_or_ten_stages_lead_to_the_same_place(self):
         # at strains of 1e-5 and 1e-4: stresses follow from the shape of a block at the end, not from its steps. With
         # strains that only add up the places differ by a third of the strain

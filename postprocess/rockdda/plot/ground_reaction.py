@@ -15,6 +15,8 @@ from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
 
     from ..results import Results
@@ -36,7 +38,8 @@ def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[Fl
     share, index = results["history/relaxation"], results["history/stage"]
     moved = results["history/measured_displacement"]
     names = [name.strip().lower() for name in results.stage_names]
-    begins = [k for k in range(len(names)) if (share[index == k] > 0).any() and _is_new(share, index, k)]
+    digs = _stages_with(results, lambda stage: bool(str(stage.get("excavate", "")).strip()))
+    begins = [k for k in range(len(names)) if (share[index == k] > 0).any() and _is_new(share, index, k, digs)]
     if not begins:
         raise InputError("no stage has released forces of excavated blocks", results.path)
     if stage is not None and stage.strip().lower() not in names:
@@ -53,31 +56,33 @@ def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[Fl
     direction = way[-1] / np.where(length > 0, length, 1.0)[:, None]
     convergence = np.concatenate([np.zeros((1, moved.shape[1])), (way * direction).sum(axis=2)])
     ends = np.concatenate([[True], np.diff(index[rows]) > 0, [True]])
-    return np.concatenate([[0.0], share[rows]]), convergence, np.flatnonzero(ends)
+    # forces are never held again; older files fall to 0 with the first stage that excavates nothing
+    released = np.maximum.accumulate(share[rows])
+    return np.concatenate([[0.0], released]), convergence, np.flatnonzero(ends)
 
 
-def _is_new(share: FloatArray, index: npt.NDArray[Any], stage: int) -> bool:
-    """Does the share begin in this stage, at less than it was before?"""
+def _is_new(share: FloatArray, index: npt.NDArray[Any], stage: int, digs: set[int]) -> bool:
+    """Does the share begin in this stage: at less than it was before, or with an excavation?"""
     rows = np.flatnonzero(index == stage)
     before = share[rows[0] - 1] if rows[0] > 0 else 0.0
-    return bool(before == 0 or share[rows[0]] < before)
+    return bool(before == 0 or share[rows[0]] < before or stage in digs)
 
 
-def _resets(results: Results) -> set[int]:
-    """Indices of the stages that let displacements count anew."""
+def _stages_with(results: Results, holds: Callable[[dict[str, Any]], bool]) -> set[int]:
+    """Indices of the stages of the input for which something holds."""
     try:
         groups = parse_groups(str(results["input/config"])).get("stage", [])
     except (KeyError, ValueError):  # no text that the program has accepted
         return set()
     stages = [groups] if isinstance(groups, dict) else groups
-    return {k for k, stage in enumerate(stages) if stage.get("reset_displacement") is True}
+    return {k for k, stage in enumerate(stages) if holds(stage)}
 
 
 def _way(results: Results, rows: npt.NDArray[Any]) -> FloatArray:
     """(n, points, 2) displacements of the measured points since the row before the first, across stages that let them
     count anew."""
     moved, index = results["history/measured_displacement"], results["history/stage"]
-    resets = _resets(results)
+    resets = _stages_with(results, lambda stage: stage.get("reset_displacement") is True)
     way = np.zeros((len(rows), *moved.shape[1:]))
     last, before = np.zeros_like(moved[0]), np.zeros_like(moved[0])
     for k, row in enumerate(rows):
