@@ -145,7 +145,8 @@ contains
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
-             '  --strict          end the run when the energy balance fails (exit 3) instead of warning'//nl// &
+             '  --strict          end the run (exit 3) instead of warning when the energy balance fails or'//nl// &
+             '                    a static stage ends without equilibrium'//nl// &
              common_text()// &
              nl// &
              'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run'//nl// &
@@ -177,8 +178,9 @@ contains
              '                    does not count here'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: as in the run'//nl// &
-             '  --strict          end the run when the energy balance fails (exit 3) instead of warning; one'//nl// &
-             '                    given to the run itself does not count here'//nl// &
+             '  --strict          end the run (exit 3) instead of warning when the energy balance fails or'//nl// &
+             '                    a static stage ends without equilibrium; one given to the run itself does'//nl// &
+             '                    not count here'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &

@@ -214,7 +214,8 @@ contains
                             unit='s', above=0.0_wp, default_text='none', applies='not to a resumed run'), o%max_wall)
       call table%add(option('checkpoint_every', 'wall-clock time between checkpoints', unit='s', above=0.0_wp, &
                             default=60.0_wp), o%checkpoint_every)
-      call table%add(option('strict', 'energy from nowhere ends the run (exit 3); .false.: a warning', &
+      call table%add(option('strict', 'energy from nowhere, or a static stage that ends '// &
+                            'without equilibrium, ends the run (exit 3); .false.: a warning', &
                             see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)
    end subroutine describe_run
 

@@ -46,7 +46,7 @@ module rockdda_run_model_run
       character(len=:), allocatable :: reason      !! 'finished' or the reason of the stop
       character(len=:), allocatable :: warning     !! of the last `write_step` or `close`
       type(diagnostics_type) :: warnings           !! all of them, for the summary
-      logical :: strict = .false.                  !! a false energy balance ends the run
+      logical :: strict = .false.                  !! an answer that is not to be trusted ends the run
       integer :: first_step = 0                    !! step at which this process began
       real(wp) :: start = 0                        !! wall clock
       real(wp) :: deadline = huge(1.0_wp)          !! wall clock, for the caller's loop
@@ -66,7 +66,7 @@ module rockdda_run_model_run
       procedure :: has_much_to_flush
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: warn, check_energy
+      procedure, private :: warn, object, check_energy
       procedure, private :: write_rows, continue_files, end_files, end_log
    end type run_type
 
@@ -107,6 +107,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       if (.not. self%is_open) then
          if (self%strict) call self%check_energy(error)
+         if (self%strict .and. .not. allocated(error)) call self%object(unrested_warning(self%sim), error)
          return
       end if
       call lock_hdf5()
@@ -238,9 +239,7 @@ contains
       if (.not. allocated(error)) then
          if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
       end if
-      if (.not. allocated(error)) then
-         if (len(unrested_warning(self%sim)) > 0) call self%warn(unrested_warning(self%sim), error)
-      end if
+      if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%run_files_type%save_frame(self%sim, error)
@@ -280,13 +279,22 @@ contains
       if (self%sim%ledger%given%false_column() == 0) return
       if (self%energy_was_reported .and. .not. self%strict) return
       text = self%sim%ledger%given%describe(self%sim%state%step)
+      call self%object(text, error)
+      self%energy_was_reported = .true.
+   end subroutine check_energy
+
+   !> Warn of an answer that is not to be trusted; with `strict` it is an error that ends the run.
+   subroutine object(self, text, error)
+      class(run_type), intent(inout) :: self
+      character(len=*), intent(in) :: text                    !! '': of nothing
+      type(error_type), allocatable, intent(out) :: error
+      if (len(text) == 0) return
       if (self%strict) then
          call make_error(error, error_code%computation, text)
       else
          call self%warn(text, error)
       end if
-      self%energy_was_reported = .true.
-   end subroutine check_energy
+   end subroutine object
 
    !> Add a warning to the log, to the summary and to `warning` for the caller.
    subroutine warn(self, text, error)

@@ -7,7 +7,7 @@ module rockdda_run_outcome
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
-   use rockdda_stepping_control, only : step_control_type, n_cut_reasons, goes_on
+   use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
@@ -27,6 +27,8 @@ module rockdda_run_outcome
    real(wp), parameter :: at_rest(2) = [2.0e-5_wp, 5.0e-3_wp]
    !> Share of the steps in which friction turned without being followed.
    real(wp), parameter :: much_passed = 0.1_wp
+   !> Unbalanced force that counts as equilibrium where no stage says it.
+   real(wp), parameter :: usual_tolerance = 1.0e-5_wp
    !> Unbalanced force of loads that act at once.
    real(wp), parameter :: much_unbalanced = 0.1_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
@@ -109,19 +111,22 @@ contains
       if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
    end function skipped_stages_warning
 
-   !> Warning about a stage that ends without equilibrium, after its last step; '' otherwise, and where the run ends
-   !> with an error.
+   !> Warning about a static stage that ends without equilibrium, whatever ends it, after its last step; '' otherwise,
+   !> and where the next step is an error.
    function unrested_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
+      real(wp) :: tolerance
       text = ''
-      if (.not. sim%control%has_failed(sim%parameters, sim%state%step)) return
-      associate (stage => sim%parameters%stages(sim%control%stage))
-         if (.not. goes_on(stage)) return
-         text = "stage '"//stage_name(sim%parameters%stages, sim%control%stage)// &
-                "' ended without equilibrium after "//counted(stage%max_steps, 'step')// &
-                ': the unbalanced force is '//to_string(sim%record%unbalanced, 3)// &
-                ' of the mean force, tolerance '//to_string(stage%tolerance)
+      associate (control => sim%control, p => sim%parameters, state => sim%state)
+         if (control%k01(p) > 0) return
+         tolerance = usual_tolerance
+         if (control%stage <= size(p%stages)) tolerance = p%stages(control%stage)%tolerance
+         if (.not. sim%record%unbalanced > tolerance) return
+         if (.not. sim%is_finished() .and. control%following_stage(p, state%step, state%time) == control%stage) return
+         text = "stage '"//stage_name(p%stages, control%stage)//"' ended without equilibrium after "// &
+                counted(control%steps, 'step')//': the unbalanced force is '//to_string(sim%record%unbalanced, 3)// &
+                ' of the mean force, tolerance '//to_string(tolerance)
       end associate
    end function unrested_warning
 

@@ -21,7 +21,7 @@ module rockdda_run_request
       real(wp) :: t_end = unset_real
       real(wp) :: max_wall = unset_real
       real(wp) :: checkpoint_every = unset_real
-      logical :: strict = .false.                    !! a false energy balance ends the run
+      logical :: strict = .false.                    !! an answer that is not to be trusted ends the run
       logical :: force = .false.                     !! overwrite an older result
    end type run_request_type
 

@@ -103,6 +103,7 @@ module rockdda_stepping_control
       procedure :: accepted
       procedure :: end_stages
       procedure :: next_stage
+      procedure :: following_stage
       procedure :: is_static_search
       procedure :: seeks_rest
       procedure :: residual_enough
@@ -431,15 +432,23 @@ contains
       end associate
    end function has_failed
 
-   !> The stage that `end_stages` goes on to. In runs that do not end with their last stage the present one.
+   !> The stage that the next step belongs to. In runs that do not end with their last stage the present one.
    pure integer function next_stage(self, parameters, step, time)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: step      !! accepted steps so far
       real(wp), intent(in) :: time
-      type(step_control_type) :: next
       next_stage = self%stage
-      if (.not. parameters%ends_with_stages) return
+      if (parameters%ends_with_stages) next_stage = self%following_stage(parameters, step, time)
+   end function next_stage
+
+   !> The stage that `end_stages` goes on to.
+   pure integer function following_stage(self, parameters, step, time)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: step      !! accepted steps so far
+      real(wp), intent(in) :: time
+      type(step_control_type) :: next
       ! only what tells when stages end: other parts hold numbers of all blocks
       next%stage = self%stage
       next%first_step = self%first_step
@@ -447,8 +456,8 @@ contains
       next%balanced = self%balanced
       next%released = self%released
       call next%end_stages(parameters, step, time)
-      next_stage = next%stage
-   end function next_stage
+      following_stage = next%stage
+   end function following_stage
 
    !> Count the steps in a row that end in equilibrium.
    pure subroutine judge_balance(self, parameters, unbalanced, is_driven)

@@ -216,6 +216,27 @@ class Equilibrium(StageTest):
         )
         self.assertEqual(self.read()["history/stage"][-1], 1)
 
+    def test_a_static_stage_that_ended_in_silence_out_of_balance_warns_and_ends_a_strict_run(self):
+        slides = "&joint_material number = 1, friction = 10 /\n&joint_material number = 2, friction = 10 /\n"
+        pattern = r"stage '\S+' ended without equilibrium after \d+ steps: the unbalanced force is \S+ of the mean"
+        for end in ("until_time = 0.05", "duration = 0.05", "until_step = 10"):
+            with self.subTest(end=end):
+                options = f"&contact formulation = 'length' /\n{slides}&stage name = 'a', kind = 'static', {end} /\n"
+                options += "&stage name = 'b', kind = 'dynamic', duration = 0.02 /\n"
+                outcome = self.compute(options, model=SLOPE)
+                self.assertRegex(outcome.err, "warning: " + pattern)
+                outcome = self.compute(options, model=SLOPE, code=3, more=("--strict",))
+                self.assertRegex(outcome.err, "error: " + pattern)
+                self.assertEqual(set(self.read()["history/stage"]), {0})
+
+        # the run ends within the stage; one that rests, and dynamics, say nothing
+        options = f"&contact formulation = 'length' /\n{slides}&stage name = 'a', kind = 'static', until_step = 100 /\n"
+        self.assertRegex(self.compute(options, model=SLOPE, more=("--steps", "10")).err, "warning: " + pattern)
+        dynamic = options.replace("static", "dynamic")
+        self.assertNotIn("without equilibrium", self.compute(dynamic, model=SLOPE, more=("--steps", "10")).err)
+        rests = "&contact formulation = 'length' /\n&stage kind = 'static', until_step = 100 /\n"
+        self.assertNotIn("without equilibrium", self.compute(rests, more=("--strict",)).err)
+
     def test_a_resumed_run_and_any_number_of_threads_give_the_same_bits(self):
         options = (
             "&contact formulation = 'length' /\n&joint_material number = 1, friction = 35 /\n"
