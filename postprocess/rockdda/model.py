@@ -29,6 +29,7 @@ from .places import Bolt, FloatArray, Line, Place, Table, time_table
 from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
 from .simulation import Simulation, run
+from .writing import write_file
 
 __all__ = ["BlockMaterial", "JointMaterial", "Model"]
 
@@ -401,7 +402,7 @@ class Model(OptionGroups):
                 raise InputError("the file exists; use force=True to overwrite it", target / name)
         target.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
-            (target / name).write_text(text, encoding="utf-8")
+            write_file(target / name, text)
         return [target / name for name in texts]
 
     def input_texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:

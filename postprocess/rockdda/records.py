@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError, OutputError
+from .errors import InputError
+from .writing import write_file
 
 __all__ = [
     "Record",
@@ -215,10 +216,7 @@ def write(record: Record, path: str | os.PathLike[str]) -> Path:
     """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly."""
     path = Path(path)
     rows = "".join(f"{t!r},{a!r}\n" for t, a in zip(record.time.tolist(), record.acceleration.tolist(), strict=True))
-    try:
-        path.write_text("t,a\n" + rows, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error}") from error
+    write_file(path, "t,a\n" + rows)
     return path
 
 

@@ -4,8 +4,12 @@
 from __future__ import annotations
 
 import unicodedata
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["has_controls", "plain_text", "readable", "short", "shown"]
+__all__ = ["csv_text", "has_controls", "plain_text", "readable", "short", "shown"]
+
+if TYPE_CHECKING:
+    import pandas
 
 LONGEST_SHOWN = 60
 
@@ -41,3 +45,21 @@ def plain_text(text: str) -> str:
     """A readable text for matplotlib: control characters become blanks, and $ is a dollar, not mathematics."""
     clean = "".join(" " if unicodedata.category(c) == "Cc" else c for c in readable(text))
     return clean.replace("$", r"\$")
+
+
+def csv_text(table: pandas.DataFrame) -> str:
+    """A table as CSV whose texts no spreadsheet takes for formulas and no terminal for commands."""
+    return table.map(_cell).rename(columns=_cell).to_csv(index=False, lineterminator="\n")
+
+
+def _cell(value: Any) -> Any:
+    """A text with visible control characters; one that begins like a formula, and is no number, behind a quote."""
+    if not isinstance(value, str):
+        return value
+    text = "".join(c.encode("unicode_escape").decode() if has_controls(c) else c for c in value)
+    try:
+        float(text)
+    except ValueError:
+        first = unicodedata.normalize("NFKC", text.strip()[:1])  # wide signs count, too
+        return f"'{text}" if first in ("=", "+", "-", "@") else text
+    return text

@@ -1,37 +1,68 @@
 # SPDX-License-Identifier: MIT
-"""Files that are either complete or not there."""
+"""The one writer of files: each is either complete or not there, and none is written through a symbolic link."""
 
 from __future__ import annotations
 
 import contextlib
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
 from .errors import OutputError
 
-__all__ = ["complete_file", "write_file"]
+__all__ = ["complete_file", "make_folder", "write_file"]
 
 
 @contextlib.contextmanager
 def complete_file(path: Path) -> Iterator[Path]:
-    """A name to write to, with the ending of `path`.
+    """A name to write to, with the ending of `path`, in a new folder beside it that nobody else can enter.
 
-    At the end of the block the file gets the name `path`; where an exception leaves the block, it is removed.
-    OutputError if it cannot be written.
+    At the end of the block the file is renamed to `path` (a link of this name is replaced, not followed); where an
+    exception leaves the block, it is removed. OutputError if it cannot be written.
     """
-    part = path.with_name(f".{path.stem}.part{path.suffix}")
+    private = None
     try:
+        if path.exists() and not (path.is_file() or path.is_char_device()):
+            raise OutputError(f"{path}: cannot be written: it is no file")
+        beside = None if path.is_char_device() else path.parent
+        private = Path(tempfile.mkdtemp(prefix=f".{path.stem[:40]}.part-", dir=beside))
+        part = private / path.name
         yield part
-        part.replace(path)
+        if beside is None:  # /dev/null, or a terminal: there is nothing that could be overwritten
+            path.write_bytes(part.read_bytes())
+        else:
+            part.replace(path)
+    except OutputError:
+        raise
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
+        if private is not None:
+            shutil.rmtree(private, ignore_errors=True)
 
 
-def write_file(path: Path, work: Callable[[TextIO], Any]) -> None:
-    """Write a text file by `work`, complete or not at all."""
-    with complete_file(path) as part, part.open("w", encoding="utf-8", newline="\n") as stream:
-        work(stream)
+def write_file(path: Path, content: str | bytes | Callable[[TextIO], Any]) -> None:
+    """Write a file, complete or not at all: its text, its bytes, or what a function writes to a stream of text."""
+    with complete_file(path) as part:
+        if isinstance(content, bytes):
+            part.write_bytes(content)
+            return
+        with part.open("w", encoding="utf-8", newline="\n") as stream:
+            if isinstance(content, str):
+                stream.write(content)
+            else:
+                content(stream)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder for files with names of their own; a link of its name is refused, since it leads elsewhere."""
+    try:
+        if path.is_symlink():
+            raise OutputError(f"{path}: cannot be written: it is a symbolic link")
+        path.mkdir(parents=True, exist_ok=True)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be made: {error.strerror or error}") from error

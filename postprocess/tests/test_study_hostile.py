@@ -1,18 +1,27 @@
 # SPDX-License-Identifier: MIT
 """Study files that somebody else wrote: nothing in them becomes a command, and none takes long or much memory."""
 
+import csv
+import io
+import json
 import random
 import re
 import shlex
+import shutil
 import subprocess
+import sys
 import time
+import types
 
+import pandas
 import pytest
+from places import INPUTS
 from rockdda import cli
-from rockdda.errors import InputError
-from rockdda.study import read_study
+from rockdda.errors import InputError, OutputError
+from rockdda.study import read_study, run_study, runner
 from rockdda.study.formula import evaluate, formatted
 from rockdda.study.runner import write_job_array
+from rockdda.text import csv_text
 
 STUDY = """\
 title = {title}
@@ -168,3 +177,142 @@ def test_many_braces_end_soon(tmp_path):
     (tmp_path / "template/b.df").write_text("{{n}}\n" * 100_000)
     read_study(study)
     assert time.process_time() - begin < 5.0  # quadratic search took minutes
+
+
+GRID = 'template = "template"\n[parameters]\nn = [3]\n'
+
+
+def write_grid(folder, more="", output=""):
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copytree(INPUTS / "incline", folder / "template", dirs_exist_ok=True)
+    options = folder / "template/incline.df"
+    options.write_text(options.read_text() + "# {{n}}\n")
+    (folder / "s.toml").write_text(output + GRID + more)
+    return folder / "s.toml"
+
+
+@pytest.mark.parametrize("words", [["-o", "../../../victim.txt"], ["--output=../../../victim.txt"],
+                                   ["--output", "../../../victim.txt"], ["-c", "x.nml"], ["--config=x.nml"],
+                                   ["--", "x.dc"]])  # fmt: skip
+def test_options_of_runs_that_name_files_are_refused(tmp_path, capsys, words):
+    """-o overwrote any file of the user, with --force."""
+    victim = tmp_path / "victim.txt"
+    victim.write_text("precious")
+    study = write_grid(tmp_path, f"[run]\noptions = {json.dumps(words)}\n")
+    assert cli.main(["study", str(study)]) == 2
+    assert re.search(r"s\.toml:5:1: error: options: '.*' names a file", capsys.readouterr().err)
+    assert victim.read_text() == "precious"
+    assert not (tmp_path / "s").exists()
+
+
+def test_every_option_of_a_run_that_takes_a_file_is_refused(program, tmp_path):
+    told = subprocess.run([program, "run", "--help"], capture_output=True, text=True, check=True).stdout
+    names = re.findall(r"^  (?:(-\w), )?(--[\w-]+) FILE", told, re.M)
+    assert len(names) >= 2
+    for name in filter(None, [word for pair in names for word in pair]):
+        with pytest.raises(InputError, match="names a file"):
+            read_study(write_grid(tmp_path, f'[run]\noptions = ["{name}", "x"]\n'))
+
+
+@pytest.mark.parametrize(
+    "name", ["..", ".", "../elsewhere", "{tmp}/elsewhere", "link", "link/deeper", "s/../../x", "loop"]
+)
+def test_an_output_folder_elsewhere_is_refused(tmp_path, name):
+    (tmp_path / "elsewhere").mkdir()
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "link").symlink_to(tmp_path / "elsewhere")
+    (here / "loop").symlink_to("loop")
+    study = write_grid(here, output=f'output = "{name.format(tmp=tmp_path)}"\n')
+    with pytest.raises(InputError, match=r"s\.toml:1:1: error: output: expected a folder below that of the study file"):
+        read_study(study)
+    assert read_study(study, tmp_path / "elsewhere").output == tmp_path / "elsewhere"  # the user's own choice
+
+
+def test_values_lead_no_case_out_of_its_folder(tmp_path):
+    study = write_grid(tmp_path)
+    study.write_text(study.read_text().replace("n = [3]", 'n = ["../../x", "..", "/etc/x", ".", "a/../b"]'))
+    found = read_study(study)
+    for case in found.cases:
+        folder = runner._folder(found, case)
+        assert folder.resolve().parent == (tmp_path / "s/cases").resolve()
+        assert folder.name.startswith(f"{case.number:04d}_n")
+
+
+@pytest.mark.parametrize("name", ["cases", "cases/0001_n3"])
+def test_links_below_the_output_folder_are_refused(tmp_path, name):
+    (tmp_path / "elsewhere").mkdir()
+    study = read_study(write_grid(tmp_path / "here"))
+    link = study.output / name
+    link.parent.mkdir(parents=True)
+    link.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="it is a symbolic link"):
+        run_study(study)
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_files_that_a_template_names_are_not_written(program, tmp_path, monkeypatch):
+    """The run has an option `output` in its file; the study's own name prevails."""
+    monkeypatch.setenv("ROCKDDA_PROGRAM", program)
+    study = write_grid(tmp_path / "here")
+    (tmp_path / "here/template/options.nml").write_text("&run output = '../../../../victim.h5', force = .true. /\n")
+    (tmp_path / "victim.h5").write_text("precious")
+    code = cli.main(["study", str(study), "--quiet"])
+    assert (tmp_path / "victim.h5").read_text() == "precious"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["here", "victim.h5"]
+    assert code in (0, 3)
+
+
+@pytest.mark.parametrize("name", ["output", "error", "outp", "err", "input", "chdir", "wrap", "Output"])
+def test_options_of_the_scheduler_that_name_files_are_refused(tmp_path, name):
+    study = read_study(write_study(tmp_path, cluster=f'{name} = "/home/user/.bashrc"'))
+    with pytest.raises(InputError, match="names files or commands"):
+        write_job_array(study)
+
+
+def test_commands_for_workers_of_dask_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", types.SimpleNamespace())
+    study = read_study(write_study(tmp_path, cluster='job_script_prologue = ["touch PWNED"]'))
+    with pytest.raises(InputError, match=r"\[cluster\]: 'job_script_prologue' is none of queue, project"):
+        runner._cluster(study, "slurm", 1)
+
+
+def test_cells_are_no_formulas_and_hold_no_control_characters():
+    """A spreadsheet takes cells that begin with = + - @ for formulas; numbers stay numbers."""
+    cells = [
+        "=HYPERLINK(1)",
+        "+1+1",
+        "-2+3",
+        "@SUM(1)",
+        " =1",
+        "\uff1d1+1",
+        "\t=1",
+        "a\x1b[2Jb",
+        "a\nb",
+        "-5",
+        "+1e3",
+        "x=1",
+    ]
+    safe = ["'=HYPERLINK(1)", "'+1+1", "'-2+3", "'@SUM(1)", "' =1", "'\uff1d1+1", r"\t=1", r"a\x1b[2Jb", r"a\nb", "-5",
+            "+1e3", "x=1"]  # fmt: skip
+    table = pandas.DataFrame({"=name": cells, "number": [-0.5] * len(cells)})
+    rows = list(csv.reader(io.StringIO(csv_text(table))))
+    assert rows == [["'=name", "number"], *([cell, "-0.5"] for cell in safe)]
+
+
+def test_the_table_of_a_study_holds_no_formulas(program, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROCKDDA_PROGRAM", program)
+    study = write_grid(tmp_path / "here")
+    study.write_text(study.read_text().replace("n = [3]", """n = ["=cmd|'/C calc'!A0"]"""))
+    cli.main(["study", str(study), "--quiet"])
+    with (tmp_path / "here/s/table.csv").open(newline="") as stream:
+        (row,) = csv.DictReader(stream)
+    assert row["n"] == "'=cmd|'/C calc'!A0"
+
+
+@pytest.mark.parametrize("formula", ["1e308*10*n", "1e400", "-1e308*10", "(1e308*10) - (1e308*10)", "n*1e308*1e308"])
+def test_numbers_that_are_not_finite_are_refused(tmp_path, formula):
+    study = write_study(tmp_path)
+    (tmp_path / "template/a.df").write_text("\n {{" + formula + "}} {{n}}\n")
+    with pytest.raises(InputError, match=r"a\.df:2:2: error: placeholder .*: the result is no finite number"):
+        read_study(study)

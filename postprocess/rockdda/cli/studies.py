@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import signal
 from pathlib import Path
@@ -12,6 +13,8 @@ import typer
 
 from ..analysis.limits import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
+from ..text import csv_text
+from ..writing import complete_file, write_file
 from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar
 
 if TYPE_CHECKING:
@@ -51,6 +54,10 @@ def study_command(
     case: Annotated[
         int | None, typer.Option("--case", min=1, help="Run this case only, by its number.", show_default=False)
     ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FOLDER", help="Write here instead.", show_default=False),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
@@ -76,7 +83,7 @@ def study_command(
     from ..study.definition import read_study
     from ..study.runner import collect, prepare_case, run_study, write_job_array
 
-    study = read_study(file)
+    study = read_study(file, output)
     if sum((slurm, table, case is not None, dask is not None)) > 1:
         raise InputError("--slurm, --table, --case and --dask exclude each other")
     if slurm:
@@ -129,6 +136,8 @@ def study_command(
         files=list(map(str, written)),
         **count,
     )
+    if count["waiting"] and not quiet and (study.output / "job-array.sh").exists():
+        typer.echo("cases wait: where tasks of job-array.sh have ended, their logs (slurm-*.out) say why", err=True)
     if count["failed"]:
         raise typer.Exit(NO_CONVERGENCE)
 
@@ -159,18 +168,18 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
     try:
         study.output.mkdir(parents=True, exist_ok=True)
         written = [study.output / "table.csv"]
-        rows.to_csv(written[0], index=False)
-        try:
-            rows.to_parquet(study.output / "table.parquet", index=False)
+        write_file(written[0], csv_text(rows))
+        with contextlib.suppress(ImportError), complete_file(study.output / "table.parquet") as part:
+            rows.to_parquet(part, index=False)
             written.append(study.output / "table.parquet")
-        except ImportError:
-            pass
         if study.quantities and (rows["status"] == "done").any():
             try:
                 save_study_plot(study, rows, study.output / "table.png")
                 written.append(study.output / "table.png")
             except InputError:
                 pass  # nothing varies that could be drawn
+    except OutputError:
+        raise
     except OSError as problem:
         raise OutputError(f"{study.output}: cannot be written: {problem.strerror}") from None
     return written

@@ -16,7 +16,7 @@ from ..deck import BlockMaterial, JointMaterial
 from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
 from ..text import has_controls
-from ..writing import complete_file
+from ..writing import write_file
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
@@ -439,5 +439,4 @@ def _write(texts: dict[Path, str], force: bool) -> None:
         if path.exists() and not force:
             raise InputError("the file exists; use --force to overwrite it", path)
     for path, text in texts.items():
-        with complete_file(path) as part:
-            part.write_text(text, encoding="utf-8", newline="\n")
+        write_file(path, text)

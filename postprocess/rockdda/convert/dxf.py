@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, OutputError, need
+from ..errors import InputError, need
 from ..text import short
+from ..writing import complete_file
 from .dxf_blocks import DRAWN, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
@@ -292,8 +293,6 @@ def write_dxf(frame: Frame, path: Path) -> Path:
         document.layers.add("bolts", color=5)
     for start, end in frame.bolt_ends.tolist():
         space.add_line(start, end, dxfattribs={"layer": "bolts"})
-    try:
-        document.saveas(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
+    with complete_file(path) as part:
+        document.saveas(part)
     return path

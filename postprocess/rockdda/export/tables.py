@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..joints import joint_summary
 from ..results import FIELDS
+from ..text import csv_text
 from ..writing import write_file
 from .common import Progress, chosen
 
@@ -48,7 +49,7 @@ def to_csv(
         write_file(path, lambda stream: results.history().to_csv(stream, lineterminator="\n"))
         return path
     if what == "boundaries":
-        write_file(path, lambda stream: results.boundary_forces().to_csv(stream, index=False, lineterminator="\n"))
+        write_file(path, csv_text(results.boundary_forces()))
         return path
     tables = {
         "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,

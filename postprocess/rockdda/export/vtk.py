@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError, RockddaError
-from ..writing import write_file
+from ..writing import make_folder, write_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
 from .vtkhdf import to_vtkhdf
@@ -60,10 +60,7 @@ def to_vtk(
         )
     numbers = chosen(results, frames)
     folder = path.with_suffix("")
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
+    make_folder(folder)
     index = ElementTree.Element("VTKFile", type="Collection", version="1.0", byte_order="LittleEndian")
     collection = ElementTree.SubElement(index, "Collection")
     for done, number in enumerate(numbers, start=1):
@@ -80,7 +77,7 @@ def to_vtk(
             progress(done, len(numbers))
     ElementTree.indent(index)
     text = ElementTree.tostring(index, encoding="unicode", xml_declaration=True) + "\n"
-    write_file(path, lambda stream: stream.write(text))
+    write_file(path, text)
     return path
 
 
@@ -139,4 +136,4 @@ def _write_grid(path: Path, grid: Any) -> None:
     if not writer.Write():
         raise OutputError(f"{path}: VTK cannot write the file")
     text = writer.GetOutputString()
-    write_file(path, lambda stream: stream.write(text))
+    write_file(path, text)

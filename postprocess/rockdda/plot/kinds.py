@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
+from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
@@ -142,10 +143,8 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
     if path.suffix.lower().lstrip(".") not in known:
         raise InputError(f"pictures end in .{', .'.join(sorted(known))}, not in {path.suffix or 'nothing'!r}", path)
     try:
-        with style():
-            figure.savefig(path, dpi=dpi, bbox_inches="tight", pad_inches=0.03)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
+        with style(), complete_file(path) as part:
+            figure.savefig(part, dpi=dpi, bbox_inches="tight", pad_inches=0.03)
     finally:
         plt.close(figure)
     return path

@@ -100,7 +100,7 @@ def report(
         with complete_file(path) as part:
             pdf_of(part, text=text)
     else:
-        write_file(path, lambda stream: stream.write(text))
+        write_file(path, text)
     return path
 
 

@@ -30,6 +30,7 @@ _TAKE = ("last", "first", "min", "max", "mean", "absmax")
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
 _FOR_TEMPLATE = ("parameters", "constants", "cases")
 _RUN = ("threads", "timeout", "options")
+_NAMES_FILES = ("-o", "--output", "-c", "--config", "--")  # options of `rockdda run`
 _RESULT = ("dataset", "at", "take", "unit")
 _PLACEHOLDER = re.compile(r"\{\{([^{}]*)\}\}")
 _MOST_CASES = 100_000
@@ -90,8 +91,11 @@ class Study:
         return summary.hexdigest()
 
 
-def read_study(path: str | os.PathLike[str]) -> Study:
-    """Read and check a study file; an InputError names the first problem and where it is."""
+def read_study(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Study:
+    """Read and check a study file; an InputError names the first problem and where it is.
+
+    output: a folder to write to in the place of the one that the file names, which must lie in the folder of the file.
+    """
     path = Path(path)
     try:
         with path.open("rb") as stream:
@@ -119,7 +123,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     except RecursionError:
         raise InputError("lists or tables are nested too deeply", path) from None
     try:
-        return _Reader(path, text, data).study()
+        return _Reader(path, text, data).study(None if output is None else Path(output))
     except RecursionError:
         raise InputError("lists or tables are nested too deeply", path) from None
 
@@ -150,7 +154,7 @@ class _Reader:
                 hint = f"; did you mean '{near[0]}'?" if near else ""
                 raise self.fail(f"unknown name '{key}' in {where}{hint}", key)
 
-    def study(self) -> Study:
+    def study(self, output: Path | None) -> Study:
         self.known(self.data, _TOP, "the study")
         self.check_texts()
         run = self.table("run")
@@ -176,15 +180,19 @@ class _Reader:
         options = run.get("options", [])
         if not isinstance(options, list) or not all(isinstance(option, str) for option in options):
             raise self.fail("options: expected a list of texts, such as ['--solver', 'pcg']", "options")
-        output = self.data.get("output", self.path.stem)
-        if not isinstance(output, str) or not output:
-            raise self.fail("output: expected the name of a folder", "output")
+        for option in options:
+            if option.partition("=")[0] in _NAMES_FILES:
+                raise self.fail(
+                    f"options: {shown(option)} names a file: the study itself names the files of its runs, and writes "
+                    "in its output folder only",
+                    "options",
+                )
         parameters, cases = self.cases()
         study = Study(
             file=self.path,
             title=short(str(self.data.get("title", self.path.stem)), _LONGEST_TITLE),
             template=folder,
-            output=self.path.parent / output,
+            output=self.output() if output is None else output,
             parameters=parameters,
             cases=cases,
             quantities=tuple(self.quantities()),
@@ -195,6 +203,24 @@ class _Reader:
         )
         self.check_placeholders(study)
         return study
+
+    def output(self) -> Path:
+        """The folder of everything that is written: one below that of the file, also where links lead."""
+        name = self.data.get("output", self.path.stem)
+        if not isinstance(name, str) or not name:
+            raise self.fail("output: expected the name of a folder", "output")
+        folder, here = self.path.parent / name, self.path.parent.resolve()
+        try:
+            found = folder.resolve()
+        except (OSError, RuntimeError):  # links in a circle
+            found = here
+        if here not in found.parents:
+            raise self.fail(
+                f"output: expected a folder below that of the study file, found {shown(name)}"
+                f"{'' if found == folder.absolute() else f', which is {found}'}; --output FOLDER writes elsewhere",
+                "output",
+            )
+        return folder
 
     def check_texts(self) -> None:
         """No text may hold line breaks or other control characters: texts go into scripts, tables and logs.

@@ -73,6 +73,8 @@ def evaluate(expression: str, values: Mapping[str, Value]) -> Any:
             raise ValueError("the result is no real number")
         if isinstance(found, int) and found.bit_length() > LARGEST_BITS:
             raise ValueError("the number is too large")
+        if isinstance(found, float) and not math.isfinite(found):
+            raise ValueError("the result is no finite number")
         return found
 
     def compute(node: ast.AST) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..plot.style import style
+from ..writing import complete_file
 from .definition import Study
 
 if TYPE_CHECKING:
@@ -68,5 +69,8 @@ def save_study_plot(study: Study, table: pandas.DataFrame, path: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure = plot_study(study, table)
-    figure.savefig(path, dpi=200)
-    plt.close(figure)
+    try:
+        with complete_file(path) as part:
+            figure.savefig(part, dpi=200)
+    finally:
+        plt.close(figure)

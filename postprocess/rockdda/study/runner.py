@@ -16,6 +16,7 @@ import re
 import shlex
 import shutil
 import signal
+import site
 import subprocess
 import sys
 import threading
@@ -32,12 +33,21 @@ from ..errors import InputError, OutputError, RockddaError
 from ..program import find_program
 from ..results import Results
 from ..text import has_controls, shown
+from ..writing import complete_file, make_folder, write_file
 from .definition import Case, Quantity, Study
 
 if TYPE_CHECKING:
     import pandas
 
 __all__ = ["Outcome", "collect", "pending", "prepare_case", "run_case", "run_study", "write_job_array"]
+
+#: Options of sbatch that name files or commands, which a study must not choose.
+_OF_FILES = ("output", "error", "input", "chdir", "wrap", "export-file", "get-user-env", "container", "bbf", "batch")
+#: Options of dask-jobqueue that name neither.
+_FOR_DASK = (
+    "queue", "project", "account", "cores", "memory", "processes", "walltime", "interface", "death_timeout", "job_cpu",
+    "job_mem", "job_name", "ncpus", "mem", "resource_spec", "reservation",
+)  # fmt: skip
 
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
@@ -108,16 +118,18 @@ def _is_pending(study: Study, case: Case, retry: bool) -> bool:
 def prepare_case(study: Study, case: Case) -> Path:
     """Write the input files of a case. What an older version of it left is removed, a checkpoint of this one kept."""
     folder, digest = _folder(study, case), study.digest(case)
+    for place in (folder.parent, folder):  # a link could lead out of the output folder
+        make_folder(place)
     try:
         before = _read_status(folder)
         if before.get("digest") not in (digest, None):
             shutil.rmtree(folder)
+            make_folder(folder)
         elif before.get("status") == "failed" and before.get("exit_code") != TIMED_OUT:
             # it would fail again where it stopped
             (folder / "out.ckpt.h5").unlink(missing_ok=True)
-        folder.mkdir(parents=True, exist_ok=True)
         for name, data in study.files(case).items():
-            (folder / name).write_bytes(data)
+            write_file(folder / name, data)
         _write_status(
             folder,
             {
@@ -132,6 +144,8 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
             },
         )
+    except OutputError:
+        raise
     except OSError as problem:
         raise OutputError(f"{folder}: cannot be written: {problem.strerror}") from None
     return folder
@@ -257,7 +271,7 @@ def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> tuple[st
     """Geometry (drawn from statistics where there are some), analysis and options of a case."""
 
     def one(kinds: Iterable[str], what: str) -> str | None:
-        found = [path.name for path in folder.iterdir() if path.suffix.lower() in kinds]
+        found = [path.name for path in folder.glob("[!.]*") if path.suffix.lower() in kinds]
         if len(found) > 1:
             raise InputError(f"the template has {len(found)} {what}s: {', '.join(sorted(found))}")
         return found[0] if found else None
@@ -349,6 +363,13 @@ def _cluster(study: Study, where: str, workers: int | None) -> Any:
             f"dask: expected an address such as tcp://host:8786, local, {', '.join(names)}; found '{where}'"
         )
     module = dask_jobqueue.local if where == "shell" else dask_jobqueue
+    for name in study.cluster:
+        if name not in _FOR_DASK:
+            raise InputError(
+                f"[cluster]: {shown(name)} is none of {', '.join(_FOR_DASK)}; what names files or commands goes into "
+                "the configuration of dask-jobqueue (~/.config/dask/jobqueue.yaml)",
+                study.file,
+            )
     cluster = getattr(module, names[where])(**{"cores": 1, "processes": 1, "memory": "2GB", **study.cluster})
     cluster.scale(jobs=workers or 4)
     return cluster
@@ -359,6 +380,7 @@ def write_job_array(study: Study, *, retry: bool = False) -> Path:
     if has_controls(str(study.file.resolve())):
         raise InputError("the path of the study holds line breaks or control characters", study.file)
     options = "".join(map(_scheduler_option, study.cluster.items()))
+    make_folder(study.output)
     todo = pending(study, retry=retry)
     if not todo:
         raise InputError("all cases are done: there is nothing to submit", study.file)
@@ -367,6 +389,7 @@ def write_job_array(study: Study, *, retry: bool = False) -> Path:
     path = study.output / "job-array.sh"
     numbers = ",".join(str(case.number) for case in todo)
     command = shlex.join([sys.executable, "-m", "rockdda", "study", str(study.file.resolve())])
+    command = f"{_environment()}{command} --output {shlex.quote(str(study.output.resolve()))}"
     text = f"""#!/bin/bash
 # {_one_line(study.title)}: one task a case. Submit with `sbatch {path.name}`;
 # the table comes from `rockdda-post study {_one_line(shlex.quote(study.file.name))} --table` then.
@@ -376,12 +399,21 @@ def write_job_array(study: Study, *, retry: bool = False) -> Path:
 #SBATCH --signal=B:TERM@120
 {options}exec {command} --case "$SLURM_ARRAY_TASK_ID" --quiet
 """
-    try:
-        path.write_text(text, encoding="utf-8")
-        path.chmod(0o755)
-    except OSError as problem:
-        raise OutputError(f"{path}: cannot be written: {problem.strerror}") from None
+    with complete_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+        part.chmod(0o755)
     return path
+
+
+def _environment() -> str:
+    """`env …` for a task, where the package is not installed for this Python or the program does not lie beside it."""
+    words = []
+    package = Path(__file__).resolve().parents[2]
+    if str(package) not in {*site.getsitepackages(), site.getusersitepackages()}:
+        words.append(f"PYTHONPATH={shlex.quote(str(package))}${{PYTHONPATH:+:$PYTHONPATH}}")
+    with contextlib.suppress(RockddaError):
+        words.append(f"ROCKDDA_PROGRAM={shlex.quote(str(Path(find_program()).resolve()))}")
+    return f"env {' '.join(words)} " if words else ""
 
 
 def _scheduler_option(entry: tuple[str, Any]) -> str:
@@ -389,6 +421,8 @@ def _scheduler_option(entry: tuple[str, Any]) -> str:
     name, value = entry
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InputError(f"[cluster]: {shown(name)} is no option of sbatch")
+    if any(long.startswith(name.lower()) for long in _OF_FILES):  # sbatch takes names cut short
+        raise InputError(f"[cluster]: {shown(name)} names files or commands: give it to sbatch on the command line")
     if isinstance(value, bool):
         return f"#SBATCH --{name}\n" if value else ""
     if not isinstance(value, str | int | float):
@@ -468,6 +502,4 @@ def _read_status(folder: Path) -> dict[str, Any]:
 
 def _write_status(folder: Path, status: dict[str, Any]) -> None:
     """Replace the file in one step, so that a kill leaves the old or the new one."""
-    temporary = folder / f"status.json.{os.getpid()}.{threading.get_ident()}"
-    temporary.write_text(json.dumps(status, indent=1), encoding="utf-8")
-    temporary.replace(folder / "status.json")
+    write_file(folder / "status.json", json.dumps(status, indent=1))

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..plot.style import style
 from ..simulation import run
+from ..writing import complete_file, write_file
 
 if TYPE_CHECKING:
     import pandas
@@ -143,7 +144,7 @@ class Record:
         """A table beside the comparisons (its index is not shown); also written as NAME.csv beside the figures."""
         self.figures.mkdir(parents=True, exist_ok=True)
         file = f"{self.case.identifier}-{name}.csv"
-        frame.to_csv(self.figures / file, index=False)
+        write_file(self.figures / file, frame.to_csv(index=False))
         rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False)]
         self.items.append(
             {
@@ -164,8 +165,8 @@ class Record:
         file = f"{self.case.identifier}-{name}.png"
         for text in figure.findobj(Text):
             text.set_text(SYMBOL.sub(r"$S_\\mathrm{j}$", text.get_text()))
-        with style():
-            figure.savefig(self.figures / file, dpi=130, bbox_inches="tight", metadata={"Software": None})
+        with style(), complete_file(self.figures / file) as part:
+            figure.savefig(part, dpi=130, bbox_inches="tight", metadata={"Software": None})
         pyplot.close(figure)
         self.items.append({"kind": "figure", "file": file, "caption": caption})
 

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
+from ..writing import write_file
 from . import report_words as words
 from .case import Case, Comparison
 from .corner_springs import BY_LENGTH, VERDICTS, counts_corners
@@ -49,13 +50,10 @@ def write_report(target: Path, cases: Sequence[Case] | None = None, *, pdf: bool
     records = load_records(target, cases)
     text = report_text(records, cases)
     paths = [target / "index.md", target / "report.html"]
-    try:
-        paths[0].write_text(text, encoding="utf-8")
-        paths[1].write_text(page_of(text, PARTS.values()), encoding="utf-8")
-        if pdf:
-            paths.append(write_pdf(paths[1]))
-    except OSError as problem:
-        raise OutputError(f"{target}: cannot be written: {problem.strerror}") from None
+    write_file(paths[0], text)
+    write_file(paths[1], page_of(text, PARTS.values()))
+    if pdf:
+        paths.append(write_pdf(paths[1]))
     return paths
 
 

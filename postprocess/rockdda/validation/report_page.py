@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..report.paper import pdf_of
+from ..writing import complete_file
 
 __all__ = ["page_of", "write_pdf"]
 
@@ -55,4 +56,6 @@ def page_of(text: str, parts: Iterable[str]) -> str:
 
 def write_pdf(page: Path) -> Path:
     """Lay the page out on paper, beside it."""
-    return pdf_of(page.with_suffix(".pdf"), page=page)
+    with complete_file(page.with_suffix(".pdf")) as part:
+        pdf_of(part, page=page)
+    return page.with_suffix(".pdf")

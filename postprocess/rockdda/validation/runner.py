@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, RockddaError
 from ..native import VERSION, Session, load
-from ..writing import complete_file
+from ..writing import write_file
 from .case import Case, Comparison, Record
 from .corner_springs import as_promised
 from .registry import all_cases
@@ -234,7 +234,7 @@ def store(record: dict[str, Any], figures: Path, target: Path) -> None:
     for name in _files(record):
         _make(kept)
         if (figures / name).is_file():
-            shutil.copyfile(figures / name, kept / name)
+            write_file(kept / name, (figures / name).read_bytes())
     _write(file, record)
 
 
@@ -331,8 +331,7 @@ def _read(file: Path) -> dict[str, Any]:
 def _write(file: Path, record: dict[str, Any]) -> None:
     """As JSON; numbers that JSON cannot express become texts such as "nan"."""
     text = json.dumps(_plain(record), indent=1, ensure_ascii=False, allow_nan=False)
-    with complete_file(file) as part:
-        part.write_text(text + "\n", encoding="utf-8")
+    write_file(file, text + "\n")
 
 
 def _plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import Results
 from ...results import open as open_results
 from ...simulation import run
+from ...writing import write_file
 from ..case import Case, Record
 from ..open_joints import open_joints
 from ..tunnels import (
@@ -74,9 +75,9 @@ def _run_open(record: Record, cell: Cell) -> Results:
     Model.read(*files).cut().write(folder / "closed.txt")
     # measured points from 2 cm above the crown on: the crown itself is no longer in a block
     text = open_joints((folder / "closed.txt").read_text(), PLAY, 0.02)
-    (folder / "tunnel.blk").write_text(text)
+    write_file(folder / "tunnel.blk", text)
     for file in files[1:]:
-        (folder / file.name).write_bytes(file.read_bytes())
+        write_file(folder / file.name, file.read_bytes())
     started = clock.monotonic()
     results = run(folder, output=folder / "open.h5", force=True, threads=1)
     record.run_seconds += clock.monotonic() - started

@@ -22,6 +22,7 @@ from ...model import Model
 from ...plot.style import PALETTE, PAPER_WIDTH
 from ...results import open as open_results
 from ...simulation import run
+from ...writing import write_file
 from ..beer_sheva import BASE, COUNTS, CRITERION, MIDDLE, UNTIL, sag
 from ..case import Case, Record, published
 from ..open_joints import open_joints
@@ -150,7 +151,7 @@ def _open_all(folder: Path, model: Model, play: float) -> None:
     model.cut().write(folder / "closed.txt")
     for file in folder.glob("*.dc"):
         file.unlink()
-    (folder / "open.blk").write_text(open_joints((folder / "closed.txt").read_text(), play, play))
+    write_file(folder / "open.blk", open_joints((folder / "closed.txt").read_text(), play, play))
     (folder / "closed.txt").unlink()
 
 
@@ -269,9 +270,9 @@ def _run_open(record: Record, cell: Cell) -> Path:
     folder.mkdir(exist_ok=True)
     sources = [cell.file.parent / f"tunnel.{kind}" for kind in ("dc", "df", "nml")]
     Model.read(*sources).cut().write(folder / "closed.txt")
-    (folder / "tunnel.blk").write_text(open_joints((folder / "closed.txt").read_text(), PLAY * W0, 0.02))
+    write_file(folder / "tunnel.blk", open_joints((folder / "closed.txt").read_text(), PLAY * W0, 0.02))
     for source in sources[1:]:
-        (folder / source.name).write_bytes(source.read_bytes())
+        write_file(folder / source.name, source.read_bytes())
     started = clock.monotonic()
     try:
         results = run(folder, output=file, force=True, threads=1)
