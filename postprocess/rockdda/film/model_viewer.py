@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 
 from ..plot.style import MATERIALS, PALETTE
 from .model_data import ModelData, model_files, read_model
+from .page import filled
 
 __all__ = ["ModelViewer"]
 
@@ -31,6 +32,7 @@ class ModelViewer:
         self._stamp: Stamp = ()
         self.version = 0
         model_files(path)  # an error at once for what is no model
+        self._refresh()  # and where the compiled part is missing
 
     def answer(self, path: str) -> tuple[str, bytes]:
         """Type and content for a path; KeyError for one that is not there."""
@@ -83,7 +85,4 @@ class ModelViewer:
             "script": web.joinpath("model.js").read_text(encoding="utf-8"),
             "setup": json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c"),
         }
-        text = web.joinpath("model.html").read_text(encoding="utf-8")
-        for name, part in parts.items():
-            text = text.replace("{{" + name + "}}", part)
-        return text
+        return filled(web.joinpath("model.html").read_text(encoding="utf-8"), parts)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import base64
 import html
 import json
+import re
 import zlib
 from collections.abc import Callable, Sequence
 from importlib.resources import files
@@ -128,10 +129,12 @@ def page(title: str, setup: dict[str, Any]) -> str:
         "script": web.joinpath("player.js").read_text(encoding="utf-8"),
         "setup": json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c"),  # no end tag within
     }
-    text = web.joinpath("player.html").read_text(encoding="utf-8")
-    for name, part in parts.items():
-        text = text.replace("{{" + name + "}}", part)
-    return text
+    return filled(web.joinpath("player.html").read_text(encoding="utf-8"), parts)
+
+
+def filled(text: str, parts: dict[str, str]) -> str:
+    """A page with its parts; what stands in double braces within a part is text."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], text)
 
 
 def film_page(

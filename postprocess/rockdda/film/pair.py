@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from ..results import Results
 from ..units import Units
+from .page import filled
 from .viewer import Viewer
 
 __all__ = ["PairViewer"]
@@ -29,7 +30,7 @@ class PairViewer:
         if parts == [""]:
             names = " and ".join(side.results.title or side.results.name for side in self.sides.values())
             text = files("rockdda").joinpath("web", "pair.html").read_text(encoding="utf-8")
-            return "text/html; charset=utf-8", text.replace("{{title}}", html.escape(names)).encode()
+            return "text/html; charset=utf-8", filled(text, {"title": html.escape(names)}).encode()
         if parts[0] not in self.sides:
             raise KeyError(path)
         inner = "/" + "/".join(parts[1:])
