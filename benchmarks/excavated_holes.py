@@ -115,7 +115,7 @@ def write(case: Case, around: int, folder: Path) -> int:
         "&joint_material number = 1, name = 'intact', friction = 40, tie = .true. /",
         f"&in_situ stress = {case.stress[0]}, {case.stress[1]}, 0 /",
         f"&boundary along = {rim}, kind = 'fixed' /",
-        f"&region name = 'hole', circle = 0,0, {0.1 * case.radius} /",
+        f"&region name = 'hole', circle = 0,0, {case.radius} /",
         "&stage name = 'ground', until = 'equilibrium' /",
     ]
     for i, share in enumerate(case.shares):

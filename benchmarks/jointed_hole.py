@@ -136,7 +136,7 @@ def write(spacing: float, joint: str, folder: Path) -> None:
         f"&joint_material number = 1, {joint}, normal_stiffness = {STIFFNESS[0]}, shear_stiffness = {STIFFNESS[1]} /",
         f"&in_situ stress = {STRESS[0]}, {STRESS[1]}, 0 /",
         f"&boundary along = {edge}, kind = 'fixed' /",
-        f"&region name = 'hole', circle = 0,0, {0.1 * RADIUS} /",
+        f"&region name = 'hole', circle = 0,0, {RADIUS} /",
         "&stage name = 'ground', until = 'equilibrium', tolerance = 1e-4, reset_displacement = .true. /",
         "&stage name = 'hole', until = 'equilibrium', excavate = 'hole', reset_displacement = .true. /",
     ]

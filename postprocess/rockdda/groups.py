@@ -60,10 +60,14 @@ class OptionGroups:
         circle: Numbers | None = None,
         polygon: Numbers | None = None,
         material: References | None = None,
+        outline: Names | None = None,
+        width: float | None = None,
     ) -> None:
-        """Blocks whose centroid at the start lies in boxes (xmin ymin xmax ymax), circles (x y r) or a polygon
-        [length], or that have these block materials. Regions of one name add up."""
-        self.add_group("region", name=name, box=box, circle=circle, polygon=polygon, material=material)
+        """Blocks with more than half of their area, at the start, in boxes (xmin ymin xmax ymax), circles (x y r), a
+        polygon, or a ring of a width around the blocks of other regions (outline) [length], or that have these block
+        materials. Regions of one name add up."""
+        self.add_group("region", name=name, box=box, circle=circle, polygon=polygon, material=material, outline=outline,
+                       width=width)  # fmt: skip
 
     def subdivide(
         self, region: Names | None = None, *, size: float, joint_material: int | str, kind: str | None = None

@@ -4,6 +4,7 @@ module rockdda_app_check_summary
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : counted
+   use rockdda_model_regions, only : blocks_of_region, has_region
    use rockdda_io_recognise, only : kind_name
    use rockdda_run_labelled_text, only : labelled_text
    use rockdda_run_input, only : model_input_type
@@ -45,6 +46,7 @@ contains
          end do
          call json%close(']')
          if (facts%n > 0) call facts%to_json(json, 'model')
+         if (exit_code == 0 .and. is_model_run(kinds)) call list_regions(input, json)
          if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
          call end_json(json, messages, error, ok)
          return
@@ -56,5 +58,42 @@ contains
       call print_line(counted(size(files), 'file')//' checked: '//counted(n_errors, 'error')//', '// &
                counted(messages%n_warnings, 'warning'), ok)
    end subroutine print_summary
+
+   !> The blocks of each region, by the numbers that they have before some are cut into cells.
+   subroutine list_regions(input, json)
+      type(model_input_type), intent(in) :: input
+      type(json_type), intent(inout) :: json
+      logical, allocatable :: inside(:)
+      integer :: i, k, before
+      call json%open('[', 'regions')
+      do i = 1, size(input%options%regions)
+         associate (regions => input%options%regions, name => input%options%regions(i)%name)
+            if (any([(has_region(regions(k:k), name), k=1, i - 1)])) cycle
+            inside = blocks_of_region(input%blocks, regions, name)
+            call json%open('{', '')
+            call json%put('name', trim(adjustl(name)))
+            call json%open('[', 'blocks')
+            before = 0
+            do k = 1, size(inside)
+               if (.not. inside(k) .or. number_of(k) == before) cycle
+               before = number_of(k)
+               call json%put('', before)
+            end do
+            call json%close(']')
+            call json%close('}')
+         end associate
+      end do
+      call json%close(']')
+
+   contains
+
+      !> Number of the block that a cell was cut from.
+      pure integer function number_of(cell)
+         integer, intent(in) :: cell
+         number_of = cell
+         if (allocated(input%blocks%parent)) number_of = input%blocks%parent(cell)
+      end function number_of
+
+   end subroutine list_regions
 
 end module rockdda_app_check_summary

@@ -5,7 +5,7 @@ module rockdda_base_strings
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8, first_line
+   public :: is_given, to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8, first_line
 
    !> Text of a number for messages.
    interface to_string
@@ -15,6 +15,13 @@ module rockdda_base_strings
    end interface to_string
 
 contains
+
+   !> Does a text hold something?
+   pure logical function is_given(text)
+      character(len=:), allocatable, intent(in) :: text
+      is_given = .false.
+      if (allocated(text)) is_given = len_trim(text) > 0
+   end function is_given
 
    !> Decimal text of an integer without blanks.
    pure function integer_to_string(value) result(text)

@@ -6,17 +6,18 @@ module rockdda_model_option_table
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : joint_material_type, unset_joint_material
    use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
-   use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, region_type, &
-      subdivision_type, dda_windows, old_dda_windows, most_threads
+   use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, &
+      dda_windows, old_dda_windows, most_threads
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_quake_options, only : describe_quakes
+   use rockdda_model_region_options, only : describe_regions
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option_visitor_type, option, list_rule
    use rockdda_model_stage_options, only : describe_stage, describe_new_values
    implicit none
    private
-   public :: describe_options, describe_settings, describe_lists, describe_regions, describe_changes
+   public :: describe_options, describe_settings, describe_lists, describe_changes
 
 contains
 
@@ -152,45 +153,6 @@ contains
       end do
       call move_alloc(more, joints)
    end subroutine resize_joints
-
-   !> &region and &subdivide
-   subroutine describe_regions(table, regions, subdivisions)
-      class(option_visitor_type), intent(inout) :: table
-      type(region_type), allocatable, intent(inout) :: regions(:)
-      type(subdivision_type), allocatable, intent(inout) :: subdivisions(:)
-      type(region_type), allocatable :: more_regions(:)
-      type(subdivision_type), allocatable :: more_subdivisions(:)
-      integer :: i, n, kept
-      if (.not. allocated(regions)) allocate (regions(0))
-      if (.not. allocated(subdivisions)) allocate (subdivisions(0))
-
-      call table%begin('region', 'Blocks with a common name: those whose centroid at the start lies in boxes, '// &
-                       'circles or a polygon, or those of block materials. One of these in each group; groups of '// &
-                       'one name add up.', is_list=.true.)
-      n = size(regions)
-      call table%resize(n)
-      allocate (more_regions(n))
-      kept = min(n, size(regions))
-      more_regions(1:kept) = regions(1:kept)
-      call move_alloc(more_regions, regions)
-      do i = 1, n
-         call table%start_element(i, regions(i)%origin)
-         call describe_region(table, regions(i))
-      end do
-
-      call table%begin('subdivide', 'Cut blocks into cells along the lines of a lattice. A block that several '// &
-                       'groups name is cut by the last of them.', is_list=.true.)
-      n = size(subdivisions)
-      call table%resize(n)
-      allocate (more_subdivisions(n))
-      kept = min(n, size(subdivisions))
-      more_subdivisions(1:kept) = subdivisions(1:kept)
-      call move_alloc(more_subdivisions, subdivisions)
-      do i = 1, n
-         call table%start_element(i, subdivisions(i)%origin)
-         call describe_subdivision(table, subdivisions(i))
-      end do
-   end subroutine describe_regions
 
    !> &run
    subroutine describe_run(table, o, p)
@@ -466,34 +428,5 @@ contains
       call table%add(option('tie', 'both sides deform as one body until the strength is reached; .false.: a joint', &
                             applies='formulation length'), m%tie, is_given=m%tie_given)
    end subroutine describe_joint
-
-   !> &region
-   subroutine describe_region(table, region)
-      class(option_visitor_type), intent(inout) :: table
-      type(region_type), intent(inout) :: region
-      call table%add(option('name', 'name of the region; case and outer blanks do not count', required=.true.), &
-                     region%name)
-      call table%add(option('box', 'one or several boxes', unit='length', columns='xmin, ymin, xmax, ymax'), &
-                     region%boxes)
-      call table%add(option('circle', 'one or several circles', unit='length', columns='x, y, r'), region%circles)
-      call table%add(option('polygon', 'corners of one polygon, in either direction', unit='length', columns='x, y'), &
-                     region%polygon)
-      call table%add(option('material', 'numbers or names of block materials, commas '// &
-                            'between them'), region%material)
-   end subroutine describe_region
-
-   !> &subdivide
-   subroutine describe_subdivision(table, subdivision)
-      class(option_visitor_type), intent(inout) :: table
-      type(subdivision_type), intent(inout) :: subdivision
-      call table%add(option('region', 'names of regions, commas between them', default_text='all blocks'), &
-                     subdivision%region)
-      call table%add(option('size', 'length of the sides of the cells', unit='length', above=0.0_wp, required=.true.), &
-                     subdivision%size)
-      call table%add(option('kind', 'shape of the cells', choices='rectangles|triangles', default_word='rectangles'), &
-                     subdivision%kind)
-      call table%add(option('joint_material', 'number or name of the joint material between the cells of a block', &
-                            required=.true., or_number=.true.), subdivision%joint_material)
-   end subroutine describe_subdivision
 
 end module rockdda_model_option_table

@@ -91,6 +91,8 @@ module rockdda_model_options
       real(wp), allocatable :: circles(:, :)     !! (3, m) x y r
       real(wp), allocatable :: polygon(:, :)     !! (2, m) x y
       character(len=:), allocatable :: material  !! block materials, commas between them
+      character(len=:), allocatable :: outline   !! names of regions before it, commas between them: a ring around them
+      real(wp) :: width = unset_real             !! of the ring [length]
       type(origin_type) :: origin                !! where it was read
    end type region_type
 

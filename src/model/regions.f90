@@ -1,68 +1,146 @@
 ! SPDX-License-Identifier: MIT
 !> Regions: blocks with a common name.
 !>
-!> A block belongs to a region by its centroid at the start; the outline of a box, circle or polygon counts as inside.
-!> Names are compared without case and outer blanks. Lists of names have commas between them.
+!> A block belongs to a region when more than half of its area lies inside at the start: in the union of the boxes,
+!> circles and polygons of all groups of the name. A ring holds what lies within its width of the blocks of another
+!> region. Names are compared without case and outer blanks. Lists of names have commas between them.
 module rockdda_model_regions
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : lower_case
-   use rockdda_geometry_polygons, only : polygon_properties, point_in_polygon, distance_to_outline
+   use rockdda_base_strings, only : is_given, lower_case
+   use rockdda_geometry_common_area, only : shape_type, set_box, set_circle, set_polygon, common_area
+   use rockdda_geometry_polygons, only : polygon_area
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : region_type
    implicit none
    private
-   public :: blocks_of_region, has_region, count_words, word_of, same_name, material_number
+   public :: blocks_of_region, shares_in_region, has_region, count_words, word_of, same_name, material_number
+
+   !> Blocks belong to a region when more than this share of their area lies inside. A share of one half, up to the
+   !> rounding of the area of a block far from the origin, is not more than a half.
+   real(wp), parameter :: half = 0.5_wp + 1.0e-9_wp
 
 contains
 
    !> Which blocks belong to the regions of a list of names? An empty list: all blocks.
-   pure function blocks_of_region(blocks, regions, names) result(inside)
+   pure recursive function blocks_of_region(blocks, regions, names) result(inside)
       type(block_system_type), intent(in) :: blocks
       type(region_type), intent(in) :: regions(:)
       character(len=*), intent(in) :: names
       logical, allocatable :: inside(:)          !! (blocks)
-      real(wp) :: area, centroid(2), moments(3)
-      integer :: i, k, m
+      integer :: k
       allocate (inside(blocks%n_blocks), source=len_trim(names) == 0)
       if (len_trim(names) == 0) return
-      do i = 1, blocks%n_blocks
-         call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
-                                 area, centroid, moments)
-         do k = 1, count_words(names)
-            do m = 1, size(regions)
-               if (.not. same_name(regions(m)%name, word_of(names, k))) cycle
-               inside(i) = inside(i) .or. is_in_group(regions(m), centroid, blocks%block_material(i))
-            end do
-         end do
+      do k = 1, count_words(names)
+         inside = inside .or. shares_in_region(blocks, regions, word_of(names, k)) > half
       end do
    end function blocks_of_region
 
-   !> Does a group of a region hold a block?
-   pure logical function is_in_group(region, centroid, material)
+   !> Share of the area of each block that lies in a region.
+   pure recursive function shares_in_region(blocks, regions, name) result(share)
+      type(block_system_type), intent(in) :: blocks
+      type(region_type), intent(in) :: regions(:)
+      character(len=*), intent(in) :: name
+      real(wp), allocatable :: share(:)          !! (blocks)
+      type(shape_type), allocatable :: shapes(:)
+      logical, allocatable :: named(:), belongs(:), within(:), excluded(:)
+      integer :: i, m, n
+      allocate (share(blocks%n_blocks), source=0.0_wp)
+      allocate (belongs(blocks%n_blocks), excluded(blocks%n_blocks), source=.false.)
+      allocate (named(size(regions)), source=.false.)
+      n = 0
+      do m = 1, size(regions)
+         if (.not. allocated(regions(m)%name)) cycle
+         named(m) = same_name(regions(m)%name, name)
+         if (.not. named(m)) cycle
+         n = n + count_shapes(regions(m))
+         if (is_given(regions(m)%outline)) n = n + 2*blocks%n_vertices()
+      end do
+      allocate (shapes(n))
+      n = 0
+      do m = 1, size(regions)
+         if (.not. named(m)) cycle
+         call add_shapes(regions(m), shapes, n)
+         if (is_given(regions(m)%material)) belongs = belongs .or. has_material(blocks, regions(m)%material)
+         if (.not. is_given(regions(m)%outline)) cycle
+         within = blocks_of_region(blocks, regions(1:m - 1), regions(m)%outline)
+         excluded = excluded .or. within
+         call add_ring(blocks, within, regions(m)%width, shapes, n)
+      end do
+      do i = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            if (belongs(i)) share(i) = 1
+            if (.not. (belongs(i) .or. excluded(i))) share(i) = min(1.0_wp, common_area(v, shapes(1:n))/ &
+                                                                    abs(polygon_area(v)))
+         end associate
+      end do
+   end function shares_in_region
+
+   !> Number of the shapes of a group.
+   pure integer function count_shapes(region)
       type(region_type), intent(in) :: region
-      real(wp), intent(in) :: centroid(2)
-      integer, intent(in) :: material            !! of the block
+      count_shapes = 0
+      if (allocated(region%boxes)) count_shapes = size(region%boxes, 2)
+      if (allocated(region%circles)) count_shapes = count_shapes + size(region%circles, 2)
+      if (allocated(region%polygon)) count_shapes = count_shapes + 1
+   end function count_shapes
+
+   !> Append the shapes of a group.
+   pure subroutine add_shapes(region, shapes, n)
+      type(region_type), intent(in) :: region
+      type(shape_type), intent(inout) :: shapes(:)
+      integer, intent(inout) :: n                !! shapes so far
       integer :: k
-      is_in_group = .false.
       if (allocated(region%boxes)) then
          do k = 1, size(region%boxes, 2)
-            is_in_group = is_in_group .or. (all(centroid >= region%boxes(1:2, k)) .and. &
-                                            all(centroid <= region%boxes(3:4, k)))
+            n = n + 1
+            call set_box(shapes(n), region%boxes(:, k))
          end do
       end if
       if (allocated(region%circles)) then
          do k = 1, size(region%circles, 2)
-            is_in_group = is_in_group .or. norm2(centroid - region%circles(1:2, k)) <= region%circles(3, k)
+            n = n + 1
+            call set_circle(shapes(n), region%circles(1:2, k), region%circles(3, k))
          end do
       end if
-      if (allocated(region%polygon)) is_in_group = is_in_group .or. point_in_polygon(centroid, region%polygon) .or. &
-                                                   distance_to_outline(centroid, region%polygon) <= 0
-      if (allocated(region%material)) then
-         do k = 1, count_words(region%material)
-            is_in_group = is_in_group .or. material_number(word_of(region%material, k)) == material
+      if (.not. allocated(region%polygon)) return
+      n = n + 1
+      call set_polygon(shapes(n), region%polygon)
+   end subroutine add_shapes
+
+   !> Append what lies within a distance of some blocks: strips along their edges, and circles about their corners.
+   pure subroutine add_ring(blocks, chosen, width, shapes, n)
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: chosen(:)           !! (blocks)
+      real(wp), intent(in) :: width
+      type(shape_type), intent(inout) :: shapes(:)
+      integer, intent(inout) :: n                !! shapes so far
+      real(wp) :: p(2), q(2), out(2)
+      integer :: i, k
+      do i = 1, blocks%n_blocks
+         if (.not. chosen(i)) cycle
+         do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            p = blocks%vertices(:, k)
+            q = blocks%vertices(:, merge(blocks%vertex_offset(i) + 1, k + 1, k == blocks%vertex_offset(i + 1)))
+            ! corners run counter-clockwise
+            out = width*[q(2) - p(2), p(1) - q(1)]/norm2(q - p)
+            call set_circle(shapes(n + 1), p, width)
+            call set_polygon(shapes(n + 2), reshape([p, p + out, q + out, q], [2, 4]))
+            n = n + 2
          end do
-      end if
-   end function is_in_group
+      end do
+   end subroutine add_ring
+
+   !> Which blocks have one of some materials?
+   pure function has_material(blocks, materials)
+      type(block_system_type), intent(in) :: blocks
+      character(len=*), intent(in) :: materials  !! numbers, commas between them
+      logical :: has_material(blocks%n_blocks)
+      integer :: k
+      has_material = .false.
+      do k = 1, count_words(materials)
+         has_material = has_material .or. blocks%block_material == material_number(word_of(materials, k))
+      end do
+   end function has_material
 
    !> Is there a region of this name?
    pure logical function has_region(regions, name)

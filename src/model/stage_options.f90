@@ -2,7 +2,7 @@
 !> Rows of the table of options for stages and what changes with them: &stage, &change.
 module rockdda_model_stage_options
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : to_string, is_given
    use rockdda_model_option, only : option_visitor_type, option
    use rockdda_model_options, only : stage_type, change_type, base_motion_type, quake_type, is_set
    use rockdda_model_regions, only : same_name
@@ -115,13 +115,6 @@ contains
       call table%add(option('unit_weight', 'weight per area', unit='force/length^2', applies=of_blocks, &
                             default_text='as it was'), change%unit_weight)
    end subroutine describe_new_values
-
-   !> Does a text hold something?
-   pure logical function is_given(text)
-      character(len=:), allocatable, intent(in) :: text
-      is_given = .false.
-      if (allocated(text)) is_given = len_trim(text) > 0
-   end function is_given
 
    !> Name of stage i.
    pure function stage_name(stages, i) result(name)

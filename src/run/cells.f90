@@ -4,21 +4,25 @@ module rockdda_run_cells
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_material_names, only : number_of_material
-   use rockdda_model_options, only : region_type, subdivision_type
-   use rockdda_model_regions, only : blocks_of_region, has_region, count_words, word_of, material_number
+   use rockdda_model_options, only : region_type, subdivision_type, is_set
+   use rockdda_model_regions, only : blocks_of_region, shares_in_region, has_region, count_words, word_of, &
+                                     material_number
    use rockdda_cutting_cell_lattice, only : cell_kind
    use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_material_names, only : no_material, check_joint_material
    implicit none
    private
-   public :: number_regions, check_regions, count_regions, check_names, check_cells, make_cells
+   public :: number_regions, check_regions, report_cut_blocks, count_regions, check_names, check_cells, make_cells
 
    !> More cells than this are refused: a size that was meant for another unit.
    real(wp), parameter :: most_cells = 5.0e6_wp
+   !> A block is cut by an outline when it has more than this share of its area on both sides.
+   real(wp), parameter :: least_cut = 0.01_wp
 
 contains
 
@@ -58,16 +62,67 @@ contains
       integer :: i, k, before
       before = messages%n_errors
       do i = 1, size(regions)
-         call check_region(regions(i), n_materials, messages)
+         call check_region(regions(i), regions(1:i - 1), n_materials, messages)
       end do
       if (messages%n_errors > before) return
       do i = 1, size(regions)
          if (any([(has_region(regions(k:k), regions(i)%name), k=1, i - 1)])) cycle
          inside = blocks_of_region(blocks, regions, regions(i)%name)
          name = "region '"//trim(adjustl(regions(i)%name))//"'"
-         if (.not. any(inside)) call messages%add(severity%warning, name//' has no block', regions(i)%origin)
+         if (.not. any(inside)) call messages%add(severity%warning, name// &
+            ' has no block: none has more than half of its area inside', regions(i)%origin)
       end do
    end subroutine check_regions
+
+   !> Warn of blocks that the outline of a region cuts: a warning for each, one for all of a region in a run.
+   subroutine report_cut_blocks(blocks, regions, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(region_type), intent(in) :: regions(:)    !! checked
+      type(diagnostics_type), intent(inout) :: messages
+      integer, parameter :: most_named = 3
+      character(len=:), allocatable :: name, text
+      real(wp), allocatable :: share(:)
+      logical, allocatable :: inside(:)
+      integer, allocatable :: cut(:)
+      integer :: i, k, summary
+      do i = 1, size(regions)
+         if (any([(has_region(regions(k:k), regions(i)%name), k=1, i - 1)])) cycle
+         share = shares_in_region(blocks, regions, regions(i)%name)
+         cut = pack([(k, k=1, blocks%n_blocks)], share > least_cut .and. share < 1 - least_cut)
+         if (size(cut) == 0) cycle
+         inside = blocks_of_region(blocks, regions, regions(i)%name)
+         name = "the outline of region '"//trim(adjustl(regions(i)%name))//"' cuts "
+         summary = 0
+         if (size(cut) > 1) then
+            text = name//to_string(size(cut))//' blocks: '//described(cut(1))
+            do k = 2, min(most_named, size(cut))
+               text = text//', '//described(cut(k))
+            end do
+            if (size(cut) > most_named) text = text//' and '//to_string(size(cut) - most_named)// &
+               " more; 'rockdda check' and the log list all"
+            call messages%add_summary(severity%warning, size(cut), text, regions(i)%origin, summary)
+         end if
+         do k = 1, size(cut)
+            call messages%add(severity%warning, name//'block '//described(cut(k))//': '//trim(merge('the whole block belongs', &
+                              'no part of it belongs  ', inside(cut(k))))//' to the region; draw the outline '// &
+                              'along joints, or cut the block along it', regions(i)%origin, summary)
+         end do
+      end do
+
+   contains
+
+      !> "7 at (1.5, 2) with 63 % of its area inside"
+      function described(block) result(words)
+         integer, intent(in) :: block
+         character(len=:), allocatable :: words
+         real(wp) :: area, centroid(2), moments(3)
+         call polygon_properties(blocks%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)), &
+                                 area, centroid, moments)
+         words = to_string(block)//' at ('//to_string(centroid(1), 5)//', '//to_string(centroid(2), 5)//') with '// &
+                 to_string(100*share(block), 3)//' % of its area inside'
+      end function described
+
+   end subroutine report_cut_blocks
 
    !> A note for each region that has blocks.
    subroutine count_regions(blocks, regions, messages)
@@ -85,8 +140,9 @@ contains
    end subroutine count_regions
 
    !> One group.
-   subroutine check_region(region, n_materials, messages)
+   subroutine check_region(region, before, n_materials, messages)
       type(region_type), intent(in) :: region
+      type(region_type), intent(in) :: before(:)   !! in the file
       integer, intent(in) :: n_materials
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: word
@@ -95,8 +151,12 @@ contains
       if (len_trim(region%name) == 0 .or. index(region%name, ',') > 0) &
          call fail("name must have a letter and no comma, found '"//region%name//"'")
       n = count([allocated(region%boxes), allocated(region%circles), allocated(region%polygon), &
-                 allocated(region%material)])
-      if (n /= 1) call fail('give one of box, circle, polygon, material; groups of one name add up')
+                 allocated(region%material), allocated(region%outline)])
+      if (n /= 1) call fail('give one of box, circle, polygon, material, outline; groups of one name add up')
+      if (allocated(region%outline) .neqv. is_set(region%width)) &
+         call fail('outline, the names of regions, and width make a ring: give both')
+      if (allocated(region%outline)) call check_names('&region: outline', before, region%outline, region%origin, &
+                                                      messages, ' before it')
       if (allocated(region%boxes)) then
          if (any(region%boxes(1:2, :) >= region%boxes(3:4, :))) call fail('box: xmin < xmax and ymin < ymax must hold')
       end if
@@ -192,16 +252,19 @@ contains
    end subroutine make_cells
 
    !> Each name of a list is that of a region.
-   subroutine check_names(group, regions, names, origin, messages)
+   subroutine check_names(group, regions, names, origin, messages, where)
       character(len=*), intent(in) :: group      !! that has the list
       type(region_type), intent(in) :: regions(:)
       character(len=*), intent(in) :: names
       type(origin_type), intent(in) :: origin
       type(diagnostics_type), intent(inout) :: messages
+      character(len=*), intent(in), optional :: where   !! the regions are, for the message
       character(len=80), allocatable :: known(:)
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: word, place
       integer :: i, k
       if (len_trim(names) == 0) return
+      place = ''
+      if (present(where)) place = where
       allocate (known(size(regions)))
       known = ''
       do i = 1, size(regions)
@@ -210,8 +273,8 @@ contains
       do k = 1, count_words(names)
          word = word_of(names, k)
          if (has_region(regions, word)) cycle
-         call messages%add(severity%error, group//": there is no region '"//word//"'"//did_you_mean(word, known), &
-                           origin)
+         call messages%add(severity%error, group//": there is no region '"//word//"'"//place// &
+                           did_you_mean(word, known), origin)
       end do
    end subroutine check_names
 

@@ -5,7 +5,8 @@ module rockdda_run_parts
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : run_options_type
    use rockdda_io_namelist_file, only : read_options_file
-   use rockdda_run_cells, only : number_regions, check_regions, count_regions, check_cells, make_cells
+   use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
+                                 check_cells, make_cells
    use rockdda_run_described_materials, only : find_described
    use rockdda_run_input, only : model_input_type
    use rockdda_run_stage_regions, only : number_changes, check_stage_regions
@@ -39,6 +40,7 @@ contains
                       [input%options%joint_materials, input%options%joint_laws], input%blocks, found)
       if (.not. found%has_errors()) call messages%append(counts)
       call messages%append(found)
+      if (.not. messages%has_errors()) call report_cut_blocks(input%blocks, input%options%regions, messages)
       call number_changes(input%options%block_materials, input%options%changes, messages)
       call check_stage_regions(input%options%stages, input%options%changes, input%options%regions, n(1), &
                                n(2), [input%options%joint_materials, input%options%joint_laws], messages)
@@ -55,6 +57,7 @@ contains
       if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
       if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
                                                        [options%joint_materials, options%joint_laws], blocks, messages)
+      if (.not. messages%has_errors()) call report_cut_blocks(blocks, options%regions, messages)
    end subroutine make_cells_of_options
 
 end module rockdda_run_parts

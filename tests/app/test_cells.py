@@ -10,15 +10,15 @@ from support import h5py
 if h5py is not None:
     import numpy as np
 
-# The block on the base (2 x 1, centroid (2, 1.5)) becomes 4 x 2 cells, the base (4 x 1) stays.
+# The block on the base (2 x 1 about (2, 1.5): the circle holds 1.6 of its area) becomes 4 x 2 cells, the base stays.
 OPTIONS = """\
-&region name = 'Top', circle = 2,1.5, 0.1 /
+&region name = 'Top', circle = 2,1.5, 0.9 /
 &subdivide region = ' top ', size = 0.5, joint_material = 1 /
 """
 # joint material 2 is one that the options add
 NAMED = (
     "&joint_material number = 2, name = 'Tie', friction = 30, tie = .true. /\n"
-    "&region name = 'Top', circle = 2,1.5, 0.1 /\n&subdivide region = 'top', size = 0.5, joint_material = ' TIE' /\n"
+    "&region name = 'Top', circle = 2,1.5, 0.9 /\n&subdivide region = 'top', size = 0.5, joint_material = ' TIE' /\n"
 )
 FILES = ("block.dc", "block.df")
 
@@ -79,7 +79,7 @@ class Cells(ResultsTest):
         self.assertIn("region 'Top': 1 block", said)
         log = self.path("out.log").read_text()
         self.assertIn("cells: 1 block of 2 cut into 8, 9 blocks in all", log)
-        self.assertRegex(log, r"region 1 += name Top, circle 1 row of x, y, r: \(2 1.5 0.1\)\n")
+        self.assertRegex(log, r"region 1 += name Top, circle 1 row of x, y, r: \(2 1.5 0.9\)\n")
         self.assertRegex(log, r"subdivide 1 += region  top, size 0.5, kind rectangles, joint_material 1\n")
         facts = self.run_program("info", "out.h5", "--json").json["files"][0]
         self.assertEqual((facts["blocks"], facts["cells"], facts["blocks_before_subdivision"]), (9, 8, 2))
@@ -119,7 +119,7 @@ class Cells(ResultsTest):
 
     def test_a_region_without_a_block_is_a_warning(self):
         said = self.messages("&region name = 'far', box = 50,50, 60,60 /", code=0)
-        self.assertIn("region 'far' has no block", said)
+        self.assertIn("region 'far' has no block: none has more than half of its area inside", said)
 
     def test_how_many_blocks_a_region_has_is_not_said_before_an_error(self):
         for options, said in ((OPTIONS, True), (OPTIONS.replace(" top ", "tip"), False)):
@@ -130,7 +130,7 @@ class Cells(ResultsTest):
 
     def test_errors_name_what_is_wrong(self):
         region = "&region name = 'top', "
-        one_of = "&region: give one of box, circle, polygon, material; groups of one name add up"
+        one_of = "&region: give one of box, circle, polygon, material, outline; groups of one name add up"
         unknown_joint = OPTIONS.replace("joint_material = 1", "joint_material = 2")
         for options, expected in {
             OPTIONS.replace(" top ", "tip"): "&subdivide: there is no region 'tip'; did you mean 'Top'?",

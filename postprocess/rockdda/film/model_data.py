@@ -91,18 +91,22 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
         if before is not None:
             found.geometry, found.places, found.rows = before.geometry, before.places, before.rows
     told = _check(path)
+    messages = problems
+    if told is not None:
+        # notes without a line tell the numbers that the program has chosen
+        messages = [e for e in told.get("messages", []) if e.get("severity") != "note" or e.get("line")]
     found.page = found.geometry | {
         "file": str(options or geometry),
         "geometryFile": str(geometry or ""),
         "text": text.splitlines(),
-        "regions": _regions(found),
+        "regions": _regions(found, told or {}),
         "boundaries": _boundaries(found),
         "water": [
             {"name": str(entry.get("name", "")), "table": _pairs(entry.get("table", []))}
             for entry in found.groups.get("water", [])
         ],
         "stages": _stages(found),
-        "messages": [_placed(found, entry, options, geometry) for entry in (told if told is not None else problems)],
+        "messages": [_placed(found, entry, options, geometry) for entry in messages],
     }
     return found
 
@@ -203,17 +207,17 @@ def _ring(entry: dict[str, Any]) -> list[list[float]]:
     return []
 
 
-def _regions(found: ModelData) -> list[dict[str, Any]]:
-    """Outlines of regions with the blocks (from 0) whose centroid they hold."""
-    from matplotlib.path import Path as Outline
-
-    centroids = np.array(found.geometry.get("blocks", {}).get("centroids", [])).reshape(-1, 2)
-    regions = []
-    for entry in found.groups.get("region", []):
-        ring = _ring(entry)
-        inside: Any = Outline(ring).contains_points(centroids) if len(ring) > 2 and len(centroids) else []
-        regions.append({"name": str(entry.get("name", "")), "ring": ring, "blocks": np.flatnonzero(inside).tolist()})
-    return regions
+def _regions(found: ModelData, told: dict[str, Any]) -> list[dict[str, Any]]:
+    """Outlines of regions with the blocks (from 0) that the program finds in them."""
+    blocks = {str(entry["name"]).lower(): entry["blocks"] for entry in told.get("regions", [])}
+    return [
+        {
+            "name": (name := str(entry.get("name", ""))),
+            "ring": _ring(entry),
+            "blocks": [number - 1 for number in blocks.get(name.strip().lower(), [])],
+        }
+        for entry in found.groups.get("region", [])
+    ]
 
 
 def _boundaries(found: ModelData) -> list[dict[str, Any]]:
@@ -252,8 +256,8 @@ def _word(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _check(path: Path) -> list[dict[str, Any]] | None:
-    """The messages of `rockdda check`; None where the program cannot be asked."""
+def _check(path: Path) -> dict[str, Any] | None:
+    """What `rockdda check` says; None where the program cannot be asked."""
     try:
         done = subprocess.run(
             [find_program(), "check", path, "--json"], capture_output=True, timeout=PATIENCE, check=False
@@ -261,8 +265,7 @@ def _check(path: Path) -> list[dict[str, Any]] | None:
         told = json.loads(done.stdout)
     except (InputError, RuntimeError, OSError, ValueError, subprocess.TimeoutExpired):
         return None
-    # notes without a line tell the numbers that the program has chosen
-    return [entry for entry in told.get("messages", []) if entry.get("severity") != "note" or entry.get("line")]
+    return told if isinstance(told, dict) else None
 
 
 def _placed(found: ModelData, entry: dict[str, Any], options: Path | None, geometry: Path | None) -> dict[str, Any]:

@@ -9,7 +9,8 @@ module rockdda_io_parameter_text
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_option, only : option_visitor_type, option_type, choice
    use rockdda_model_option_defaults, only : defaults_type
-   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions
+   use rockdda_model_option_table, only : describe_settings, describe_lists
+   use rockdda_model_region_options, only : describe_regions
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water

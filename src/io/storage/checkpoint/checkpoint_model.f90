@@ -10,7 +10,8 @@ module rockdda_io_checkpoint_model
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
    use rockdda_model_boundary_options, only : describe_boundaries
-   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_regions, describe_changes
+   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_changes
+   use rockdda_model_region_options, only : describe_regions
    use rockdda_model_options, only : run_options_type
    use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
