@@ -25,6 +25,7 @@ DIALECTS = {None: 0, "auto": 0, "dda_windows": 1, "peer": 1, "g0": 2}  # peer: t
 # texts of a session
 MESSAGES, FAILURE, RESULTS, LOG, REASON, TITLE, VERSION, BUILD, ENERGIES = range(1, 10)
 MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA, LABELLED_TEXT = range(10, 17)
+PLAIN_TABLE = 17
 # as many messages as the program shows
 MOST_SHOWN = 50
 
@@ -186,6 +187,21 @@ class Session:
         """Draw the lines of the text of such a file."""
         status = self._api.draw_text(self.handle, os.fsencode(name), os.fsencode(text), -1 if seed is None else seed)
         self.check(status)
+
+    def read_motion(
+        self, path: PathLike, form: str, column: str, has_scale: bool
+    ) -> tuple[npt.NDArray[np.float64], float]:
+        """Times and values of a record as two rows, and the unit of the values [m/s²], 0 where the file names none."""
+        self.check(
+            self._api.read_motion(self.handle, os.fsencode(path), form.encode(), column.encode(), int(has_scale))
+        )
+        n, unit = self._api.motion_sizes(self.handle)
+        return np.array(self._values.motion(self.handle, n)), float(unit)
+
+    def plain_table(self, path: PathLike, least: int, multiple: int) -> str:
+        """The text of a table, with numbers between blanks or commas and points as decimal signs."""
+        self.check(self._api.plain_table(self.handle, os.fsencode(path), least, multiple))
+        return self.text(PLAIN_TABLE)
 
     def write_network(self, path: PathLike) -> None:
         """Write the drawn lines as a geometry file."""

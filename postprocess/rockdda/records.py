@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .native import Session
 from .writing import write_file
 
 __all__ = [
@@ -43,8 +43,8 @@ __all__ = [
 ]
 
 FloatArray = npt.NDArray[np.float64]
-GRAVITY = 9.81  # m/s²: files of PEER are in g
-HEAD_LINES = 10
+GRAVITY = 9.81  # m/s²
+LARGEST = 1e60  # number of a record, as the program has it
 POINTS_A_PERIOD = 40  # at least, of the oscillator: a peak between two of them is missed by less than 0.3 %
 
 
@@ -127,89 +127,25 @@ def read(
     """The record in a file, as the program reads it.
 
     `format` is 'csv' (the time in the first column; `column` names or numbers that of the acceleration, by default the
-    second) or 'at2' (PEER); by default by the ending. `scale` multiplies the values: by default 1, for 'at2', which is
-    in g, 9.81. `InputError` names line and column of what cannot be read.
+    second) or 'at2' (PEER); by default by the ending. `scale` multiplies the values: by default it brings them from the
+    unit that the file names to m/s² (from g: 9.81), and is 1 where it names none. `InputError` names line and column of
+    what cannot be read.
     """
     path = Path(path)
-    form = (format or ("at2" if path.suffix.lower() == ".at2" else "csv")).lower()
-    if form not in ("csv", "at2"):
+    form = (format or "").lower()
+    if form not in ("", "csv", "at2"):
         raise InputError(f"format {format!r} is not known; the formats are 'csv' and 'at2'", path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", path) from error
-    if form == "at2":
-        if column is not None:
-            raise InputError("column belongs to format 'csv': a file of PEER has one component", path)
-        time, values = _read_peer(text, path)
-    else:
-        time, values = _read_table(text, path, column)
-    factor = scale if scale is not None else (GRAVITY if form == "at2" else 1.0)
-    if len(time) < 2:
-        raise InputError("a record needs at least two rows", path)
+    if column is not None and (form or path.suffix.lower().lstrip(".")) == "at2":
+        raise InputError("column belongs to format 'csv': a file of PEER has one component", path)
+    if scale is not None and not (math.isfinite(scale) and abs(scale) <= LARGEST):
+        raise InputError(f"scale: expected a finite number, found {scale!r}", path)
+    session = Session()
+    (time, values), unit = session.read_motion(
+        path, form, "" if column is None else str(column).strip(), scale is not None
+    )
+    session.warn()
+    factor = scale if scale is not None else unit or 1.0
     return Record(time, factor * values, path.stem)
-
-
-def _number(word: str, path: Path, line: int, column: int) -> float:
-    try:
-        value = float(word.lower().replace("d", "e"))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"expected a number, found {word!r}", path, line, column)
-    return value
-
-
-def _words(line: str) -> list[tuple[int, str]]:
-    """Words of a line with their columns; comments are left out."""
-    return [(m.start() + 1, m.group()) for m in re.finditer(r"[^\s,]+", re.split("[#!]", line)[0])]
-
-
-def _read_table(text: str, path: Path, column: str | int | None) -> tuple[FloatArray, FloatArray]:
-    lines = [(i, line, words) for i, line in enumerate(text.splitlines(), 1) if (words := _words(line))]
-    names: list[str] = []
-    if lines and not re.match(r"[-+.\d]", lines[0][2][0][1]):
-        header = lines.pop(0)[1]
-        parts = header.split(",") if "," in header else header.split()
-        names = [part.strip().strip('"').lower() for part in parts]
-    wanted = 2
-    if column is not None and str(column).strip().isdigit():
-        wanted = int(column)
-        if wanted < 2:
-            raise InputError(f"column {column} is not possible: the first one holds the time", path)
-    elif column is not None:
-        name = str(column).strip().lower()
-        if name not in names[1:]:
-            known = f"; the columns are: {', '.join(names[1:])}" if names else ": the file has no header with names"
-            raise InputError(f"no column {column!r}{known}", path)
-        wanted = names.index(name, 1) + 1
-    rows = []
-    for i, _, words in lines:
-        if len(words) < wanted:
-            raise InputError(f"expected at least {wanted} numbers on this line, found {len(words)}", path, i, 1)
-        rows.append([_number(words[k][1], path, i, words[k][0]) for k in (0, wanted - 1)])
-        if len(rows) > 1 and rows[-1][0] < rows[-2][0]:
-            raise InputError("the time must not be smaller than in the row before", path, i, words[0][0])
-    values = np.array(rows).reshape(-1, 2)
-    return values[:, 0], values[:, 1]
-
-
-def _read_peer(text: str, path: Path) -> tuple[FloatArray, FloatArray]:
-    lines = text.splitlines()
-    heads = [i for i, line in enumerate(lines[:HEAD_LINES]) if "npts" in line.lower() and "dt" in line.lower()]
-    if not heads:
-        raise InputError("this is no file of PEER (AT2): there is no line with NPTS and DT", path, 1, 1)
-    head, line = heads[0], lines[heads[0]]
-    numbers = [float(word) for word in re.findall(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", line)]
-    if len(numbers) < 2 or numbers[0] < 1 or numbers[0] != int(numbers[0]) or not numbers[1] > 0:
-        raise InputError("expected the number of values (NPTS) and the step in time (DT) on this line", path, head + 1)
-    n, dt = int(numbers[0]), numbers[1]
-    values = [
-        _number(word, path, i, at) for i, part in enumerate(lines[head + 1 :], head + 2) for at, word in _words(part)
-    ]
-    if len(values) != n:
-        raise InputError(f"the file has {len(values)} values, NPTS is {n}", path, len(lines))
-    return dt * np.arange(n, dtype=float), np.array(values, dtype=float)
 
 
 def write(record: Record, path: str | os.PathLike[str]) -> Path:

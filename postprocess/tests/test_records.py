@@ -44,12 +44,16 @@ def test_written_record_reads_back_exactly(tmp_path: Path) -> None:
     assert (again.time == shaking().time).all()
 
 
+pytestmark = pytest.mark.usefixtures("native")
+
+
 @pytest.mark.parametrize("column", ["ns", "NS", 3, "3"])
 def test_column_by_name_or_number(tmp_path: Path, column: str | int) -> None:
     path = tmp_path / "a.csv"
     path.write_text('# a station\ntime, EW (cm/s2), "NS"\n0, 1, 10\n0.5, 2, 20\n')
     assert records.read(path, column=column, scale=0.01).acceleration.tolist() == pytest.approx([0.1, 0.2])
-    assert records.read(path).acceleration.tolist() == [1, 2]
+    assert records.read(path).acceleration.tolist() == [0.01, 0.02]
+    assert records.read(path, scale=1).acceleration.tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("head", ["NPTS=   7, DT=   .0050 SEC,", "7  0.005  NPTS, DT", "NPTS=7,DT=.005 SEC"])
@@ -68,8 +72,8 @@ def test_peer_file(tmp_path: Path, head: str) -> None:
         ("a.csv", "0 1\n1\n", 2, 1, "at least 2 numbers"),
         ("a.csv", "0 1\n1 1\n0.5 1\n", 3, 1, "must not be smaller"),
         ("a.at2", "a\nb\nc\nd\n", 1, 1, "NPTS"),
-        ("a.at2", "a\nb\nc\nNPTS= 3, DT= .01\n1 2\n", 5, None, "2 values, NPTS is 3"),
-        ("a.at2", "a\nb\nc\nNPTS= x, DT= .01\n1 2\n", 4, None, "number of values"),
+        ("a.at2", "a\nb\nc\nNPTS= 3, DT= .01\n1 2\n", 5, 4, "2 values, NPTS is 3"),
+        ("a.at2", "a\nb\nc\nNPTS= x, DT= .01\n1 2\n", 4, 1, "number of values"),
     ],
 )
 def test_bad_files_name_the_place(tmp_path: Path, name: str, text: str, line: int, column: int, what: str) -> None:

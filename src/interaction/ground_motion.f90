@@ -2,7 +2,8 @@
 !> Motion of the ground by records: acceleration, and its integrals in closed form.
 !>
 !> Between its rows a record is linear; before the first and after the last one the acceleration is zero. Velocity and
-!> displacement begin with zero at the first row and are the exact integrals of these straight lines,
+!> displacement begin with zero at the first row, or, where that stands before t = 0, the displacement at t = 0. They
+!> are the exact integrals of these straight lines,
 !>
 !>     v = v_k + a_k s + j s**2/2,   u = u_k + v_k s + a_k s**2/2 + j s**3/6,
 !>     s = t - t_k,   j = (a_k+1 - a_k)/(t_k+1 - t_k);
@@ -33,6 +34,7 @@ module rockdda_interaction_ground_motion
       procedure :: mean_acceleration
       procedure :: velocity
       procedure :: displacement
+      procedure :: largest_velocity
    end type ground_motion_type
 
 contains
@@ -41,7 +43,7 @@ contains
    pure subroutine init(self, quakes)
       class(ground_motion_type), intent(inout) :: self
       type(quake_type), allocatable, intent(in) :: quakes(:)
-      real(wp) :: dt
+      real(wp) :: dt, at_start(2)
       integer :: i, k, n
       if (allocated(self%records)) deallocate (self%records)
       n = 0
@@ -64,6 +66,9 @@ contains
                   record%displacement(k) = record%displacement(k - 1) + dt*(v0 + dt*(2*a0 + a1)/6)
                end associate
             end do
+            ! the ground is where it is at t = 0, whatever the record had done before
+            at_start = motion_at(record, 0.0_wp)
+            record%displacement = record%displacement - at_start(2)
          end associate
       end do
    end subroutine init
@@ -123,6 +128,16 @@ contains
          u = u + motion(2)*self%records(i)%direction
       end do
    end function displacement
+
+   !> Largest velocity at the rows of any record, of either sign.
+   pure real(wp) function largest_velocity(self)
+      class(ground_motion_type), intent(in) :: self
+      integer :: i
+      largest_velocity = 0
+      do i = 1, size(self%records)
+         largest_velocity = max(largest_velocity, maxval(abs(self%records(i)%velocity)))
+      end do
+   end function largest_velocity
 
    !> Velocity and displacement of one record.
    pure function motion_at(record, t) result(motion)

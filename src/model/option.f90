@@ -66,8 +66,7 @@ module rockdda_model_option
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
       logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand
-      logical :: holds_record = .false.              !! a file: a record, of a format and column that other options give
-      character(len=:), allocatable :: form, column  !! of the record; empty: not given
+      character(len=:), allocatable :: form, column  !! of a record; empty: not given
       integer :: rule = 0                            !! one of list_rule%...
    end type option_type
 
@@ -79,7 +78,7 @@ module rockdda_model_option
       generic :: add => add_real, add_integer, add_logical, add_text, add_list, add_integers, add_rows
       procedure :: add_real, add_integer, add_logical, add_text, add_reals, add_list, add_integers, add_rows
       procedure :: add_choice
-      procedure :: add_file
+      procedure :: add_file, add_record
       procedure :: used
       procedure :: locate
    end type option_visitor_type
@@ -305,6 +304,19 @@ contains
                  unused_4 => present(name))
       end associate
    end subroutine add_file
+
+   !> Visit the rows of a record in a file, whose unit the file may name.
+   subroutine add_record(self, row, given, used, name, has_scale, unit)
+      class(option_visitor_type), intent(inout) :: self
+      type(option_type), intent(in) :: row
+      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout) :: name            !! of the file
+      logical, intent(in) :: has_scale                                !! a factor of the values is given
+      real(wp), intent(inout) :: unit                                 !! of the values [m/s^2], 0: not named
+      call self%add_file(row, given, used, name)
+      associate (unused_1 => has_scale, unused_2 => unit)
+      end associate
+   end subroutine add_record
 
    !> Visit a number of the run that is computed from options and model.
    subroutine used(self, quantity, value, name)

@@ -156,7 +156,8 @@ module rockdda_model_options
       character(len=:), allocatable :: file      !! of the record, as the options name it
       character(len=:), allocatable :: form      !! 'csv' | 'at2'
       character(len=:), allocatable :: column    !! of a csv file: name or number; not given: the second
-      real(wp) :: scale = unset_real             !! factor of the values; unset: 1, of at2 standard_gravity
+      real(wp) :: scale = unset_real             !! factor of the values; unset: their unit, 1 where it is not named
+      real(wp) :: unit = 0                       !! of the values, as the file names it [m/s^2]; 0: not named
       character(len=:), allocatable :: direction !! 'x' | 'y'
       character(len=:), allocatable :: apply     !! 'base_acceleration' | 'base_motion' | 'viscous_base'
       real(wp), allocatable :: rows(:, :)        !! (2, m) t and values as they stand in the file

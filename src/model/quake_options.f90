@@ -10,9 +10,6 @@ module rockdda_model_quake_options
    private
    public :: describe_quakes, settle_quakes, form_of, acts_as
 
-   !> Files of the format at2 hold accelerations in g: where no scale is given, that of a model in metres and seconds.
-   real(wp), parameter :: gravity_of_metres = 9.81_wp
-
 contains
 
    !> Visit &quake.
@@ -44,12 +41,13 @@ contains
       type(option_type) :: record
       real(wp), allocatable :: no_rows(:, :)
       call table%add(option('format', 'csv: a row of numbers for each time, the time first; at2: PEER, '// &
-                            'equal steps, in g', choices='at2|csv', &
+                            'equal steps', choices='at2|csv', &
                             default_text="at2 where the file's name ends in .at2, else csv"), quake%form)
       call table%add(option('column', 'name (in the header) or number of the column of the accelerations', &
                             applies='format csv', default_text='2', or_number=.true.), quake%column)
       call table%add(option('scale', 'factor of the values of the file, also of their unit', &
-                            default_text='1; format at2: 9.81, for metres and seconds'), quake%scale)
+                            default_text='from the unit that the file names, for metres and seconds (g: 9.81), '// &
+                            'else 1'), quake%scale)
       call table%add(option('direction', 'direction of the motion', choices='x|y', default_word='x'), quake%direction)
       call table%add(option('apply', 'base_acceleration: the load -m a on all blocks, whose motion is then that '// &
                             'relative to the base; base_motion: fixed points and boundaries that hold move by '// &
@@ -58,10 +56,9 @@ contains
                             choices='base_acceleration|base_motion|viscous_base', default_word='base_acceleration', &
                             see=page), quake%apply)
       record = option('record', 'file of the record', columns='t, a', required=.true., see=page)
-      record%holds_record = .true.
       if (allocated(quake%form)) record%form = trim(quake%form)
       if (allocated(quake%column)) record%column = trim(adjustl(quake%column))
-      call table%add_file(record, quake%rows, no_rows, quake%file)
+      call table%add_record(record, quake%rows, no_rows, quake%file, is_set(quake%scale), quake%unit)
    end subroutine describe_quake
 
    !> Is the record applied in this way?
@@ -85,12 +82,12 @@ contains
             if (quake%form == 'at2') then
                if (len(quake%column) > 0) call messages%add(severity%error, title//": column belongs to format "// &
                   "'csv': a file of PEER has one component", quake%origin)
-               if (.not. is_set(quake%scale)) then
-                  quake%scale = gravity_of_metres
-                  call messages%add(severity%note, title//': accelerations of format at2 are in g; they are '// &
-                                    'multiplied by '//to_string(quake%scale)//' (give scale where the model is not '// &
-                                    'in metres and seconds)', quake%origin)
-               end if
+            end if
+            if (quake%unit > 0 .and. .not. is_set(quake%scale)) then
+               quake%scale = quake%unit
+               call messages%add(severity%note, title//': the record is in units of '//to_string(quake%unit)// &
+                                 ' m/s2, by which it is multiplied (give scale where the model is not in metres '// &
+                                 'and seconds)', quake%origin)
             end if
             if (.not. is_set(quake%scale)) quake%scale = 1
             if (acts_as(quake, 'viscous_base') .and. .not. has_quiet) call messages%add(severity%error, title// &

@@ -23,9 +23,11 @@ module rockdda_python_api
    use rockdda_run_model_input, only : read_model
    use rockdda_run_read_files, only : read_blocks
    use rockdda_python_networks, only : draw_network_of_file, draw_network_of_text
+   use rockdda_python_tables, only : read_motion_of_file, read_plain_table
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
+   public :: read_motion, motion_sizes, plain_table
    public :: create, destroy, request, read_files, read_texts, cut_file, cut_text, write_blocks
    public :: draw_file, draw_text, write_network, start, advance, finish, text_size, get_text
 
@@ -148,6 +150,46 @@ contains
       status = session%status()
    end subroutine cut_text
 
+   !> Read a record of ground motion; its rows are `motion` of rockdda_python_values, `motion_sizes` of them.
+   subroutine read_motion(handle, path, form, column, has_scale, status)
+      integer(c_int64_t), intent(in) :: handle
+      character(len=*), intent(in) :: path, form                !! form: 'csv', 'at2', or empty: by the ending
+      character(len=*), intent(in) :: column                    !! empty: the second
+      integer(c_int), intent(in) :: has_scale                   !! 1: a factor of the values is given
+      integer(c_int), intent(out) :: status
+      type(session_type), pointer :: session
+      !f2py threadsafe
+      call get_session(handle, session)
+      call read_motion_of_file(session, path, form, column, has_scale /= 0)
+      status = session%status()
+   end subroutine read_motion
+
+   !> Rows of the record that was read, and the unit of its values [m/s^2], 0 where the file names none.
+   subroutine motion_sizes(handle, n, unit)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(out) :: n
+      real(c_double), intent(out) :: unit
+      type(session_type), pointer :: session
+      call get_session(handle, session)
+      n = 0
+      if (allocated(session%motion)) n = size(session%motion, 2)
+      unit = session%motion_unit
+   end subroutine motion_sizes
+
+   !> Make the separators of a table in a file plain, as in all tables that the program reads (text 17): numbers between
+   !> blanks or commas, with a point as decimal sign.
+   subroutine plain_table(handle, path, least, multiple, status)
+      integer(c_int64_t), intent(in) :: handle
+      character(len=*), intent(in) :: path
+      integer(c_int), intent(in) :: least, multiple             !! numbers of a row
+      integer(c_int), intent(out) :: status
+      type(session_type), pointer :: session
+      !f2py threadsafe
+      call get_session(handle, session)
+      call read_plain_table(session, path, int(least), int(multiple))
+      status = session%status()
+   end subroutine plain_table
+
    !> Write the blocks as a block file.
    subroutine write_blocks(handle, path, status)
       integer(c_int64_t), intent(in) :: handle
@@ -242,7 +284,7 @@ contains
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
    !> 9 names of the energies, one on each line, 10 geometry or block file, 11 analysis file, 12 options file,
    !> 13 content of the options file, 14 messages with one for many of a kind, 15 schema of the options, 16 the labelled
-   !> file of a model that was read without errors.
+   !> file of a model that was read without errors, 17 a table with plain separators.
    subroutine text_size(handle, which, n)
       integer(c_int64_t), intent(in) :: handle
       integer(c_int), intent(in) :: which
@@ -267,6 +309,7 @@ contains
          case (12); if (allocated(s%input%config_file)) s%text = s%input%config_file
          case (13); if (allocated(s%input%config_text)) s%text = s%input%config_text
          case (15); s%text = options_schema()
+         case (17); if (allocated(s%table%text)) s%text = s%table%text
          case (16); if (s%input%has_blocks .and. s%status() == 0) s%text = labelled_text(s%input)//new_line('a')
          case default
             do i = 1, n_energies

@@ -12,6 +12,7 @@ module rockdda_python_session
    use rockdda_base_strings, only : to_string
    use rockdda_lines_report, only : lines_report_type
    use rockdda_model_options, only : is_set
+   use rockdda_io_source, only : source_type
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_input, only : model_input_type
    use rockdda_run_request, only : run_request_type
@@ -28,6 +29,9 @@ module rockdda_python_session
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error      !! the last failure
       type(lines_report_type) :: drawn            !! of joint statistics
+      real(wp), allocatable :: motion(:, :)       !! (2, n) time and values of a record
+      real(wp) :: motion_unit = 0                 !! of its values [m/s^2], 0: not named
+      type(source_type) :: table                  !! with plain separators
       type(run_type) :: run
       logical :: is_started = .false.             !! the simulation has a state
       real(wp), allocatable :: force(:, :)        !! (2, contacts) on the first block

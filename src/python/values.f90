@@ -15,7 +15,7 @@ module rockdda_python_values
    implicit none
    private
    public :: geometry_sizes, geometry, analysis_sizes, analysis, network_facts
-   public :: sizes, facts, blocks, points, bolts, state, contacts
+   public :: sizes, facts, blocks, points, bolts, state, contacts, motion
 
 contains
 
@@ -64,6 +64,16 @@ contains
          holes = g%hole_points
       end associate
    end subroutine geometry
+
+   !> Times and values of the record that was read.
+   subroutine motion(handle, n, rows)
+      integer(c_int64_t), intent(in) :: handle
+      integer(c_int), intent(in) :: n                           !! from `motion_sizes`
+      real(c_double), intent(out) :: rows(2, n)
+      type(session_type), pointer :: session
+      call get_session(handle, session)
+      rows = session%motion
+   end subroutine motion
 
    !> Sizes of the analysis: block materials, joint materials, points with tables, rows of all tables; number of
    !> steps; dialect.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What stands around the blocks, the stress in them and the water between them: &boundary, &in_situ and &water, as far
-!> as they do not fit the model.
+!> What stands around the blocks, the stress in them, the water between them and the motion of the base: &boundary,
+!> &in_situ, &water and &quake, as far as they do not fit the model.
 module rockdda_stepping_ground_check
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_boundary_check, only : check_boundaries
@@ -10,6 +10,7 @@ module rockdda_stepping_ground_check
    use rockdda_model_water_check, only : check_water
    use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_water, only : water_family_type
+   use rockdda_stepping_motion_check, only : check_motion
    implicit none
    private
    public :: check_ground
@@ -25,6 +26,7 @@ contains
       type(water_family_type) :: water
       type(initial_stress_type) :: field
       integer :: before
+      call check_motion(parameters, messages)
       before = messages%n_errors
       if (allocated(parameters%in_situ)) call check_in_situ(parameters%in_situ, messages)
       if (allocated(parameters%boundaries)) call check_boundaries(parameters%boundaries, messages)

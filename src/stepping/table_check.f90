@@ -10,18 +10,21 @@ module rockdda_stepping_table_check
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, stage_k01
    use rockdda_interaction_time_tables, only : table_changes, load_factor
+   use rockdda_stepping_motion_check, only : warn_of_motion
    implicit none
    private
    public :: warn_of_tables
 
 contains
 
-   !> Warn of tables that run out in a stage until equilibrium, and of movements that let it have none.
+   !> Warn of motion that does not fit the run, of tables that run out in a stage until equilibrium, and of movements
+   !> that let it have none.
    subroutine warn_of_tables(parameters, messages)
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: start             !! of the first such stage, at the earliest [time]
       integer :: i, first, last     !! `last`: the first dynamic stage after it, 0: none
+      call warn_of_motion(parameters, messages)
       if (.not. allocated(parameters%stages)) return
       associate (stages => parameters%stages)
          first = 0

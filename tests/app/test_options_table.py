@@ -57,7 +57,7 @@ class OptionsTable(ProgramTest):
     def test_every_option_of_the_schema_is_read_and_no_other(self):
         """A value that the schema allows is accepted for each option; each name is known in its own group only."""
         schema = json.loads(self.printed("--json"))
-        self.write("motion.csv", "0,0,0\n1,1,1\n")
+        self.write("motion.csv", "0,0,0.5\n1,1,1\n")
         lines = []
         for group, description in schema["$defs"].items():
             if group in ("stage", "change"):

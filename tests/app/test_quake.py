@@ -96,7 +96,9 @@ class Quake(ResultsTest):
 
     def test_peer_file_is_in_g(self):
         rows = ["0.1"] * 51
-        for head in ("NPTS=    51, DT=   .0100 SEC,", "51  .01  NPTS, DT", "npts=51,dt=1d-2"):
+        heads = ("NPTS=    51, DT=   .0100 SEC,", "51  .01  NPTS, DT", "npts=51,dt=1d-2", "DT= .01 SEC, NPTS= 51",
+                 "NPTS= 51\nDT= .0100SEC", "DT= 10 MSEC\nNPTS: 51", ".01 51 DT NPTS")  # fmt: skip
+        for head in heads:
             lines = ["PEER STRONG MOTION", "A place, 1/2/2003, 090", "ACCELERATION IN UNITS OF G", head]
             self.write(
                 "record.AT2", "\n".join(lines) + "\n" + "\n".join("  ".join(rows[i : i + 5]) for i in range(0, 51, 5))
@@ -105,6 +107,64 @@ class Quake(ResultsTest):
             self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 0.981 * 0.25, delta=1e-9)
         _, moved = self.moved("&quake record = 'record.AT2', scale = 1, direction = 'y' /")
         self.assertAlmostEqual(moved[-1, 1, 1], -0.5 * 0.1 * 0.25, delta=1e-9)
+
+    def test_records_name_their_unit(self):
+        """0.1 g, in the unit that the header names; a scale that is given is all there is."""
+        for unit, factor in (
+            ("G", 1), ("G. FILTER POINTS: HP=0.2 Hz", 1), ("CM/S/S", 981), ("CM/SEC**2", 981), ("GAL", 981),
+            ("M/S2", 9.81),            ("mm/s^2", 9810), ("m/s\u00b2", 9.81), ("FT/SEC/SEC", 9.81 / 0.3048),
+        ):  # fmt: skip
+            value = f"{0.1 * factor:.15g} "
+            lines = ["PEER", "A place", f"ACCELERATION TIME SERIES IN UNITS OF {unit}", "NPTS= 51, DT= .01", value * 51]
+            for encoding in ("utf-8", "latin-1", "utf-16"):
+                self.path("record.AT2").write_bytes("\r".join(lines).encode(encoding))
+                self.write("two.nml", MODEL + "&quake record = 'record.AT2' /")
+                outcome = self.run_program("check", "two.nml")
+                self.assertEqual(outcome.code, 0, outcome.err)
+                if encoding == "utf-8":
+                    _, moved = self.moved("&quake record = 'record.AT2' /")
+                    self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 0.981 * 0.25, delta=1e-9)
+        self.write("record.csv", "t [ms], a (gal)\n0, 98.1\n500, 98.1\n")
+        _, moved = self.moved("&quake record = 'record.csv' /")
+        self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 0.981 * 0.25, delta=1e-9)
+        _, moved = self.moved("&quake record = 'record.csv', scale = 0.02 /")
+        self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 1.962 * 0.25, delta=1e-9)
+
+    def test_decimal_commas_between_semicolons_or_tabs_are_read(self):
+        for text in ("t;a\n0;0,981\n0,5;0,981\n", "0\t0,981\n0,5\t0,981\n", "t;a\r0,0;9,81e-1\r5,0D-1;0,981;\r\x1a"):
+            self.write("record.csv", text)
+            _, moved = self.moved("&quake record = 'record.csv' /")
+            self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 0.981 * 0.25, delta=1e-9)
+
+    def test_the_ground_starts_from_where_it_is(self):
+        """A record with rows before t = 0: refused where the ground moves then, else displaced from where it rests."""
+        base = "&quake record = 'record.csv', apply = 'base_motion' /"
+        self.write("record.csv", "-1,1\n0,1\n0.001,0\n3,0\n")
+        self.assertRegex(
+            self.errors(base)[0], r"at t = 0, when the blocks are at rest, the ground would move at 1: cut"
+        )
+        # 1 m away and at rest when the run begins, then the motion of CSV
+        self.write("record.csv", "-2,1\n-1,1\n-1,-1\n0,-1\n0,1\n0.25,1\n0.25,-1\n0.5,-1\n")
+        _, moved = self.moved(base)
+        self.assertAlmostEqual(moved[-1, 0, 0], 0.0625, delta=1e-5)
+
+    def test_records_beside_the_run_are_told(self):
+        for rows, message in (
+            ("100,0\n101,1\n", r"begins at t = 100, and the run ends 0\.5 after the motion has begun: it does not act"),
+            ("-1,0\n2,1\n", r"begins at t = -1: what it does before t = 0 does not act"),
+            ("0,0\n1,294.3\n", r"reaches 30 times the acceleration of gravity \(294\.3\)"),
+            (
+                "".join(f"{0.01 * k:.2f},1\n" for k in range(40) if k != 20),
+                r"record\.csv:21:1: warning: the rows are 0\.01",
+            ),
+        ):
+            self.write("record.csv", rows)
+            self.write("two.nml", MODEL.replace("gravity = 0", "gravity = 9.81") + "&quake record = 'record.csv' /")
+            outcome = self.run_program("check", "two.nml")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            self.assertRegex(outcome.err, message)
+        self.write("record.csv", "-3,0\n-2,1\n")
+        self.assertRegex(self.errors("&quake record = 'record.csv' /")[0], "the record ends at t = -2, before")
 
     def test_several_records_add_up(self):
         one = "&quake record = 'record.csv', column = 3 /\n"
@@ -140,11 +200,42 @@ class Quake(ResultsTest):
             ("t,a\n", "csv", r"record:1:4: error: the record has no rows"),
             # one number a line, as in a file without times: told once
             ("a\n" + "0.5\n" * 400, "csv", r"record:2:1: error: row 1: expected at least 2 numbers .* found 1"),
-            ("t;a\n" + "0.5;0\n" * 400, "csv", r"record:2:1: error: row 1: expected at least 2 numbers .* not by ';'"),
+            ("t,a\n0,5,1,25\n1,0,2,5\n", "csv", r"record:2:2: error: '0,5' may be one number with a decimal comma"),
+            ("0,00,0,05\n0.5,1,1,1\n", "csv", r"record:1:2: error: '0,00' may be one number with a decimal comma"),
+            ("0,0 0,5\n1,0 2,5\n", "csv", r"record:1:2: error: '0,0' may be one number with a decimal comma"),
+            ("0;0.5\n1;2,5\n", "csv", r"record:2:4: error: a decimal comma, and a point in a number of line 1"),
+            ("0;1.000,5\n1;2\n", "csv", r"record:1:8: error: between semicolons a comma is a decimal sign"),
+            ("t,e,n\n0,,5\n1,,6\n", "csv", r"record:2:3: error: a number is missing before this separator"),
+            ("t,a\n0,0.5,1.5\n1,2.5,2.5\n", "csv", r"record:2:7: error: the header has 2 names, this row 3 numbers"),
+            ("t,a\n0,1\n", "csv", r"record:2:4: error: a record needs at least two rows"),
+            ("t,a\n1,1\n1,2\n", "csv", r"record:3:4: error: all rows of the record have the same time"),
+            ("t,v (cm/s)\n0,1\n1,2\n", "csv", r"record:1:1: error: column 'v \(cm/s\)' is no acceleration"),
+            ("t,velocity\n0,1\n1,2\n", "csv", r"record:1:1: error: column 'velocity' is no acceleration"),
+            ("t,a (pints)\n0,1\n1,2\n", "csv", r"record:1:1: error: the header names 'pints' as unit of column 'a'"),
+            ("t (h),a\n0,1\n1,2\n", "csv", r"record:1:1: error: the header names 'h' as unit of the times"),
             ("a\nb\n", "at2", r"record:1:1: error: this is no file of PEER"),
             ("a\nNPTS= 3, DT= .01\n1 2\n", "at2", r"record:3:4: error: the file ends after 2 values, NPTS is 3"),
             ("a\nNPTS= 1, DT= .01\n1 2\n", "at2", r"record:3:3: error: the file has more than the 1 value of NPTS"),
             ("a\nNPTS= x, DT= .01\n1 2\n", "at2", r"record:2:1: error: expected the number of values"),
+            ("a\nNPTS= 2, DT= 0,01\n1 2\n", "at2", r"record:2:14: error: expected a number with a decimal point"),
+            ("a\nNPTS= 2, DT= 5 hours\n1 2\n", "at2", r"record:2:16: error: expected s, ms or min as unit"),
+            ("a\nDT= .01\n1 2\n", "at2", r"record:2:1: error: expected the number of values too \(NPTS= 4000\)"),
+            ("a\nNPTS= 2, DT= .01\n0,1 0,2\n", "at2", r"record:3:5: .* more than the 2 values .* decimal comma"),
+            (
+                "VELOCITY TIME SERIES IN UNITS OF CM/S\nNPTS= 2, DT= .01\n1 2\n",
+                "at2",
+                r"record:1:1: error: this is a record of velocities or displacements",
+            ),
+            (
+                "a\nDISPLACEMENT (CM)\nNPTS= 2, DT= .01\n1 2\n",
+                "at2",
+                r"record:2:1: error: this is a record of velocities or displacements",
+            ),
+            (
+                "ACCELERATION IN UNITS OF FURLONGS\nNPTS= 2, DT= .01\n1 2\n",
+                "at2",
+                r"record:1:1: error: the values are in 'furlongs': expected one of g, m/s2",
+            ),
             ("a\nNPTS= 2, DT= .01\n1 NaN\n", "at2", r"record:3:3: error: value 2: expected a number, found 'NaN'"),
         ):
             with self.subTest(text=text):

@@ -51,6 +51,7 @@ module rockdda_io_option_reader
       procedure :: add_integers => read_integers
       procedure :: add_rows => read_rows
       procedure :: add_file => read_file
+      procedure :: add_record => read_record_file
       procedure :: locate => read_locate
       procedure, private :: next
       procedure, private :: demand_bounds
@@ -359,16 +360,33 @@ contains
          call get_file(self%namelist, entry, file, path, self%messages)
          if (allocated(file) .and. present(name)) name = file
          if (.not. allocated(path)) cycle
-         if (row%holds_record) then
-            call read_record(path, form_of(row%form, file), row%column, given, self%messages)
-            cycle
-         end if
          call read_csv_table(path, column_names(row), given, self%messages, &
                              in_any_order=row%rule == list_rule%any_order)
       end do
       associate (unused => allocated(used))
       end associate
    end subroutine read_file
+
+   !> Read a record in a file, beside the file of options.
+   subroutine read_record_file(self, row, given, used, name, has_scale, unit)
+      class(option_reader_type), intent(inout) :: self
+      type(option_type), intent(in) :: row
+      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout) :: name            !! of the file
+      logical, intent(in) :: has_scale                                !! a factor of the values is given
+      real(wp), intent(inout) :: unit                                 !! of the values [m/s^2], 0: not named
+      type(cursor_type) :: cursor
+      type(entry_type), pointer :: entry
+      character(len=:), allocatable :: file, path
+      do while (self%next(row, cursor, entry))
+         call get_file(self%namelist, entry, file, path, self%messages)
+         if (allocated(file)) name = file
+         if (allocated(path)) call read_record(path, form_of(row%form, file), row%column, has_scale, given, unit, &
+                                               self%messages)
+      end do
+      associate (unused => allocated(used))
+      end associate
+   end subroutine read_record_file
 
    !> The names of the columns of a row.
    pure function column_names(row) result(names)

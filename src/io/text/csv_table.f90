@@ -4,7 +4,8 @@ module rockdda_io_csv_table
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_io_row_reader, only : row_reader_type, semicolon_hint
+   use rockdda_io_row_reader, only : row_reader_type
+   use rockdda_io_separators, only : settle_separators
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
    implicit none
@@ -37,6 +38,7 @@ contains
 
       allocate (table(size(columns), 0))
       call read_source(path, source, messages, ok)
+      if (ok) call settle_separators(source, size(columns), size(columns), messages, ok)
       if (.not. ok) return
       call tokenise(source, tokens)
       call reader%start(tokens)
@@ -93,8 +95,7 @@ contains
             do c = 2, size(columns)
                name = name//','//trim(columns(c))
             end do
-            call messages%add(severity%error, "the header must name the columns "//name// &
-                              semicolon_hint(tokens, 1, reader%first(2) - 1), tokens%origin(1))
+            call messages%add(severity%error, "the header must name the columns "//name, tokens%origin(1))
             header_ok = .false.
          end if
          reader%at = 2

@@ -40,6 +40,7 @@ module rockdda_io_parameter_text
       procedure :: add_integers => text_integers
       procedure :: add_rows => text_rows
       procedure :: add_file => text_file
+      procedure :: add_record => text_record
       procedure :: used => text_used
       procedure, private :: put
       procedure, private :: line
@@ -301,9 +302,7 @@ contains
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
       character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      if (row%holds_record) then
-         if (allocated(given)) call self%put(row, record_text(given), .true.)
-      else if (self%in_list) then
+      if (self%in_list) then
          call put_rows(self, row, given)
       else
          call put_rows(self, row, used)
@@ -311,6 +310,19 @@ contains
       associate (unused => present(name))
       end associate
    end subroutine text_file
+
+   !> Write what there is in a record.
+   subroutine text_record(self, row, given, used, name, has_scale, unit)
+      class(parameter_text_type), intent(inout) :: self
+      type(option_type), intent(in) :: row
+      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
+      character(len=:), allocatable, intent(inout) :: name            !! of the file
+      logical, intent(in) :: has_scale
+      real(wp), intent(inout) :: unit
+      if (allocated(given)) call self%put(row, record_text(given), .true.)
+      associate (unused_1 => allocated(used), unused_2 => allocated(name), unused_3 => has_scale, unused_4 => unit)
+      end associate
+   end subroutine text_record
 
    !> Write a number that is computed from options and model.
    subroutine text_used(self, quantity, value, name)

@@ -1,11 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Records of ground motion in text files: tables with a time in the first column, and files of the PEER database (AT2).
+!> The program and the Python package read them here.
 module rockdda_io_record_file
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : lower_case, to_string
+   use rockdda_base_strings, only : counted, lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_sorting, only : sorted_order
+   use rockdda_io_acceleration_units, only : acceleration_unit, time_unit, is_of_other_quantity, known_units
    use rockdda_io_numbers, only : parse_number, number_status, is_whole
-   use rockdda_io_row_reader, only : semicolon_hint
+   use rockdda_io_peer_record, only : read_peer
+   use rockdda_io_row_reader, only : decimal_comma, take_number
+   use rockdda_io_separators, only : settle_separators
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
@@ -13,52 +18,82 @@ module rockdda_io_record_file
    private
    public :: read_record
 
-   !> Largest value accepted.
-   real(wp), parameter :: largest_value = 1.0e60_wp
    !> Reading stops after this number of messages.
    integer, parameter :: most_errors = 1000
-   !> The line with NPTS and DT is among the first so many lines of a file of PEER.
-   integer, parameter :: head_lines = 10
    !> Longest name of a column.
    integer, parameter :: name_length = 80
+   !> Fewest rows whose steps are expected to be equal.
+   integer, parameter :: fewest_samples = 20
+
+   !> Names and units of the columns in a header.
+   type :: header_type
+      character(len=name_length), allocatable :: names(:)   !! lower case, without quotes
+      logical :: is_sure = .false.                          !! separators show where each name ends
+   contains
+      procedure :: bare_name
+      procedure :: unit_of
+   end type header_type
 
 contains
 
    !> Read a record. A problem becomes an error in `messages`, at its place; `rows` is then not complete.
-   subroutine read_record(path, form, column, rows, messages)
+   subroutine read_record(path, form, column, has_scale, rows, unit, messages)
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: form              !! 'csv' | 'at2'
       character(len=*), intent(in) :: column            !! of a table: name or number; empty: the second
+      logical, intent(in) :: has_scale                  !! a factor for the values is given: their unit does not matter
       real(wp), allocatable, intent(out) :: rows(:, :)  !! (2, n) time and value, times not decreasing
+      real(wp), intent(out) :: unit                     !! of the values [m/s^2], 0: not known
       type(diagnostics_type), intent(inout) :: messages
       type(source_type) :: source
       type(token_list_type) :: tokens
+      integer, allocatable :: places(:)                 !! token of each time
+      integer :: before
       logical :: ok
       allocate (rows(2, 0))
+      unit = 0
+      before = messages%n_errors
       call read_source(path, source, messages, ok)
       if (.not. ok) return
-      call tokenise(source, tokens)
       if (form == 'at2') then
-         call read_peer(source, tokens, rows, messages)
+         call tokenise(source, tokens)
+         call read_peer(source, tokens, has_scale, rows, unit, messages)
       else
-         call read_table(source, tokens, column, rows, messages)
+         call settle_separators(source, 2, 1, messages, ok)
+         if (.not. ok) return
+         call tokenise(source, tokens)
+         call read_table(source, tokens, column, has_scale, rows, places, unit, messages)
+      end if
+      if (messages%n_errors > before) return
+      if (size(rows, 2) < 2) then
+         call messages%add(severity%error, 'a record needs at least two rows', tokens%end_origin())
+      else if (.not. rows(1, size(rows, 2)) > rows(1, 1)) then
+         call messages%add(severity%error, 'all rows of the record have the same time', tokens%end_origin())
+      else if (allocated(places)) then
+         call check_sampling(tokens, rows(1, :), places, messages)
       end if
    end subroutine read_record
 
    !> A table: an optional header, then a row of numbers on each line.
-   subroutine read_table(source, tokens, column, rows, messages)
+   subroutine read_table(source, tokens, column, has_scale, rows, places, unit, messages)
       type(source_type), intent(in) :: source
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: column
+      logical, intent(in) :: has_scale
       real(wp), allocatable, intent(inout) :: rows(:, :)
+      integer, allocatable, intent(out) :: places(:)
+      real(wp), intent(inout) :: unit
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i, n, last, wanted, n_columns, at(2)
+      real(wp) :: seconds
+      type(header_type) :: header
+      integer :: i, n, last, wanted, n_columns
       logical :: ok
       i = 1
-      call find_column(source, tokens, column, i, wanted, messages)
+      call find_column(source, tokens, column, i, header, wanted, messages)
       if (wanted == 0) return
+      call find_units(tokens, header, wanted, has_scale, seconds, unit, messages)
       deallocate (rows)
-      allocate (rows(2, tokens%n - i + 1))   ! as many lines as there can be
+      allocate (rows(2, tokens%n - i + 1), places(tokens%n - i + 1))   ! as many lines as there can be
       n = 0
       n_columns = 0
       do while (i <= tokens%n)
@@ -68,25 +103,31 @@ contains
             if (tokens%line(last + 1) /= tokens%line(i)) exit
             last = last + 1
          end do
-         if (n_columns == 0) n_columns = last - i + 1
          n = n + 1
-         at = [i, min(i + wanted - 1, last)]
+         places(n) = i
+         if (n == 1) then
+            n_columns = last - i + 1
+            if (header%is_sure .and. size(header%names) /= n_columns) &
+               call messages%add(severity%error, 'the header has '//counted(size(header%names), 'name')// &
+                                 ', this row '//counted(n_columns, 'number')//decimal_comma(tokens, i, last)// &
+                                 ' (a title begins with #)', tokens%origin(last))
+         end if
          if (last - i + 1 < wanted) then
             call messages%add(severity%error, 'row '//to_string(n)//': expected at least '//to_string(wanted)// &
-                              ' numbers on this line, found '//to_string(last - i + 1)// &
-                              semicolon_hint(tokens, i, last), tokens%origin(last))
+                              ' numbers on this line, found '//to_string(last - i + 1), tokens%origin(last))
             if (n == 1) then
                rows = rows(:, 1:0)
                return
             end if
          else if (last - i + 1 /= n_columns) then
             call messages%add(severity%error, 'row '//to_string(n)//': expected '//to_string(n_columns)// &
-                              ' numbers on this line, as in the first row, found '//to_string(last - i + 1), &
-                              tokens%origin(last))
+                              ' numbers on this line, as in the first row, found '//to_string(last - i + 1)// &
+                              decimal_comma(tokens, i, last), tokens%origin(last))
          end if
-         call take(tokens, at(1), 'time of row '//to_string(n), rows(1, n), ok, messages)
+         call take_number(tokens, i, 'time of row '//to_string(n), rows(1, n), ok, messages)
+         rows(1, n) = seconds*rows(1, n)
          if (last - i + 1 >= wanted) &
-            call take(tokens, at(2), 'value of row '//to_string(n), rows(2, n), ok, messages)
+            call take_number(tokens, i + wanted - 1, 'value of row '//to_string(n), rows(2, n), ok, messages)
          if (n > 1) then
             if (rows(1, n) < rows(1, n - 1)) call messages%add(severity%error, 'time of row '//to_string(n)// &
                ": must not be smaller than in the row before, found '"//tokens%text(i)//"'", tokens%origin(i))
@@ -97,45 +138,51 @@ contains
       if (n == 0) call messages%add(severity%error, 'the record has no rows', tokens%end_origin())
    end subroutine read_table
 
-   !> A number of the table.
-   subroutine take(tokens, i, what, value, ok, messages)
+   !> Warn of a record of equal steps that misses some of them or lists a time twice.
+   subroutine check_sampling(tokens, time, places, messages)
       type(token_list_type), intent(in) :: tokens
-      integer, intent(in) :: i
-      character(len=*), intent(in) :: what
-      real(wp), intent(out) :: value
-      logical, intent(out) :: ok
+      real(wp), intent(in) :: time(:)
+      integer, intent(in) :: places(:)           !! token of each time
       type(diagnostics_type), intent(inout) :: messages
-      value = 0
-      ok = tokens%kind(i) == token_kind%number
-      if (.not. ok) then
-         call messages%add(severity%error, what//": expected a number, found '"//tokens%text(i)//"'", tokens%origin(i))
-         return
-      end if
-      ok = abs(tokens%value(i)) <= largest_value
-      if (ok) then
-         value = tokens%value(i)
-      else
-         call messages%add(severity%error, what//': must not be larger than '//to_string(largest_value)// &
-                           ", found '"//tokens%text(i)//"'", tokens%origin(i))
-      end if
-   end subroutine take
+      character(len=:), allocatable :: more
+      real(wp), allocatable :: steps(:)
+      integer, allocatable :: order(:)
+      real(wp) :: usual
+      integer :: k, n, n_others
+      n = size(time)
+      if (n < fewest_samples) return
+      steps = time(2:) - time(:n - 1)
+      order = sorted_order(steps)
+      usual = steps(order(n/2))
+      n_others = count(abs(steps - usual) > 0.1_wp*usual)
+      if (n_others == 0 .or. 10*n_others > n) return
+      k = 1
+      do while (abs(steps(k) - usual) <= 0.1_wp*usual)
+         k = k + 1
+      end do
+      more = ''
+      if (n_others > 1) more = ' (nor in '//counted(n_others - 1, 'row')//' more)'
+      call messages%add(severity%warning, 'the rows are '//to_string(usual, 4)//' apart, but not this one'//more// &
+                        ', which follows '//to_string(steps(k), 4)//' after the one before: are rows missing or '// &
+                        'there twice? In between the record is a straight line', tokens%origin(places(k + 1)))
+   end subroutine check_sampling
 
    !> Number of the column of the values, 0 on error; `i` becomes the first token behind the header.
-   subroutine find_column(source, tokens, column, i, wanted, messages)
+   subroutine find_column(source, tokens, column, i, header, wanted, messages)
       type(source_type), intent(in) :: source
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: column
       integer, intent(inout) :: i
+      type(header_type), intent(out) :: header
       integer, intent(out) :: wanted
       type(diagnostics_type), intent(inout) :: messages
-      character(len=name_length), allocatable :: names(:)
       integer :: k, status
       real(wp) :: number
       wanted = 2
-      allocate (names(0))
+      allocate (header%names(0))
       if (tokens%n > 0) then
          if (tokens%kind(1) == token_kind%text .and. .not. tokens%is_not_finite(1)) then
-            call split_header(source, tokens%line(1), names)
+            call split_header(source%line_text(tokens%line(1)), header)
             do while (i <= tokens%n)
                if (tokens%line(i) /= tokens%line(1)) exit
                i = i + 1
@@ -148,165 +195,122 @@ contains
          wanted = 0
          if (is_whole(number) .and. number >= 2 .and. number < 1.0e6_wp) wanted = nint(number)
          if (wanted == 0) call messages%add(severity%error, "column '"//column//"' is not possible: the first one "// &
-                                            'holds the time, expected a number from 2', first_place())
+                                            'holds the time, expected a number from 2', first_place(tokens))
          return
       end if
       wanted = 0
-      do k = 2, size(names)
-         if (names(k) == lower_case(column)) wanted = k
-      end do
-      if (wanted > 0) return
-      if (size(names) == 0) then
-         call messages%add(severity%error, "column '"//column//"' has a name, but this file has no header with "// &
-                           'names: give its number', first_place())
-      else
-         call messages%add(severity%error, "no column '"//column//"' in the header"// &
-                           did_you_mean(lower_case(column), names(min(2, size(names)):)), first_place())
-      end if
-
-   contains
-
-      !> Where the table begins.
-      pure type(origin_type) function first_place()
-         first_place = tokens%end_origin()
-         if (tokens%n > 0) first_place = tokens%origin(1)
-      end function first_place
-
+      associate (names => header%names)
+         do k = size(names), 2, -1
+            if (names(k) == lower_case(column) .or. header%bare_name(k) == lower_case(column)) wanted = k
+         end do
+         if (wanted > 0) return
+         if (size(names) == 0) then
+            call messages%add(severity%error, "column '"//column//"' has a name, but this file has no header with "// &
+                              'names: give its number', first_place(tokens))
+         else
+            call messages%add(severity%error, "no column '"//column//"' in the header"// &
+                              did_you_mean(lower_case(column), names(min(2, size(names)):)), first_place(tokens))
+         end if
+      end associate
    end subroutine find_column
 
-   !> Names of a header: between commas where there are any, else between blanks; lower case, without quotes.
-   pure subroutine split_header(source, line, names)
-      type(source_type), intent(in) :: source
-      integer, intent(in) :: line
-      character(len=name_length), allocatable, intent(out) :: names(:)
-      character(len=:), allocatable :: text, name
-      integer :: i, start
+   !> Find the units of times and values that the header names.
+   subroutine find_units(tokens, header, wanted, has_scale, seconds, unit, messages)
+      type(token_list_type), intent(in) :: tokens
+      type(header_type), intent(in) :: header
+      integer, intent(in) :: wanted            !! column of the values
+      logical, intent(in) :: has_scale
+      real(wp), intent(out) :: seconds         !! of the unit of the times
+      real(wp), intent(inout) :: unit          !! of the values [m/s^2], 0: not named
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: word
+      seconds = 1
+      if (size(header%names) == 0) return
+      word = header%unit_of(1)
+      if (len(word) > 0) then
+         seconds = time_unit(word)
+         if (.not. seconds > 0) call messages%add(severity%error, "the header names '"//word//"' as unit of the "// &
+            'times: expected s, ms or min', first_place(tokens))
+      end if
+      if (size(header%names) < wanted) return
+      word = header%unit_of(wanted)
+      if (index(header%names(wanted), 'vel') == 1 .or. index(header%names(wanted), 'disp') == 1 .or. &
+          is_of_other_quantity(word)) then
+         call messages%add(severity%error, "column '"//trim(header%names(wanted))//"' is no acceleration: expected "// &
+                           'a column of accelerations (name or number in column)', first_place(tokens))
+      else if (len(word) > 0) then
+         unit = acceleration_unit(word)
+         if (.not. (unit > 0 .or. has_scale)) call messages%add(severity%error, "the header names '"//word// &
+            "' as unit of column '"//trim(header%bare_name(wanted))//"': expected one of "//known_units// &
+            ', or scale, the factor of the values', first_place(tokens))
+      end if
+   end subroutine find_units
+
+   !> Where the table begins.
+   type(origin_type) function first_place(tokens)
+      type(token_list_type), intent(in) :: tokens
+      first_place = tokens%end_origin()
+      if (tokens%n > 0) first_place = tokens%origin(1)
+   end function first_place
+
+   !> Names of a header: between commas where there are any, else between tabs, else between blanks.
+   pure subroutine split_header(line, header)
+      character(len=*), intent(in) :: line
+      type(header_type), intent(inout) :: header
+      character(len=:), allocatable :: name
+      integer :: i, start, n
       character :: separator
-      text = line_text(source, line)
-      do i = 1, len(text)
-         if (text(i:i) == achar(9)) text(i:i) = ' '
-      end do
-      separator = merge(',', ' ', index(text, ',') > 0)
-      allocate (names(0))
+      separator = ' '
+      if (index(trim(adjustl(line)), achar(9)) > 0) separator = achar(9)
+      if (index(line, ',') > 0) separator = ','
+      header%is_sure = separator /= ' '
       start = 1
-      do i = 1, len(text) + 1
-         if (i <= len(text)) then
-            if (text(i:i) /= separator) cycle
+      do i = 1, len(line) + 1
+         if (i <= len(line)) then
+            if (line(i:i) /= separator) cycle
          end if
-         name = lower_case(trim(adjustl(text(start:i - 1))))
+         name = lower_case(trim(adjustl(line(start:i - 1))))
          start = i + 1
          if (len(name) >= 2) then
             if (name(1:1) == '"' .and. name(len(name):) == '"') name = name(2:len(name) - 1)
          end if
-         if (len(name) == 0 .and. separator == ' ') cycle
-         names = [character(len=name_length) :: names, name]
+         n = size(header%names)
+         if (separator == ' ' .and. len(name) == 0) cycle
+         if (separator == ' ' .and. n > 0 .and. scan(name(1:1), '([') > 0) then
+            header%names(n) = trim(header%names(n))//' '//name
+         else
+            header%names = [character(len=name_length) :: header%names, name]
+         end if
       end do
+      ! a separator at the end is that of empty cells
+      do n = size(header%names), 1, -1
+         if (len_trim(header%names(n)) > 0) exit
+      end do
+      header%names = header%names(:n)
    end subroutine split_header
 
-   !> Text of a line without its end.
-   pure function line_text(source, line) result(text)
-      type(source_type), intent(in) :: source
-      integer, intent(in) :: line
-      character(len=:), allocatable :: text
-      integer :: last
-      last = len(source%text)
-      if (line < size(source%line_start)) last = source%line_start(line + 1) - 2
-      text = source%text(source%line_start(line):last)
-      if (len(text) > 0) then
-         if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
-      end if
-   end function line_text
+   !> Name of a column without its unit.
+   pure function bare_name(self, k) result(name)
+      class(header_type), intent(in) :: self
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+      integer :: bracket
+      name = trim(self%names(k))
+      bracket = scan(name, '([')
+      if (bracket > 1) name = trim(name(:bracket - 1))
+   end function bare_name
 
-   !> A file of PEER: lines of text, one with NPTS and DT, and the values one after another.
-   subroutine read_peer(source, tokens, rows, messages)
-      type(source_type), intent(in) :: source
-      type(token_list_type), intent(in) :: tokens
-      real(wp), allocatable, intent(inout) :: rows(:, :)
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: dt
-      integer :: head, i, k, n
-      logical :: ok
-      call find_head(source, head, n, dt, messages)
-      if (head == 0) return
-      deallocate (rows)
-      allocate (rows(2, n))
-      k = 0
-      do i = 1, tokens%n
-         if (tokens%line(i) <= head) cycle
-         k = k + 1
-         if (k > n) then
-            call messages%add(severity%error, 'the file has more than the '//counted_values(n)//' of NPTS', &
-                              tokens%origin(i))
-            return
-         end if
-         if (messages%n_errors > most_errors) return
-         rows(1, k) = (k - 1)*dt
-         call take(tokens, i, 'value '//to_string(k), rows(2, k), ok, messages)
-      end do
-      if (k < n) then
-         call messages%add(severity%error, 'the file ends after '//counted_values(k)//', NPTS is '//to_string(n), &
-                           tokens%end_origin())
-         rows = rows(:, 1:k)
-      end if
-   end subroutine read_peer
-
-   !> "1 value", "4000 values"
-   pure function counted_values(n) result(text)
-      integer, intent(in) :: n
-      character(len=:), allocatable :: text
-      text = to_string(n)//trim(merge(' value ', ' values', n == 1))
-   end function counted_values
-
-   !> Find the line with NPTS and DT: "NPTS= 4000, DT= .0050 SEC" or "4000 0.0050 NPTS, DT".
-   subroutine find_head(source, head, n, dt, messages)
-      type(source_type), intent(in) :: source
-      integer, intent(out) :: head        !! 0: not found (reported)
-      integer, intent(out) :: n
-      real(wp), intent(out) :: dt         !! [time]
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: text
-      real(wp) :: numbers(2)
-      integer :: i, line, found, start, status
-      head = 0
-      n = 0
-      dt = 0
-      do line = 1, min(head_lines, source%n_lines)
-         text = lower_case(line_text(source, line))
-         if (index(text, 'npts') == 0 .or. index(text, 'dt') == 0) cycle
-         head = line
-         exit
-      end do
-      if (head == 0) then
-         call messages%add(severity%error, "this is no file of PEER (AT2): expected a line such as 'NPTS= 4000, "// &
-                           "DT= .005 SEC' among the first "//to_string(head_lines), source%origin(1, 1))
-         return
-      end if
-      found = 0
-      numbers = 0
-      start = 0
-      do i = 1, len(text) + 1
-         if (i <= len(text)) then
-            if (index(' ,='//achar(9), text(i:i)) == 0) then
-               if (start == 0) start = i
-               cycle
-            end if
-         end if
-         if (start == 0) cycle
-         if (found < 2) then
-            call parse_number(text(start:i - 1), numbers(found + 1), status)
-            if (status == number_status%ok) found = found + 1
-         end if
-         start = 0
-      end do
-      if (found == 2 .and. is_whole(numbers(1)) .and. numbers(1) >= 1 .and. numbers(1) < 1.0e8_wp .and. &
-          numbers(2) > 0) then
-         n = nint(numbers(1))
-         dt = numbers(2)
-         return
-      end if
-      call messages%add(severity%error, 'expected the number of values (NPTS) and the step in time (DT) on this line', &
-                        source%origin(head, 1))
-      head = 0
-   end subroutine find_head
+   !> Unit in brackets behind the name of a column; empty: none, or a dash.
+   pure function unit_of(self, k) result(unit)
+      class(header_type), intent(in) :: self
+      integer, intent(in) :: k
+      character(len=:), allocatable :: unit
+      integer :: first, last
+      unit = ''
+      first = scan(self%names(k), '([', back=.true.)
+      last = scan(self%names(k), ')]', back=.true.)
+      if (first > 0 .and. last > first + 1) unit = trim(adjustl(self%names(k)(first + 1:last - 1)))
+      if (unit == '-') unit = ''
+   end function unit_of
 
 end module rockdda_io_record_file

@@ -8,9 +8,11 @@ module rockdda_io_row_reader
    use rockdda_io_tokens, only : token_list_type, token_kind
    implicit none
    private
-   public :: row_reader_type, semicolon_hint
+   public :: row_reader_type, decimal_comma, take_number
 
    integer, parameter :: longest_row = 16
+   !> Largest number of a table.
+   real(wp), parameter :: largest_value = 1.0e60_wp
 
    type :: row_reader_type
       integer :: n_rows = 0
@@ -149,8 +151,7 @@ contains
       end do
    end function decimal_comma
 
-   !> A hint where numbers of a row are separated by semicolons, as spreadsheets write them where the comma is the
-   !> decimal sign; empty when they are not.
+   !> A hint where numbers of a row are separated by semicolons; empty when they are not.
    pure function semicolon_hint(tokens, from, to) result(text)
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: from, to                !! tokens
@@ -215,5 +216,28 @@ contains
       self%row_ok = .false.
       call messages%add(severity%error, message//", found '"//tokens%text(self%token(k))//"'", self%place(tokens, k))
    end subroutine fail
+
+   !> Take a token as a number of sensible size.
+   subroutine take_number(tokens, i, what, value, ok, messages)
+      type(token_list_type), intent(in) :: tokens
+      integer, intent(in) :: i
+      character(len=*), intent(in) :: what
+      real(wp), intent(out) :: value
+      logical, intent(out) :: ok
+      type(diagnostics_type), intent(inout) :: messages
+      value = 0
+      ok = tokens%kind(i) == token_kind%number
+      if (.not. ok) then
+         call messages%add(severity%error, what//": expected a number, found '"//tokens%text(i)//"'", tokens%origin(i))
+         return
+      end if
+      ok = abs(tokens%value(i)) <= largest_value
+      if (ok) then
+         value = tokens%value(i)
+      else
+         call messages%add(severity%error, what//': must not be larger than '//to_string(largest_value)// &
+                           ", found '"//tokens%text(i)//"'", tokens%origin(i))
+      end if
+   end subroutine take_number
 
 end module rockdda_io_row_reader

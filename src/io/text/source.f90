@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Text file in memory, with the positions of its lines.
 !>
-!> A file is read as a whole: input files are small compared with the model. A byte-order mark is
-!> skipped, CR before LF is not part of a line, the last line may lack its line end.
+!> A file is read as a whole: input files are small compared with the model. Its text has LF at each line end, wherever
+!> the file has LF, CR LF or CR, and no byte-order mark; UTF-16 with a mark becomes UTF-8, and Ctrl-Z at the end, as DOS
+!> writes it, is left out. Other bytes stay as they are: Latin-1 in titles and names, for example.
 module rockdda_io_source
    use rockdda_base_kinds, only : i8
    use rockdda_base_strings, only : to_string
@@ -10,19 +11,22 @@ module rockdda_io_source
    use rockdda_io_posix, only : path_kind, get_path_kind, get_file_size, is_readable
    implicit none
    private
-   public :: source_type, read_source, new_source, file_text_problem, begins_as_xml
+   public :: source_type, read_source, new_source, line_range, file_text_problem, begins_as_xml
 
    !> Largest file accepted [bytes].
    integer(i8), parameter :: largest_file = 1000000000_i8
    !> Lines longer than this are not repeated in messages.
    integer, parameter :: longest_quoted_line = 400
+   character(len=*), parameter :: ctrl_z = achar(26)
 
    type :: source_type
       character(len=:), allocatable :: file   !! name as given by the user
-      character(len=:), allocatable :: text   !! all bytes after a byte-order mark
+      character(len=:), allocatable :: text   !! as readers take it
+      character(len=:), allocatable :: written !! as messages repeat it, of the same length; not allocated: as `text`
       integer :: n_lines = 0
       integer, allocatable :: line_start(:)   !! (n_lines) position of the first byte of each line in text
    contains
+      procedure :: line_text
       procedure :: origin => origin_at
       procedure :: file_origin
    end type source_type
@@ -37,7 +41,7 @@ contains
       logical, intent(out) :: ok
       character(len=:), allocatable :: problem, text
       type(origin_type) :: origin
-      integer :: unit, status, zero
+      integer :: unit, status, zero, dos_end
       ok = .false.
       origin%file = path
       problem = file_text_problem(path)
@@ -59,6 +63,7 @@ contains
       end if
       call new_source(path, text, source)
       zero = index(source%text, achar(0))
+      dos_end = index(source%text, ctrl_z)
       if (len(source%text) == 0) then
          origin%line = 1
          origin%column = 1
@@ -71,6 +76,11 @@ contains
          origin%line = count(source%line_start <= zero)
          origin%column = zero - source%line_start(origin%line) + 1
          call messages%add(severity%error, 'this is a binary file, not text', origin)
+      else if (dos_end > 0) then
+         origin%line = count(source%line_start <= dos_end)
+         call messages%add(severity%error, 'there is a Ctrl-Z (the end of a file for DOS) and more text behind it: '// &
+                           'delete one of them', &
+                           source%origin(origin%line, dos_end - source%line_start(origin%line) + 1))
       else if (begins_as_xml(source%text)) then
          zero = index(source%text, '<')
          origin%line = count(source%line_start <= zero)
@@ -114,13 +124,9 @@ contains
       character(len=*), intent(in) :: file      !! name for messages
       character(len=*), intent(in) :: text
       type(source_type), intent(out) :: source
-      integer :: i, n, first
+      integer :: i, n
       source%file = file
-      first = 1
-      if (len(text) >= 3) then
-         if (text(1:3) == char(239)//char(187)//char(191)) first = 4
-      end if
-      source%text = text(first:)
+      source%text = plain_text(text)
       n = 1
       do i = 1, len(source%text)
          if (source%text(i:i) == achar(10)) n = n + 1
@@ -139,6 +145,103 @@ contains
       source%n_lines = n
    end subroutine new_source
 
+   !> The text of some bytes: without a byte-order mark, each line end as LF, without Ctrl-Z at the end.
+   pure function plain_text(bytes) result(text)
+      character(len=*), intent(in) :: bytes
+      character(len=:), allocatable :: text
+      character(len=1) :: this, previous
+      integer :: i, n, first
+      first = 1
+      if (index(bytes, char(239)//char(187)//char(191)) == 1) first = 4
+      if (index(bytes, char(255)//char(254)) == 1) then
+         text = utf_16_text(bytes(3:), low_first=.true.)
+      else if (index(bytes, char(254)//char(255)) == 1) then
+         text = utf_16_text(bytes(3:), low_first=.false.)
+      else
+         text = bytes(first:)
+      end if
+      n = 0
+      previous = ' '
+      do i = 1, len(text)
+         this = text(i:i)
+         if (this /= achar(10) .or. previous /= achar(13)) then
+            n = n + 1
+            text(n:n) = merge(achar(10), this, this == achar(13))
+         end if
+         previous = this
+      end do
+      i = index(text(:n), ctrl_z)
+      if (i > 0) then
+         if (verify(text(i:n), ctrl_z//achar(0)//' '//achar(9)//achar(10)) == 0) n = i - 1
+      end if
+      text = text(:n)
+   end function plain_text
+
+   !> UTF-16 as UTF-8; what is no character becomes U+FFFD.
+   pure function utf_16_text(bytes, low_first) result(text)
+      character(len=*), intent(in) :: bytes
+      logical, intent(in) :: low_first           !! true: the lower byte of each pair comes first
+      character(len=:), allocatable :: text
+      integer, parameter :: replacement = 65533
+      integer :: i, n, code, low
+      allocate (character(len=3*(len(bytes)/2 + 1)) :: text)
+      n = 0
+      i = 1
+      do while (i <= len(bytes))
+         code = unit_at(i)
+         i = i + 2
+         if (code >= 55296 .and. code < 57344) then   ! a pair, its higher half first
+            low = unit_at(i)
+            if (code < 56320 .and. low >= 56320 .and. low < 57344) then
+               code = 65536 + 1024*(code - 55296) + low - 56320
+               i = i + 2
+            else
+               code = replacement
+            end if
+         end if
+         if (code < 128) then
+            call put(text, n, code)
+         else if (code < 2048) then
+            call put(text, n, 192 + code/64)
+            call put(text, n, 128 + modulo(code, 64))
+         else
+            if (code < 65536) then
+               call put(text, n, 224 + code/4096)
+            else
+               call put(text, n, 240 + code/262144)
+               call put(text, n, 128 + modulo(code/4096, 64))
+            end if
+            call put(text, n, 128 + modulo(code/64, 64))
+            call put(text, n, 128 + modulo(code, 64))
+         end if
+      end do
+      text = text(:n)
+
+   contains
+
+      !> The two bytes at a place as a number.
+      pure integer function unit_at(at)
+         integer, intent(in) :: at
+         unit_at = replacement
+         if (at >= len(bytes)) return
+         if (low_first) then
+            unit_at = ichar(bytes(at:at)) + 256*ichar(bytes(at + 1:at + 1))
+         else
+            unit_at = ichar(bytes(at + 1:at + 1)) + 256*ichar(bytes(at:at))
+         end if
+      end function unit_at
+
+   end function utf_16_text
+
+   !> Append a byte.
+   pure subroutine put(text, n, byte)
+      character(len=*), intent(inout) :: text
+      integer, intent(inout) :: n            !! bytes of the text so far
+      integer, intent(in) :: byte
+      n = n + 1
+      text(n:n) = char(byte)
+   end subroutine put
+
    !> Find the first and last position of a line in the text, without its line end; last < first for an empty line.
    pure subroutine line_range(source, line, first, last)
       class(source_type), intent(in) :: source
@@ -150,10 +253,17 @@ contains
       first = source%line_start(line)
       last = len(source%text)
       if (line < size(source%line_start)) last = source%line_start(line + 1) - 2
-      if (last >= first) then
-         if (source%text(last:last) == achar(13)) last = last - 1
-      end if
    end subroutine line_range
+
+   !> Text of a line without its end.
+   pure function line_text(self, line) result(text)
+      class(source_type), intent(in) :: self
+      integer, intent(in) :: line                !! 1-based
+      character(len=:), allocatable :: text
+      integer :: first, last
+      call line_range(self, line, first, last)
+      text = self%text(first:last)
+   end function line_text
 
    !> Place in the file, with the source line unless it is very long.
    pure function origin_at(self, line, column) result(origin)
@@ -166,7 +276,12 @@ contains
       origin%column = column
       if (line < 1 .or. line > self%n_lines) return
       call line_range(self, line, first, last)
-      if (last - first < longest_quoted_line) origin%text = self%text(first:last)
+      if (last - first >= longest_quoted_line) return
+      if (allocated(self%written)) then
+         origin%text = self%written(first:last)
+      else
+         origin%text = self%text(first:last)
+      end if
    end function origin_at
 
    !> The file as a whole.
