@@ -21,6 +21,7 @@ class Procedure:
     variables: dict[str, str] = field(default_factory=dict)  # name to type
     calls: list[tuple[str, ...]] = field(default_factory=list)  # a%b%c as (a, b, c), in the order of the source
     statements: list[str] = field(default_factory=list)
+    arguments: list[str] = field(default_factory=list)  # names of the dummy arguments
 
 
 @dataclass
@@ -29,6 +30,7 @@ class DerivedType:
     parent: str
     components: dict[str, str] = field(default_factory=dict)
     bindings: dict[str, str] = field(default_factory=dict)  # name to procedure; "" where deferred
+    allocatable: set[str] = field(default_factory=set)  # components
     module: str = ""
     is_abstract: bool = False
 
@@ -141,12 +143,16 @@ class Source:
             elif match := re.match(r"(?:[\w()\s,=:*]*\s)?(subroutine|function)\s+(\w+)\s*(?:\(|$)", lower):
                 is_function = match[1] == "function"
                 procedure = Procedure(match[2], module.name, file, is_function, comment)
+                procedure.arguments = re.findall(r"\w+", lower[match.end() :].partition(")")[0])
                 module.procedures[match[2]] = procedure
             elif procedure is not None:
                 self._read_body(procedure, lower)
 
     @staticmethod
     def _read_member(derived: DerivedType, statement: str) -> None:
+        left, _, right = statement.partition("::")
+        if "allocatable" in left:
+            derived.allocatable.update(re.findall(r"(?:^|,)\s*(\w+)", re.sub(r"\([^()]*\)", "", right)))
         if match := re.match(r"procedure\b([^:]*)::\s*(.*)", statement):
             for item in match[2].split(","):
                 name, _, target = (part.strip() for part in item.partition("=>"))

@@ -65,6 +65,63 @@ def test_modules_have_one_topic(architecture):
     assert many.keys() <= {"interaction/families.f90"}, many
 
 
+def test_no_call_passes_a_part_of_what_the_callee_moves(monkeypatch):
+    """The outline of a block with many islands read freed memory that way."""
+    assert load("find_aliases", monkeypatch).find_faults(ROOT) == []
+
+
+def test_calls_that_pass_a_part_of_what_the_callee_moves_are_found(monkeypatch, tmp_path, small_source):
+    module = """
+module a
+   type :: list_type
+      integer, allocatable :: items(:), others(:)
+   contains
+      procedure :: add
+   end type list_type
+   type, extends(list_type) :: longer_type
+      integer :: n
+   end type longer_type
+contains
+   subroutine grow(x)
+      integer, allocatable, intent(inout) :: x(:)
+      integer, allocatable :: more(:)
+      call move_alloc(more, x)
+   end subroutine grow
+   subroutine add(self, item)
+      class(list_type), intent(inout) :: self
+      integer, {item} :: item
+      {body}
+   end subroutine add
+   subroutine use_it(list, k)
+      type(longer_type), intent(inout) :: list
+      integer, intent(in) :: k
+      {call}
+   end subroutine use_it
+end module a
+"""
+    aliases = load("find_aliases", monkeypatch)
+    grow = "call grow(self%items)"
+
+    def faults(call, body=grow, item="intent(in)"):
+        small_source({"cutting/a.f90": module.format(call=call, body=body, item=item)})
+        return len(aliases.find_faults(tmp_path))
+
+    assert faults("call list%add(list%items(k))") == 1
+    assert faults("call add(list, item=list%items(k + 1))") == 1
+    assert faults("call list%add(list%items(k))", "self%items = [self%items, item]") == 1
+    assert faults("call list%add(list%items(k))", "deallocate (self%items)") == 1
+    associate = "associate (x => list%items(k))\n call list%add(k)\n end associate"
+    assert faults(associate) == 1
+    assert faults(associate.replace("add(k)", "add(x)")) == 2
+    # a copy, another array, another component, and a callee that moves nothing
+    assert faults("call list%add((list%items(k)))") == 0
+    assert faults("call list%add(list%items(k) + 1)") == 0
+    assert faults("call list%add(list%items(k))", item="value") == 0
+    assert faults("call list%add(list%others(k))") == 0
+    assert faults("call list%add(list%n)") == 0
+    assert faults("call list%add(list%items(k))", "self%items(1) = item") == 0
+
+
 def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, small_source):
     source = small_source(
         {

@@ -138,10 +138,10 @@ contains
       chain%previous(first) = chain%n
    end subroutine add_cycle
 
-   !> Append an unlinked entry.
+   !> Append an unlinked entry. By value: what comes from the chain itself must outlast its move.
    pure subroutine add_entry(chain, node, joint)
       type(chain_type), intent(inout) :: chain
-      integer, intent(in) :: node, joint
+      integer, value :: node, joint
       type(chain_type) :: larger
       if (.not. allocated(chain%node)) allocate (chain%node(64), chain%joint(64), chain%next(64), chain%previous(64))
       if (chain%n == size(chain%node)) then
