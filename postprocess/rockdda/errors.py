@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import importlib
 import os
+import shlex
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import ModuleType
@@ -78,11 +80,32 @@ class OutputError(RockddaError, OSError):
     """Output could not be written; what was written before is readable."""
 
 
+#: Packages that each extra of pyproject.toml brings. RockDDA itself may come from a wheel or from its source.
+EXTRAS = {
+    "vtk": "pyvista vtk",
+    "films": "imageio-ffmpeg",
+    "dxf": "ezdxf shapely",
+    "gis": "geopandas pyshp shapely",
+    "xarray": "xarray",
+    "notebook": "ipywidgets",
+    "records": "scipy",
+    "study": "distributed",
+    "cluster": "dask-jobqueue",
+    "pdf": "weasyprint",
+    "validation": "markdown-it-py scipy shapely",
+}
+
+
+def how_to_install(extra: str) -> str:
+    """The command that installs the packages of an extra for this Python."""
+    return f"{shlex.quote(sys.executable or 'python3')} -m pip install {EXTRAS[extra]}"
+
+
 def need(module: str, extra: str, purpose: str) -> ModuleType:
-    """A module of a package that is installed on demand; ImportError that says which extra brings it."""
+    """A module of a package that is installed on demand; ImportError that says how to get it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
         package = {"imageio_ffmpeg": "imageio-ffmpeg", "vtkmodules": "vtk", "shapefile": "pyshp"}.get(module, module)
-        message = f"{purpose} needs the package {package}: pip install 'rockdda[{extra}]' ({error})"
+        message = f"{purpose} needs the package {package}: {how_to_install(extra)} ({error})"
         raise ImportError(message, name=package) from error

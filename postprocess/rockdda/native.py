@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import warnings
 import weakref
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -38,13 +40,18 @@ def _extension() -> Any:
         return load()
     except ImportError as error:
         raise ImportError(
-            "the compiled part of rockdda is missing or does not fit this Python; `pip install .` in the source folder "
-            f"builds it (results can be read without it): {error}"
+            "the compiled part of rockdda is missing or does not fit this Python; in the source folder `scripts/build` "
+            "builds it for build/bin/rockdda-post, `pip install .` installs it (results can be read without it): "
+            f"{error}"
         ) from error
 
 
 def load() -> ModuleType:
-    """Import the extension."""
+    """Import the extension, which lies in the package or in the folder $ROCKDDA_EXTENSION of a build tree."""
+    package = importlib.import_module(__package__)
+    folder = os.environ.get("ROCKDDA_EXTENSION", "")
+    if Path(folder).is_absolute() and folder not in package.__path__:
+        package.__path__.append(folder)
     from . import _rockdda  # type: ignore[attr-defined]
 
     return _rockdda

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
+from .errors import InputError, how_to_install
 from .native import Session
 from .writing import write_file
 
@@ -185,7 +185,7 @@ def _scipy_signal(purpose: str) -> Any:
     try:
         from scipy import signal
     except ImportError as error:
-        message = f"{purpose} needs the package SciPy: pip install 'rockdda[records]' ({error})"
+        message = f"{purpose} needs the package SciPy: {how_to_install('records')} ({error})"
         raise ImportError(message, name="scipy") from error
     return signal
 
@@ -194,7 +194,7 @@ def resample(record: Record, step: float) -> Record:
     """The record at equal steps in time.
 
     Shorter steps keep its straight lines. For longer ones what the new steps cannot show, above 0.8 of half their rate,
-    is filtered out first (needs SciPy: `pip install 'rockdda[records]'`).
+    is filtered out first (needs SciPy: `pip install scipy`).
     """
     if not step > 0:
         raise ValueError("the step must be greater than 0")
@@ -209,7 +209,7 @@ def resample(record: Record, step: float) -> Record:
 def filtered(record: Record, low: float | None = None, high: float | None = None, order: int = 4) -> Record:
     """The record between two frequencies [1/time]: Butterworth, forwards and backwards, so without a shift in phase.
 
-    Needs SciPy: `pip install 'rockdda[records]'`.
+    Needs SciPy: `pip install scipy`.
     """
     signal = _scipy_signal("filtering a record")
     time, acceleration = _equal_steps(record, record.step)

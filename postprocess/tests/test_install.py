@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from built import faults, linked_files
 from places import INPUTS, ROOT
 
 SCRIPT = """
@@ -89,8 +90,14 @@ def test_wheels_work_in_empty_environments(tmp_path):
         assert "manylinux" in wheel.name
         with zipfile.ZipFile(wheel) as packed:
             names = packed.namelist()
+            packed.extractall(tmp_path / wheel.stem)
             listed = next(name for name in names if name.endswith("licenses/bundled/README.txt"))
             text = packed.read(listed).decode()
+        ours = [path for path in linked_files(tmp_path / wheel.stem) if "rockdda.libs" not in path.parts]
+        assert len(ours) == 2
+        assert faults(ours) == []
+        bundled = linked_files(tmp_path / wheel.stem / "rockdda.libs")  # built by others
+        assert [fault for fault in faults(bundled) if "binds late" not in fault] == []
         libraries = [name for name in names if name.startswith("rockdda.libs/")]
         assert any("libhdf5" in name for name in libraries)
         assert all(name.removeprefix("rockdda.libs/") in text for name in libraries)

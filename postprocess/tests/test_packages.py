@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: MIT
 """What packages say agrees: the wheel, the conda recipe, the page about extras; and wheels get their licences."""
 
+import contextlib
+import importlib.metadata
 import importlib.util
 import re
+import shlex
+import sys
 import tomllib
 
 import pytest
 from places import ROOT
+from rockdda.errors import EXTRAS, how_to_install, need
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CONDA_NAMES = {"matplotlib": "matplotlib-base"}
@@ -43,13 +48,69 @@ def test_the_page_names_every_extra():
     assert named == set(PROJECT["optional-dependencies"])
 
 
-def test_every_extra_that_messages_name_exists():
-    named = set()
-    for path in (ROOT / "postprocess/rockdda").rglob("*.py"):
-        text = path.read_text(encoding="utf-8")
-        named |= set(re.findall(r"rockdda\[(\w+)\]", text)) | set(re.findall(r'\bneed\("\w+", "(\w+)"', text))
-    assert len(named) > 8
-    assert named <= set(PROJECT["optional-dependencies"])
+def test_messages_name_packages_of_every_extra_and_no_index_has_rockdda():
+    """`pip install 'rockdda[pdf]'` was advised, which no index has."""
+    extras = dict(PROJECT["optional-dependencies"])
+    del extras["all"]
+    assert {name: set(packages.split()) for name, packages in EXTRAS.items()} == {
+        name: {name_of(entry) for entry in entries} for name, entries in extras.items()
+    }
+    found = []
+    for folder in ("postprocess/rockdda", "docs"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.suffix in (".py", ".md", ".ipynb", ".js"):
+                text = path.read_text(encoding="utf-8")
+                found += [f"{path}: {line}" for line in re.findall(r".*pip install '?rockdda\[.*", text)]
+    assert found == []
+
+
+def test_the_advice_installs_for_this_python():
+    assert how_to_install("pdf") == f"{shlex.quote(sys.executable)} -m pip install weasyprint"
+    with pytest.raises(ImportError, match=r"a film needs the package is_missing: \S+ -m pip install imageio-ffmpeg \("):
+        need("is_missing", "films", "a film")
+
+
+def requirements() -> dict[str, list[str]]:
+    """All requirements by the file where they stand."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = [entry for entries in PROJECT["optional-dependencies"].values() for entry in entries]
+    found = {"pyproject.toml": [*project["build-system"]["requires"], *PROJECT["dependencies"], *extras]}
+    for path in (ROOT / "scripts").glob("requirements*.txt"):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        found[path.name] = [line for line in lines if line.strip() and not line.startswith("#")]
+    recipe = (ROOT / "recipe/recipe.yaml").read_text(encoding="utf-8").split("  run:\n")[1].split("tests:")[0]
+    found["recipe.yaml"] = [entry for entry in re.findall(r"- (.+)", recipe) if entry != "python"]
+    return found
+
+
+def test_every_requirement_has_an_upper_bound():
+    open_ = [
+        f"{file}: {entry}"
+        for file, entries in requirements().items()
+        for entry in entries
+        if not re.search(r"<|==", entry) and not entry.startswith("rockdda[")
+    ]
+    assert open_ == []
+
+
+def test_installed_packages_lie_within_all_bounds():
+    """What the tests run with is what the bounds promise; files agree about the upper one."""
+    packaging = pytest.importorskip("packaging.requirements")
+    upper: dict[str, set[str]] = {}
+    tried = 0
+    for file, entries in requirements().items():
+        for entry in entries:
+            if entry.startswith("rockdda["):
+                continue
+            wanted = packaging.Requirement(entry)
+            name = {conda: name for name, conda in CONDA_NAMES.items()}.get(wanted.name, wanted.name)
+            upper.setdefault(name, set()).update(re.findall(r"<\s*([\d.]+)", entry))
+            with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+                installed = importlib.metadata.version(name)
+                assert wanted.specifier.contains(installed, prereleases=True), f"{file}: {entry}, found {installed}"
+                tried += 1
+    assert tried > 30
+    assert {name: bounds for name, bounds in upper.items() if len(bounds) > 1} == {}
 
 
 @pytest.mark.parametrize(

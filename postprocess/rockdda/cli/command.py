@@ -335,7 +335,7 @@ def report_command(
     It holds the model and its materials, boundaries and stages, what happened (displacements, stresses, joints, bolts,
     water, measured points), checks (energy balance, overlap of blocks, unbalanced forces), and the input for
     reproduction. Whether half the time step gives the same is checked with --check-step only, by a second run. A .pdf
-    needs WeasyPrint (pip install 'rockdda[pdf]').
+    needs WeasyPrint (pip install weasyprint).
 
     Examples:
 

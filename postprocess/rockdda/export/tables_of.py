@@ -22,7 +22,7 @@ __all__ = ["to_geopandas", "to_xarray"]
 
 
 def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
-    """Frames, history and contacts as one labelled data set (needs the package xarray: `pip install rockdda[xarray]`).
+    """Frames, history and contacts as one labelled data set (needs the package xarray: `pip install xarray`).
 
     Dimensions: frame (with the coordinates time, frame_step and frame_stage: its name), block, vertex, step (with
     step_time), contact (with contact_frame and contact_time; without it where `contacts` is false), xy,
@@ -103,7 +103,7 @@ def _contact_coordinates(results: Results) -> dict[str, tuple[str, npt.NDArray[A
 
 
 def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: Any = None) -> geopandas.GeoDataFrame:
-    """Shapes and values of a frame as a table of GeoPandas (`pip install rockdda[gis]`), ready for a GeoPackage.
+    """Shapes and values of a frame as a table of GeoPandas (`pip install geopandas`), ready for a GeoPackage.
 
     what: 'blocks' (polygons with all fields; blocks that are not there are left out), 'joints' (lines with the
     columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post export`;

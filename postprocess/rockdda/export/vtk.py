@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, OutputError, RockddaError
+from ..errors import InputError, OutputError, RockddaError, how_to_install
 from ..writing import make_folder, write_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
@@ -87,7 +87,7 @@ def _check_vtk() -> None:
         import vtkmodules.vtkIOXML  # noqa: F401
     except ImportError as error:
         raise RockddaError(
-            f"files .vtu and .pvd need VTK: pip install 'rockdda[vtk]', or write .vtkhdf ({error})"
+            f"files .vtu and .pvd need VTK: {how_to_install('vtk')}, or write .vtkhdf ({error})"
         ) from error
 
 

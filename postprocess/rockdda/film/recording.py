@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..errors import InputError, OutputError
+from ..errors import InputError, OutputError, how_to_install
 from ..frames import field_name
 from ..interrupts import HeldInterrupts
 from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment
@@ -221,7 +221,7 @@ def _writer(path: Path, fps: Any) -> Any:
             program = imageio_ffmpeg.get_ffmpeg_exe()
         except (ImportError, RuntimeError) as error:
             raise InputError(
-                "an .mp4 needs ffmpeg: pip install 'rockdda[films]', or make a .gif or .html", path
+                f"an .mp4 needs ffmpeg: {how_to_install('films')}, or make a .gif or .html", path
             ) from error
     mpl.rcParams["animation.ffmpeg_path"] = program
     # colours that every player knows

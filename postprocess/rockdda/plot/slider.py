@@ -23,7 +23,7 @@ def slider(results: Results, field: str = "displacement", frame: int = -1, **opt
 
     options: of `rockdda.plot.blocks`. The limits of colours are those of each frame unless `limits=` fixes them. Frames
     that a run adds are there after `results.refresh()` and a new slider. Needs ipywidgets (`pip install
-    'rockdda[notebook]'`).
+    ipywidgets`).
     """
     widgets = need("ipywidgets", "notebook", "a slider")
     last = len(results.frames) - 1

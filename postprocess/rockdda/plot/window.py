@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import RockddaError
+from ..errors import RockddaError, how_to_install
 from ..frames import field_name
 from ..units import Units
 from .block_maps import moment
@@ -86,5 +86,5 @@ def _pyvista() -> Any:
     try:
         import pyvista
     except ImportError as error:
-        raise RockddaError(f"the window needs PyVista: pip install 'rockdda[vtk]' ({error})") from error
+        raise RockddaError(f"the window needs PyVista: {how_to_install('vtk')} ({error})") from error
     return pyvista

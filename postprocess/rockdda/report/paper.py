@@ -6,7 +6,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from ..errors import OutputError, RockddaError
+from ..errors import OutputError, RockddaError, how_to_install
 
 __all__ = ["needs_for_pdf", "pdf_of"]
 
@@ -16,7 +16,7 @@ def needs_for_pdf() -> None:
     try:
         import weasyprint  # noqa: F401
     except (ImportError, OSError) as problem:  # OSError: it is there, but not the libraries that it needs
-        raise RockddaError(f"a PDF needs WeasyPrint: pip install 'rockdda[pdf]' ({problem})") from None
+        raise RockddaError(f"a PDF needs WeasyPrint: {how_to_install('pdf')} ({problem})") from None
 
 
 def pdf_of(target: Path, *, page: Path | None = None, text: str | None = None) -> Path:

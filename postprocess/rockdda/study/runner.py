@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, OutputError, RockddaError
+from ..errors import InputError, OutputError, RockddaError, how_to_install
 from ..program import find_program
 from ..results import Results
 from ..text import has_controls, shown
@@ -325,7 +325,7 @@ def _run_dask(study: Study, folders: list[str], where: str, workers: int | None)
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise RockddaError("Dask is not installed: pip install 'rockdda[study]'") from None
+        raise RockddaError(f"Dask is not installed: {how_to_install('study')}") from None
     with contextlib.ExitStack() as stack:
         if "://" in where:
             client = stack.enter_context(Client(where))
@@ -355,7 +355,7 @@ def _cluster(study: Study, where: str, workers: int | None) -> Any:
     try:
         import dask_jobqueue
     except ImportError:
-        raise RockddaError("dask-jobqueue is not installed: pip install 'rockdda[cluster]'") from None
+        raise RockddaError(f"dask-jobqueue is not installed: {how_to_install('cluster')}") from None
     kinds = ("SLURM", "PBS", "LSF", "SGE", "OAR", "HTCondor", "Local")
     names = {kind.lower() if kind != "Local" else "shell": f"{kind}Cluster" for kind in kinds}
     if where not in names:
@@ -388,7 +388,7 @@ def write_job_array(study: Study, *, retry: bool = False) -> Path:
         prepare_case(study, case)
     path = study.output / "job-array.sh"
     numbers = ",".join(str(case.number) for case in todo)
-    command = shlex.join([sys.executable, "-m", "rockdda", "study", str(study.file.resolve())])
+    command = shlex.join([sys.executable, "-P", "-m", "rockdda", "study", str(study.file.resolve())])
     command = f"{_environment()}{command} --output {shlex.quote(str(study.output.resolve()))}"
     text = f"""#!/bin/bash
 # {_one_line(study.title)}: one task a case. Submit with `sbatch {path.name}`;

@@ -32,7 +32,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from ..errors import InputError, RockddaError
+from ..errors import InputError, RockddaError, how_to_install
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -398,7 +398,7 @@ def _solve(problem: dict[str, Any]) -> Any:
     try:
         from scipy.optimize import linprog
     except ImportError:
-        raise InputError("limit analysis needs scipy: pip install 'rockdda[validation]'") from None
+        raise InputError(f"limit analysis needs SciPy: {how_to_install('records')}") from None
     # close to the limit one of the solver's methods may end without an answer
     for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
         found = linprog(**problem, method=method, options={"presolve": presolve})
