@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .namelist import parse_groups
+from .text import input_numbers
 
 __all__ = ["JointStrength", "block_material_names", "densities_and_weights", "joint_strengths", "material_rows"]
 
@@ -24,8 +24,7 @@ def material_rows(text: str) -> tuple[Rows, Rows]:
     """The 13 numbers of each block material and the 3 of each joint material in an analysis file; both empty where it
     cannot be read."""
     try:
-        lines = [re.split("[#!]", line)[0] for line in text.splitlines()]
-        words = [float(word.lower().replace("d", "e")) for line in lines for word in re.split(r"[\s,]+", line) if word]
+        words = input_numbers(text)
         blocks, joints = int(words[2]), int(words[3])
         length = 13 * blocks + 3 * joints
         if not (blocks > 0 and joints >= 0 and length <= len(words) - 6):

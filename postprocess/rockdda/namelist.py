@@ -18,8 +18,8 @@ __all__ = ["entry_texts", "flat_values", "format_groups", "format_real", "parse_
 _TOKEN = re.compile(
     r"""\s+ | [!\#][^\n]*                  # blanks and comments
     | (?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")
-    | &(?P<group>\w+) | (?P<end>/) | (?P<equals>=) | ,
-    | (?P<word>[^\s,=/&'"!\#]+)""",
+    | [&$](?P<group>\w+) | (?P<end>/) | (?P<equals>=) | ,
+    | (?P<word>[^\s,=/&$'"!\#]+)""",
     re.VERBOSE,
 )
 
@@ -96,10 +96,10 @@ def parse_groups(text: str, cumulative: Container[str] = ()) -> dict[str, Any]:
     found: dict[str, list[dict[str, Any]]] = {}
     group: dict[str, list[Any]] = {}
     name = ""
-    tokens = [match for match in _TOKEN.finditer(text.replace("\r", "")) if match.lastgroup]
+    tokens = [match for match in _TOKEN.finditer(re.sub("\r\n?", "\n", text)) if match.lastgroup]
     for i, token in enumerate(tokens):
         following = tokens[i + 1].lastgroup if i + 1 < len(tokens) else None
-        if token["group"]:
+        if token["group"] and token["group"].lower() != "end":
             group, name = {}, ""
             found.setdefault(token["group"].lower(), []).append(group)
         elif token["word"] and following == "equals":

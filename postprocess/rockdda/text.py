@@ -3,15 +3,44 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 import unicodedata
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["csv_text", "has_controls", "plain_text", "readable", "short", "shown"]
+__all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "plain_text", "readable", "short", "shown"]
 
 if TYPE_CHECKING:
     import pandas
 
 LONGEST_SHOWN = 60
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
+
+
+def decoded(data: bytes) -> str:
+    """The text of a file, or of its beginning, as the program reads it: UTF-8 or, with a mark, UTF-16, else Latin-1; a
+    line feed at each end of a line; without Ctrl-Z at the end."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = data.decode("utf-16", "replace")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    whole = text.rstrip(" \t\n\0\x1a")
+    return whole if "\x1a" in text[len(whole) :] else text
+
+
+def input_numbers(text: str) -> list[float]:
+    """The numbers of an analysis file that the program has read: of each line those before its first word."""
+    numbers = []
+    for line in re.split(r"\r\n?|\n", text):
+        for word in re.findall(r"[^\s,]+", re.split("[#!]", line)[0]):
+            if not NUMBER.fullmatch(word):
+                break
+            numbers.append(float(word.lower().replace("d", "e")))
+    return numbers
 
 
 def short(text: str, longest: int = LONGEST_SHOWN) -> str:

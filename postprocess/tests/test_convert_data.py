@@ -46,6 +46,44 @@ def test_wrong_traces_are_named_with_their_place(tmp_path, row, message):
     assert not (tmp_path / "a.dc").exists()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1,5\t2,5\t3,5\t4,5\r10,25\t2,5\t3,5\t14,5\x1a",
+        "1,5;2,5;3,5;4,5\n10,25;2,5;3,5;14,5;\n",
+        "% two traces\n1.5D0,2.5,3.5,4.5\n10.25,2.5,3.5d+0,14.5\n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_decimal_commas_of_traces_are_read_where_they_are_sure(native, tmp_path, text, encoding):
+    """Six other segments were written without a word."""
+    (tmp_path / "a.txt").write_bytes(text.encode(encoding))
+    convert(tmp_path / "a.txt", tmp_path / "a")
+    assert lines_of(tmp_path / "a.dc")[0][:, :4].tolist() == [[1.5, 2.5, 3.5, 4.5], [10.25, 2.5, 3.5, 14.5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("1,5,2,5,3,5,4,5\n10,25,2,5,3,5,14,5\n", ":1:2: .*'1,5' may be one number with a decimal comma"),
+        ("1,5 2,5 3,5 4,5\n", ":1:2: .*'1,5' may be one number with a decimal comma"),
+        ("0,05 1 2 3\n", ":1:2: .*'0,05' may be one number with a decimal comma"),
+        ("1;2;3.5;4\n1,5;2;3;4\n", ":2:2: .*a decimal comma, and a point in a number of line 1"),
+        ("1;2;;3;4;5\n", ":1:5: .*a number is missing"),
+    ],
+)
+def test_commas_of_traces_that_may_be_decimal_are_refused(native, tmp_path, text, place):
+    (tmp_path / "a.txt").write_text(text if ";;" not in text else text + "1,5;2;3;4\n")
+    with pytest.raises(rockdda.InputError, match=place):
+        convert(tmp_path / "a.txt", tmp_path / "a")
+
+
+def test_whole_coordinates_with_commas_are_traces(native, tmp_path):
+    (tmp_path / "a.txt").write_text("0,0,4,0\n4,0,4,3,0,3\n")
+    convert(tmp_path / "a.txt", tmp_path / "a")
+    assert lines_of(tmp_path / "a.dc")[0][:, :4].tolist() == [[0, 0, 4, 0], [4, 0, 4, 3], [4, 3, 0, 3]]
+
+
 def test_a_head_of_words_is_left_out_and_scale_holds(tmp_path):
     (tmp_path / "a.txt").write_text("x1 y1 x2 y2\n0 0 100 100\n")
     done = convert(tmp_path / "a.txt", tmp_path / "a", scale=0.01)

@@ -15,7 +15,7 @@ from pathlib import Path
 from ..deck import BlockMaterial, JointMaterial
 from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
-from ..text import has_controls
+from ..text import decoded, has_controls
 from ..writing import write_file
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
@@ -298,23 +298,23 @@ def _kind(path: Path) -> str:
     found = ddaml.is_ddaml(path)
     if found:
         return found
-    head = path.open("rb").read(64).lstrip(b"\xef\xbb\xbf \t\r\n")
-    if path.suffix.lower() == ".dxf" or head.startswith(b"AutoCAD Binary DXF"):
+    head = decoded(path.open("rb").read(65536)).lstrip()
+    if path.suffix.lower() == ".dxf" or head.startswith("AutoCAD Binary DXF"):
         return "dxf"
-    if path.suffix.lower() in (".gpkg", ".shp") or head.startswith(b"SQLite format 3"):
+    if path.suffix.lower() in (".gpkg", ".shp") or head.startswith("SQLite format 3"):
         return "gis"
-    if head.startswith(b"{") or head.startswith(b"["):
+    if head.startswith(("{", "[")):
         from .compas import is_compas
 
-        if is_compas(path.open("rb").read(4096).decode("latin-1")):
+        if is_compas(head[:4096]):
             return "compas"
-    if path.suffix.lower() in (".geojson", ".json") or head.startswith(b"{"):
+    if path.suffix.lower() in (".geojson", ".json") or head.startswith("{"):
         return "geojson"
-    if head.startswith(b"<"):
+    if head.startswith("<"):
         raise InputError("is XML, but not DDAML: it has neither 'Geometry' nor 'Analysis'", path)
     from .traces import looks_like_traces
 
-    if looks_like_traces(path.open("rb").read(65536)):
+    if looks_like_traces(head):
         return "traces"
     known = "DDAML, DXF, GeoJSON, GeoPackage, Shapefile, JSON of COMPAS, or traces x1 y1 x2 y2 ... in lines"
     raise InputError(f"is none of {known}; RockDDA's own files need no conversion", path)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..deck import BlockMaterial, JointMaterial, number_text
+from ..text import decoded
 from .ddaml_reader import Reader
 from .geometry import LARGEST_MATERIAL, Analysis, Geometry, TimeRow
 from .report import Report, read_text
@@ -61,10 +62,10 @@ OTHER_CONSTANTS = ["Domainscale", "NormExternDist", "NormPenDist", "MinReflineFa
 def is_ddaml(path: Path) -> str | None:
     """'geometry', 'analysis' or 'both' for a DDAML file; None for anything else that can be read."""
     try:
-        head = path.open("rb").read(4096).lstrip(b"\xef\xbb\xbf \t\r\n")
+        head = decoded(path.open("rb").read(4096)).lstrip()
     except OSError:
         return None
-    if not head.startswith(b"<"):
+    if not head.startswith("<"):
         return None
     report = Report(path)
     root = parse_xml(read_text(path), report)

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from ..errors import InputError, Problem
-from ..text import short
+from ..text import decoded, short
 
 MOST_SHOWN = 50
 MOST_ERRORS = 1000  # then the conversion ends
@@ -112,7 +112,4 @@ def read_text(path: Path) -> str:
         raise InputError(f"cannot be read: {error.strerror}", path) from error
     if len(data) > LARGEST_FILE:
         raise InputError(_too_large(), path)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return decoded(data)

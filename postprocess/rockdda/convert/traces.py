@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Traces of fractures as text, as FracPaQ reads them: a trace in each line, x and y of its nodes one after the other.
 
-Numbers stand between tabs, blanks, commas or semicolons; lines end as on any system, also with a carriage return only.
+Numbers stand between tabs, blanks, commas or semicolons; between tabs or semicolons a comma is a decimal sign.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 
 from ..errors import InputError
+from ..native import Session
 from ..text import shown
 from .geometry import Geometry
 from .report import MOST_LINES, Report, read_text
@@ -21,26 +22,20 @@ WORD = re.compile(r"[^\s,;]+")
 COMMENTS = ("#", "%", "!")
 
 
-def looks_like_traces(head: bytes) -> bool:
+def looks_like_traces(head: str) -> bool:
     """Does a file begin with a line of an even count of four numbers or more, perhaps behind a line of words?"""
-    rows = [row for row in unix_lines(head.decode("latin-1")).split("\n")[:-1] if row.strip()][:3]
-    rows = [row for row in rows if not row.lstrip().startswith(COMMENTS)]
-    return any(_is_trace(row) for row in rows[:2])
+    rows = [row for row in head.split("\n") if row.strip() and not row.lstrip().startswith(COMMENTS)][:2]
+    # commas between numbers, or as decimal signs
+    return any(_is_trace(WORD.findall(row)) or _is_trace(WORD.findall(row.replace(",", "."))) for row in rows)
 
 
-def _is_trace(row: str) -> bool:
-    words = WORD.findall(row)
+def _is_trace(words: list[str]) -> bool:
     return len(words) >= 4 and len(words) % 2 == 0 and all(_number(word) is not None for word in words)
-
-
-def unix_lines(text: str) -> str:
-    """The text with a line feed at each end of a line."""
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _number(word: str) -> float | None:
     try:
-        value = float(word) if "_" not in word else math.nan
+        value = float(word.lower().replace("d", "e")) if "_" not in word else math.nan
     except ValueError:
         return None
     return value if abs(value) < LARGEST else None
@@ -48,8 +43,10 @@ def _number(word: str) -> float | None:
 
 def read_traces(path: Path, material: int = 1, kind: str = "joint") -> tuple[Geometry, Report]:
     """The lines of a file of traces, all of one kind and material."""
-    text = unix_lines(read_text(path))
+    text = read_text(path)
     report, geometry = Report(path, text), Geometry()
+    if "," in text:  # which may be a decimal sign
+        text = Session().plain_table(path, least=4, multiple=2)
     into = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
     first = True
     for number, row in enumerate(text.split("\n"), start=1):

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..namelist import parse_groups
 from ..program import find_program
+from ..text import decoded
 
 __all__ = ["ModelData", "model_files", "read_model"]
 
@@ -69,7 +70,7 @@ def _geometry_of(path: Path | None) -> Path | None:
 
 def _text_of(path: Path) -> str:
     try:
-        return path.read_bytes().decode("utf-8", "replace")
+        return decoded(path.read_bytes())
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path) from error
 
@@ -98,7 +99,7 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
     found.page = found.geometry | {
         "file": str(options or geometry),
         "geometryFile": str(geometry or ""),
-        "text": text.splitlines(),
+        "text": text.split("\n"),
         "regions": _regions(found, told or {}),
         "boundaries": _boundaries(found),
         "water": [
@@ -170,7 +171,7 @@ def _take_geometry(found: ModelData, path: Path | None) -> None:
 
 def _data_lines(text: str) -> list[int]:
     """Numbers of the lines that hold more than a comment."""
-    rows = enumerate(text.splitlines(), start=1)
+    rows = enumerate(text.split("\n"), start=1)
     return [number for number, row in rows if re.split(r"[#!]", row, maxsplit=1)[0].strip()]
 
 

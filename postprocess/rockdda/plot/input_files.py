@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..text import plain_text
+from ..text import decoded, plain_text
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_bolts
 from .style import MATERIALS, PALETTE, new_axes, size_of, style
@@ -50,12 +51,10 @@ def is_input(path: str | os.PathLike[str]) -> bool:
 
 def _is_namelist(path: str | os.PathLike[str]) -> bool:
     """True for a file whose first line that is no comment begins a group, as `&model`."""
-    with Path(path).open(encoding="utf-8", errors="replace") as stream:
-        for line in stream:
-            text = line.split("!")[0].strip()
-            if text:
-                return text[0] in "&$"
-    return False
+    with Path(path).open("rb") as stream:
+        head = decoded(stream.read(65536))
+    first = re.search(r"^\s*([^\s#!])", head, re.M)
+    return first is not None and first[1] in "&$"
 
 
 def input_plot(

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
+from ..text import input_numbers
 from . import facts
 from .facts import HalfStep
 
@@ -104,12 +105,8 @@ def _find_files(groups: dict[str, list[dict[str, Any]]], beside: Path) -> None:
 
 def _dt_max(analysis: str) -> float | None:
     """The largest time step (g1) of an analysis file."""
-    words = [line.split("#")[0].split() for line in analysis.splitlines()]
-    numbers = [word for line in words for word in line]
-    try:  # k01, steps, number of block and joint materials, g2, g1
-        return float(numbers[5].lower().replace("d", "e")) or None
-    except (IndexError, ValueError):
-        return None
+    numbers = input_numbers(analysis)  # k01, steps, number of block and joint materials, g2, g1
+    return numbers[5] or None if len(numbers) > 5 else None
 
 
 def compare_ends(results: Results, half: Results) -> HalfStep:

@@ -100,7 +100,7 @@ def read_study(path: str | os.PathLike[str], output: str | os.PathLike[str] | No
     try:
         with path.open("rb") as stream:
             raw = stream.read(_LARGEST_STUDY + 1)
-        text = raw.decode("utf-8").replace("\r\n", "\n")
+        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
         raise InputError("no such file", path) from None
     except (OSError, UnicodeDecodeError) as problem:
