@@ -160,22 +160,24 @@ def cut(
     joint: npt.ArrayLike = 1,
     holes: npt.ArrayLike = (),
     output: str | os.PathLike[str] | None = None,
+    allow_open: bool = False,
 ) -> Blocks:
     """Cut the plane into blocks.
 
     geometry: a geometry file (.dc, .geo), a block file (.blk, which is read), a `Model`, or an array of lines, (n, 4)
     with the rows x1 y1 x2 y2. For an array, e0 is the distance below which nodes are one (default: 1e-6 of the
     extent), joint the joint material of all lines or of each, holes an (m, 2) array of points in openings.
-    output: also write the blocks to this file, as `rockdda cut` does.
+    output: also write the blocks to this file, as `rockdda cut` does. allow_open: boundary lines that leave a gap or
+    bound no block are a warning.
 
     Raises InputError; warnings (dropped lines, …) become `InputWarning`.
     """
     session = Session()
     was_cut = True
     if isinstance(geometry, HasGeometry):
-        session.cut_text(f"{geometry.name}.dc", geometry.geometry_text())
+        session.cut_text(f"{geometry.name}.dc", geometry.geometry_text(), allow_open=allow_open)
     elif isinstance(geometry, str | os.PathLike):
-        session.cut_file(geometry)
+        session.cut_file(geometry, allow_open=allow_open)
         was_cut = session.sizes()["lines"] > 0
     else:
         rows = line_rows(geometry, joint)

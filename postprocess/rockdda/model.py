@@ -419,9 +419,9 @@ class Model(OptionGroups):
 
     # -- use -----------------------------------------------------------------------------------------------------
 
-    def cut(self) -> Blocks:
-        """Cut the lines into blocks."""
-        return cut(self)
+    def cut(self, *, allow_open: bool = False) -> Blocks:
+        """Cut the lines into blocks. allow_open: boundary lines that leave a gap or bound no block are a warning."""
+        return cut(self, allow_open=allow_open)
 
     def run(self, **options: Any) -> Results:
         """Run the model; takes the arguments of `rockdda.run`. Default output: name.h5."""

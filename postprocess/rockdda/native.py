@@ -139,6 +139,7 @@ class Session:
         max_wall: float | None = None,
         checkpoint_every: float | None = None,
         strict: bool = False,
+        allow_open: bool = False,
         force: bool = False,
     ) -> None:
         """Set the options of the run that are not in the files."""
@@ -164,6 +165,7 @@ class Session:
             -1.0 if max_wall is None else float(max_wall),
             -1.0 if checkpoint_every is None else float(checkpoint_every),
             int(strict),
+            int(allow_open),
             int(force),
         )
 
@@ -178,13 +180,13 @@ class Session:
         data = [os.fsencode(text) for text in (*names, *texts)]
         self.check(self._api.read_texts(self.handle, *data))
 
-    def cut_file(self, model: PathLike) -> None:
+    def cut_file(self, model: PathLike, *, allow_open: bool = False) -> None:
         """Cut a geometry file, or read a block file."""
-        self.check(self._api.cut_file(self.handle, os.fsencode(model)))
+        self.check(self._api.cut_file(self.handle, os.fsencode(model), int(allow_open)))
 
-    def cut_text(self, name: str, text: str) -> None:
+    def cut_text(self, name: str, text: str, *, allow_open: bool = False) -> None:
         """Cut the text of a geometry file."""
-        self.check(self._api.cut_text(self.handle, os.fsencode(name), os.fsencode(text)))
+        self.check(self._api.cut_text(self.handle, os.fsencode(name), os.fsencode(text), int(allow_open)))
 
     def draw_file(self, path: PathLike, seed: int | None) -> None:
         """Draw the lines of a joint statistics file."""
@@ -270,6 +272,7 @@ class Session:
 
 def _in_python_words(text: str) -> str:
     text = text.replace("use --force to overwrite it", "use force=True to overwrite it")
+    text = text.replace("--allow-open runs all the same", "allow_open=True runs all the same")
     return text.replace("'rockdda check' lists all", "`messages` of the blocks lists all")
 
 

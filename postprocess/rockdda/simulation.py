@@ -55,6 +55,7 @@ def run(
     checkpoint_every: float | None = None,
     dialect: str | None = None,
     strict: bool = False,
+    allow_open: bool = False,
     force: bool = False,
     progress: Progress | bool | None = None,
 ) -> Results:
@@ -83,6 +84,7 @@ def run(
         max_wall=max_wall,
         checkpoint_every=checkpoint_every,
         strict=strict,
+        allow_open=allow_open,
         force=force,
     )
     started = clock.monotonic()
@@ -147,6 +149,7 @@ class Simulation:
         checkpoint_every: float | None = None,
         dialect: str | None = None,
         strict: bool = False,
+        allow_open: bool = False,
         force: bool = False,
     ) -> None:
         self._session = Session()
@@ -160,6 +163,7 @@ class Simulation:
             t_end=t_end,
             checkpoint_every=checkpoint_every,
             strict=strict,
+            allow_open=allow_open,
             force=force,
         )
         with ExitStack() as stack:

@@ -308,3 +308,19 @@ def test_namelists_read_back():
         format_groups({"run": [("title", "x")]})
     with pytest.raises(rockdda.InputError, match="expected a number, text"):
         format_groups({"run": {"steps": None}})
+
+
+def test_an_outline_with_a_gap_is_refused_unless_allowed(tmp_path):
+    model = rockdda.Model("gap", labelled=True, gravity=9.81, steps=1)
+    for start, end in (((0, 0), (4, 0)), ((4, 0), (4, 4)), ((4, 4), (0.5, 4)), ((0, 4), (0, 0))):
+        model.add_line(start, end, boundary=True)
+    model.add_line((-1, 2), (5, 2))
+    model.add_block_material(density=2600, young=20e9, poisson=0.25)
+    model.add_joint_material(friction=35)
+    model.add_boundary([(0, 0), (4, 0)], "fixed")
+    for act in (model.cut, lambda: model.run(output=tmp_path / "gap.h5")):
+        with pytest.raises(rockdda.InputError, match=r"\(0.5, 4\) and line 4 at \(0, 4\), 0.5 apart.*allow_open=True"):
+            act()
+    for act in (model.cut, lambda **options: model.run(output=tmp_path / "gap.h5", **options)):
+        with pytest.warns(rockdda.InputWarning, match="0.5 apart"):
+            act(allow_open=True)

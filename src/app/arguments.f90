@@ -169,6 +169,7 @@ contains
          case ('--help'); line%help = .true.
          case ('--version'); line%version = .true.
          case ('--strict'); line%strict = .true.
+         case ('--allow-open'); line%allow_open = .true.
          case ('--force'); line%force = .true.
          case ('--quiet'); line%quiet = .true.
          case ('--json'); line%json = .true.

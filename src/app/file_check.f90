@@ -100,6 +100,7 @@ contains
       origin%file = path
       select case (kind)
       case (file_kind%geometry)
+         content%geometry%allow_open = line%allow_open
          call cut_blocks(content%geometry, content%blocks, report, messages, error)
          if (allocated(error)) call messages%add_error(error)
       case (file_kind%statistics)

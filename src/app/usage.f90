@@ -109,7 +109,8 @@ contains
              'options:'//nl// &
              '  -o, --output FILE the block file; default: the stem of the geometry file + .blk in the current'//nl// &
              '                    folder'//nl// &
-             '  --config FILE     namelist file with run options; of these &region and &subdivide count'//nl// &
+             '  --config FILE     namelist file with run options; of these &region, &subdivide and allow_open count'//nl// &
+             '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
@@ -145,6 +146,7 @@ contains
              '  --max-wall S      stop after S seconds on the wall clock (exit 4)'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
+             '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
              '  --strict          end the run (exit 3) instead of warning when the energy balance fails or'//nl// &
              '                    a static stage ends without equilibrium'//nl// &
              common_text()// &
@@ -218,6 +220,7 @@ contains
              '  -o, --output FILE the run of the failing trial nearest to the factor as results, with the group'//nl// &
              '                    /search; default: none is written'//nl// &
              '  -c, --config FILE namelist file with run options, beside a geometry and an analysis file'//nl// &
+             '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
              '  --save-every K    a frame of it every K steps'//nl// &
              '  --solver NAME     '//solver_names//nl// &
              '  --threads N       number of threads of a single trial'//nl// &
@@ -248,6 +251,7 @@ contains
              '  --as-namelist     print the labelled file (.nml with &model) of the files of one run instead:'//nl// &
              '                    run by itself it gives the same results, bit for bit'//nl// &
              '  -c, --config FILE namelist file with run options, as one of the files'//nl// &
+             '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
              '  --options-table   print all options of a run as a Markdown table, with --json as a JSON Schema,'//nl// &
              '                    instead of checking files'//nl// &
              common_text()// &

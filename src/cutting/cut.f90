@@ -36,6 +36,7 @@ module rockdda_cutting_cut
    use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
    use rockdda_cutting_location, only : block_locator_type
    use rockdda_cutting_nesting, only : nesting_type, find_nesting
+   use rockdda_cutting_open_outline, only : check_outline
    use rockdda_cutting_nodes, only : node_set_type, merge_meetings
    use rockdda_cutting_outlines, only : outline_set_type, make_outlines
    implicit none
@@ -101,11 +102,14 @@ contains
       call build_graph(nodes%bins%position(:, 1:nodes%bins%n), nodes%key(:, 1:nodes%bins%n), pieces, graph)
       call prune_dead_ends(graph)
       call trace_faces(graph, faces)
-      call report_lines(geometry, skip, meetings, pieces, graph, report, messages)
-      if (faces%n_groups == 0) then
+      call report_lines(geometry, skip, e0, meetings, pieces, graph, report, messages, found, error)
+      if (allocated(error)) return
+      if (faces%n_groups == 0 .and. .not. found%has_errors()) then
          call refuse()
          return
       end if
+      call found%to_error(error)
+      if (allocated(error)) return
       call straighten(graph, geometry%line_joint, 1.0e-3_wp*e0)
       call trace_faces(graph, faces)
       call find_nesting(graph, faces, nesting)
@@ -165,16 +169,19 @@ contains
       if (.not. merging_distance > 0) merging_distance = tiny(1.0_wp)
    end function merging_distance
 
-   !> Report the lines that bound no block; count those that lost an end.
-   subroutine report_lines(geometry, skip, meetings, pieces, graph, report, messages)
+   !> Report the lines that bound no block, and an outline that does not close; count those that lost an end.
+   subroutine report_lines(geometry, skip, e0, meetings, pieces, graph, report, messages, found, error)
       type(geometry_input_type), intent(in) :: geometry
       logical, intent(in) :: skip(:)
+      real(wp), intent(in) :: e0
       type(meeting_list_type), intent(in) :: meetings
       type(pieces_type), intent(in) :: pieces
       type(graph_type), intent(in) :: graph
       type(cut_report_type), intent(inout) :: report
-      type(diagnostics_type), intent(inout) :: messages
-      logical, dimension(size(skip)) :: met, kept, lost
+      type(diagnostics_type), intent(inout) :: messages          !! warnings
+      type(diagnostics_type), intent(inout) :: found             !! errors
+      type(error_type), allocatable, intent(out) :: error
+      logical, dimension(size(skip)) :: met, kept, lost, at_fault
       integer, dimension(size(skip)) :: told
       integer :: i, k, e, summary
       character(len=:), allocatable :: name
@@ -203,6 +210,14 @@ contains
       end do
       report%n_dropped_lines = count(.not. kept)
       report%n_shortened_lines = count(kept .and. lost)
+      if (geometry%allow_open) then
+         call check_outline(geometry, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
+      else
+         call check_outline(geometry, kept, lost, skip, e0, severity%error, at_fault, found, error)
+      end if
+      if (allocated(error)) return
+      ! these have a message
+      kept = kept .or. at_fault
       summary = 0
       if (count(.not. (kept .or. skip)) > 1) call summarise_lines(geometry, kept .or. skip, met, messages, summary)
       do i = 1, size(skip)

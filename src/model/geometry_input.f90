@@ -13,6 +13,7 @@ module rockdda_model_geometry_input
    type :: geometry_input_type
       real(wp) :: edge_node_distance = 0      !! e0, smallest distance between a node and an edge [length]
       integer :: n_boundary = 0               !! the first n_boundary lines are boundary lines
+      logical :: allow_open = .false.         !! boundary lines that do not close are a warning, not an error
       real(wp), allocatable :: lines(:, :)          !! (4, n) x1 y1 x2 y2
       integer, allocatable :: line_joint(:)         !! (n) joint material, 1-based
       real(wp), allocatable :: material_lines(:, :) !! (4, n)

@@ -176,6 +176,8 @@ contains
                             unit='s', above=0.0_wp, default_text='none', applies='not to a resumed run'), o%max_wall)
       call table%add(option('checkpoint_every', 'wall-clock time between checkpoints', unit='s', above=0.0_wp, &
                             default=60.0_wp), o%checkpoint_every)
+      call table%add(option('allow_open', 'boundary lines that leave a gap or bound no block are a warning; '// &
+                            '.false.: an error', see='cutting.md', applies='a geometry file'), o%allow_open)
       call table%add(option('strict', 'energy from nowhere, or a static stage that ends '// &
                             'without equilibrium, ends the run (exit 3); .false.: a warning', &
                             see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)

@@ -183,6 +183,7 @@ module rockdda_model_options
       integer :: threads = unset_integer
       real(wp) :: max_wall = unset_real           !! [s]
       real(wp) :: checkpoint_every = unset_real   !! [s], default 60
+      logical :: allow_open = .false.             !! an outline that does not close is a warning
       logical :: strict = .false.                 !! an answer that is not to be trusted ends the run
       ! &time
       real(wp) :: dt_max = unset_real, dt_min = unset_real, k01 = unset_real, displacement_ratio = unset_real

@@ -51,13 +51,13 @@ contains
 
    !> Set the options of the run beside the files. Texts may be empty.
    subroutine request(handle, output, solver, dialect, threads, steps, save_every, t_end, max_wall, checkpoint_every, &
-                      strict, force)
+                      strict, allow_open, force)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: output, solver
       integer(c_int), intent(in) :: dialect                     !! 0 auto, 1 peer, 2 g0
       integer(c_int), intent(in) :: threads, steps, save_every
       real(c_double), intent(in) :: t_end, max_wall, checkpoint_every
-      integer(c_int), intent(in) :: strict, force               !! 0 or 1
+      integer(c_int), intent(in) :: strict, allow_open, force   !! 0 or 1
       type(session_type), pointer :: session
       call get_session(handle, session)
       session%request%output = output
@@ -70,6 +70,7 @@ contains
       if (max_wall > 0) session%request%max_wall = max_wall
       if (checkpoint_every > 0) session%request%checkpoint_every = checkpoint_every
       session%request%strict = strict /= 0
+      session%request%allow_open = allow_open /= 0
       session%request%force = force /= 0
    end subroutine request
 
@@ -114,9 +115,10 @@ contains
    end subroutine read_texts
 
    !> Cut a geometry file, or read a block file.
-   subroutine cut_file(handle, model, status)
+   subroutine cut_file(handle, model, allow_open, status)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: model
+      integer(c_int), intent(in) :: allow_open                  !! 0 or 1
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
       logical :: ok
@@ -127,15 +129,17 @@ contains
          call recognise_file(model, s%input%model_kind, s%messages, ok)
          if (ok .and. s%input%model_kind /= file_kind%geometry .and. s%input%model_kind /= file_kind%blocks) &
             call make_error(s%error, error_code%input, model//': error: expected a geometry or block file')
+         s%input%options%allow_open = allow_open /= 0
          if (s%status() == 0) call read_blocks(s%input, s%messages, s%error)
       end associate
       status = session%status()
    end subroutine cut_file
 
    !> Cut the text of a geometry file.
-   subroutine cut_text(handle, model, model_text, status)
+   subroutine cut_text(handle, model, model_text, allow_open, status)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: model, model_text
+      integer(c_int), intent(in) :: allow_open                  !! 0 or 1
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
       !f2py threadsafe
@@ -145,6 +149,7 @@ contains
          s%input%model_kind = file_kind%geometry
          s%input%model_file = model
          s%input%model_text = model_text
+         s%input%options%allow_open = allow_open /= 0
          call read_blocks(s%input, s%messages, s%error)
       end associate
       status = session%status()

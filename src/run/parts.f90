@@ -4,7 +4,6 @@ module rockdda_run_parts
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : run_options_type
-   use rockdda_io_namelist_file, only : read_options_file
    use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
                                  check_cells, make_cells
    use rockdda_run_described_materials, only : find_described
@@ -47,12 +46,10 @@ contains
    end subroutine make_parts
 
    !> Cut blocks into cells as an options file says. Materials are not known here.
-   subroutine make_cells_of_options(config, blocks, messages)
-      character(len=*), intent(in) :: config
+   subroutine make_cells_of_options(options, blocks, messages)
+      type(run_options_type), intent(inout) :: options
       type(block_system_type), intent(inout) :: blocks
       type(diagnostics_type), intent(inout) :: messages
-      type(run_options_type) :: options
-      call read_options_file(config, options, messages)
       if (.not. messages%has_errors()) call number_regions(options%block_materials, options%regions, messages)
       if (.not. messages%has_errors()) call check_regions(blocks, options%regions, huge(1), messages)
       if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &

@@ -69,6 +69,7 @@ contains
             if (allocated(input%geometry%line_joint)) deallocate (input%geometry%line_joint)
             return
          end if
+         input%geometry%allow_open = input%options%allow_open
          call cut_blocks(input%geometry, input%blocks, input%cut, messages, error)
       end if
       input%has_blocks = messages%n_errors == before .and. .not. allocated(error)

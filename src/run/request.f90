@@ -21,6 +21,7 @@ module rockdda_run_request
       real(wp) :: t_end = unset_real
       real(wp) :: max_wall = unset_real
       real(wp) :: checkpoint_every = unset_real
+      logical :: allow_open = .false.                !! an outline that does not close is a warning
       logical :: strict = .false.                    !! an answer that is not to be trusted ends the run
       logical :: force = .false.                     !! overwrite an older result
    end type run_request_type
@@ -42,6 +43,7 @@ contains
          options%save_dt = unset_real
       end if
       options%strict = options%strict .or. request%strict
+      options%allow_open = options%allow_open .or. request%allow_open
       if (len(request%solver) > 0) options%method = request%solver
       if (len(request%output) > 0) options%output_file = request%output
       if (request%threads > most_threads) call messages%add(severity%error, 'threads: must be '// &

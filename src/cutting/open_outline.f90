@@ -1,0 +1,216 @@
+! SPDX-License-Identifier: MIT
+!> The lines meant as the outer boundary of a model (the first n_boundary): whether they close.
+!>
+!> A boundary line that bounds blocks along all its length is right, whatever closes them. Of the others those are at
+!> fault that bound no block at all, and those that belong to no closed loop of boundary lines: there the outline has a
+!> gap. What is left are lines of closed loops that go on beyond the corner where they meet, which harms nothing.
+module rockdda_cutting_open_outline
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_error, only : error_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_segments, only : nearest_parameter, segment_point
+   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_cutting_cleaning, only : clean_pieces
+   use rockdda_cutting_faces, only : prune_dead_ends
+   use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
+   use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
+   use rockdda_cutting_nodes, only : node_set_type, merge_meetings
+   implicit none
+   private
+   public :: check_outline
+
+   !> Words of the way out.
+   character(len=*), parameter :: way_out = '--allow-open runs all the same (&run allow_open)'
+
+   !> The net of the boundary lines alone.
+   type :: outline_net_type
+      logical, allocatable :: closes(:)      !! (lines) part of the line is in a closed loop
+      integer, allocatable :: chain(:)       !! (lines) connected lines have one number
+      integer :: n_ends = 0                  !! free ends
+      integer, allocatable :: end_line(:)    !! (n_ends)
+      real(wp), allocatable :: place(:, :)   !! (2, n_ends) [L]
+   end type outline_net_type
+
+contains
+
+   !> Report gaps, and boundary lines that bound no block.
+   subroutine check_outline(geometry, kept, lost, skip, e0, level, at_fault, messages, error)
+      type(geometry_input_type), intent(in) :: geometry
+      logical, intent(in) :: kept(:)           !! (lines) bounds a block
+      logical, intent(in) :: lost(:)           !! (lines) has a part that bounds none
+      logical, intent(in) :: skip(:)           !! (lines) shorter than e0
+      real(wp), intent(in) :: e0               !! [L]
+      integer, intent(in) :: level             !! of the messages, one of severity%...
+      logical, intent(out) :: at_fault(:)      !! (lines) there is a message about the line or its chain
+      type(diagnostics_type), intent(inout) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      type(outline_net_type) :: net
+      logical, allocatable :: told(:)
+      integer :: n, i
+      at_fault = .false.
+      n = min(geometry%n_boundary, size(skip))
+      if (all((kept(1:n) .and. .not. lost(1:n)) .or. skip(1:n))) return
+      call trace_boundary(geometry%lines(:, 1:n), skip(1:n), e0, net, error)
+      if (allocated(error)) return
+      at_fault(1:n) = .not. skip(1:n) .and. (.not. kept(1:n) .or. (lost(1:n) .and. .not. net%closes))
+      if (.not. any(at_fault)) return
+      allocate (told(n), source=.false.)
+      call report_gaps(geometry, net, at_fault(1:n), level, told, messages)
+      do i = 1, n
+         if (at_fault(i) .and. .not. told(net%chain(i))) call messages%add(level, 'line '//to_string(i)// &
+            ' of the boundary, from '//at(geometry%lines(1:2, i))//' to '//at(geometry%lines(3:4, i))// &
+            ', bounds no block: delete it, or draw it as a joint; '//way_out, geometry%line_origin(i))
+      end do
+   end subroutine check_outline
+
+   !> Cut the boundary lines alone.
+   subroutine trace_boundary(lines, skip, e0, net, error)
+      real(wp), intent(in) :: lines(:, :)      !! (4, n)
+      logical, intent(in) :: skip(:)           !! (n)
+      real(wp), intent(in) :: e0
+      type(outline_net_type), intent(out) :: net
+      type(error_type), allocatable, intent(out) :: error
+      type(meeting_list_type) :: meetings
+      type(node_set_type) :: nodes
+      type(pieces_type) :: pieces
+      type(graph_type) :: graph
+      integer, allocatable :: degree(:), line_at(:)
+      integer :: n, k, e, i, rounds
+      n = size(skip)
+      call find_meetings(lines, skip, e0, meetings)
+      call merge_meetings(meetings, n, e0, nodes, pieces)
+      call clean_pieces(e0, nodes, pieces, rounds, error)
+      if (allocated(error)) return
+      call build_graph(nodes%bins%position(:, 1:nodes%bins%n), nodes%key(:, 1:nodes%bins%n), pieces, graph)
+      allocate (degree(graph%n_nodes), line_at(graph%n_nodes), source=0)
+      do e = 1, graph%n_edges
+         degree(graph%ends(:, e)) = degree(graph%ends(:, e)) + 1
+      end do
+      do k = 1, pieces%n
+         line_at(pieces%ends(:, k)) = pieces%line(k)
+      end do
+      net%n_ends = count(degree == 1)
+      net%end_line = pack(line_at, degree == 1)
+      allocate (net%place(2, net%n_ends))
+      do i = 1, 2
+         net%place(i, :) = pack(graph%position(i, :), degree == 1)
+      end do
+      call number_chains(pieces, graph%n_nodes, n, net%chain)
+      call prune_dead_ends(graph)
+      allocate (net%closes(n), source=.false.)
+      do k = 1, pieces%n
+         if (graph%alive(graph%piece_edge(k))) net%closes(pieces%line(k)) = .true.
+      end do
+   end subroutine trace_boundary
+
+   !> Number connected lines alike: by the smallest of them.
+   pure subroutine number_chains(pieces, n_nodes, n_lines, chain)
+      type(pieces_type), intent(in) :: pieces
+      integer, intent(in) :: n_nodes, n_lines
+      integer, allocatable, intent(out) :: chain(:)      !! (n_lines)
+      integer :: at_node(n_nodes), k, least
+      logical :: changed
+      allocate (chain(n_lines))
+      chain = [(k, k=1, n_lines)]
+      at_node = n_lines
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do k = 1, pieces%n
+            least = min(chain(pieces%line(k)), at_node(pieces%ends(1, k)), at_node(pieces%ends(2, k)))
+            if (chain(pieces%line(k)) == least .and. all(at_node(pieces%ends(:, k)) == least)) cycle
+            chain(pieces%line(k)) = least
+            at_node(pieces%ends(:, k)) = least
+            changed = .true.
+         end do
+      end do
+   end subroutine number_chains
+
+   !> A message for each gap: the free end of a line at fault, and the nearest free end of another line, or the nearest
+   !> line if that is less than half as far.
+   subroutine report_gaps(geometry, net, at_fault, level, told, messages)
+      type(geometry_input_type), intent(in) :: geometry
+      type(outline_net_type), intent(in) :: net
+      logical, intent(in) :: at_fault(:)        !! (boundary lines)
+      integer, intent(in) :: level
+      logical, intent(inout) :: told(:)         !! (chains)
+      type(diagnostics_type), intent(inout) :: messages
+      logical :: is_left(net%n_ends)
+      real(wp) :: distance, nearest, foot(2)
+      character(len=:), allocatable :: other
+      integer :: i, k, best(2), line
+      is_left = .true.
+      do
+         nearest = huge(nearest)
+         best = 0
+         do i = 1, net%n_ends
+            if (.not. is_left(i) .or. .not. at_fault(net%end_line(i))) cycle
+            do k = 1, net%n_ends
+               if (.not. is_left(k) .or. net%end_line(k) == net%end_line(i)) cycle
+               distance = norm2(net%place(:, k) - net%place(:, i))
+               if (.not. distance < nearest) cycle
+               nearest = distance
+               best = [i, k]
+            end do
+         end do
+         if (best(1) == 0) return
+         is_left(best) = .false.
+         i = best(1)
+         call find_nearest_line(geometry%lines(:, 1:size(at_fault)), net, i, line, foot)
+         other = 'line '//to_string(net%end_line(best(2)))//' at '//at(net%place(:, best(2)))
+         told(net%chain(net%end_line(best))) = .true.
+         if (line > 0) then
+            distance = norm2(foot - net%place(:, i))
+            if (2*distance < nearest) then
+               other = 'passes line '//to_string(line)//' at '//at(foot)
+               nearest = distance
+               is_left(best(2)) = .true.
+            end if
+         end if
+         call messages%add(level, 'the outline does not close: line '//to_string(net%end_line(i))//' ends at '// &
+                           at(net%place(:, i))//' and '//other//', '//to_string(nearest, 3)//' apart: let both '// &
+                           'end at one point, or draw the boundary line between them; '//way_out, &
+                           geometry%line_origin(net%end_line(i)))
+      end do
+   end subroutine report_gaps
+
+   !> The boundary line that a free end is nearest to, between its ends: none that meets the line of the end.
+   pure subroutine find_nearest_line(lines, net, i, line, foot)
+      real(wp), intent(in) :: lines(:, :)       !! (4, n)
+      type(outline_net_type), intent(in) :: net
+      integer, intent(in) :: i                  !! free end
+      integer, intent(out) :: line              !! 0: none
+      real(wp), intent(out) :: foot(2)
+      real(wp) :: t, distance, nearest
+      integer :: k
+      line = 0
+      foot = 0
+      nearest = huge(nearest)
+      do k = 1, size(lines, 2)
+         if (k == net%end_line(i) .or. meet(lines(:, k), lines(:, net%end_line(i)))) cycle
+         t = nearest_parameter(net%place(:, i), lines(1:2, k), lines(3:4, k))
+         if (.not. (t > 0 .and. t < 1)) cycle
+         distance = norm2(segment_point(lines(1:2, k), lines(3:4, k), t) - net%place(:, i))
+         if (.not. distance < nearest) cycle
+         nearest = distance
+         line = k
+         foot = segment_point(lines(1:2, k), lines(3:4, k), t)
+      end do
+   end subroutine find_nearest_line
+
+   !> Do two lines have an end in common?
+   pure logical function meet(a, b)
+      real(wp), intent(in) :: a(4), b(4)
+      meet = all(abs(a(1:2) - b(1:2)) <= 0) .or. all(abs(a(1:2) - b(3:4)) <= 0) .or. &
+             all(abs(a(3:4) - b(1:2)) <= 0) .or. all(abs(a(3:4) - b(3:4)) <= 0)
+   end function meet
+
+   !> A place as text.
+   pure function at(place) result(text)
+      real(wp), intent(in) :: place(2)
+      character(len=:), allocatable :: text
+      text = '('//to_string(place(1))//', '//to_string(place(2))//')'
+   end function at
+
+end module rockdda_cutting_open_outline

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Lines meant as the outer boundary that leave a gap, or bound no block, are an error that names both ends."""
+
+from support import ProgramTest
+
+# a slope of 12 m: base, right side, bench, face, top, left side; a joint from the face to the left side
+OUTLINE = ["0 0 40 0", "40 0 40 8", "40 8 26 8", "26 8 18 20", "18 20 0 20", "0 20 0 0"]
+JOINTS = ["-1 10 30 10", "10 -1 10 30"]
+MODEL = """\
+&model geometry = 'slope.dc' /
+&block_material number = 1, density = 2600, young = 20e9, poisson = 0.25 /
+&joint_material number = 1, friction = 40 /
+&load gravity = 9.81 /
+&boundary along = 0,0, 40,0, kind = 'fixed' /
+&run steps = 1{} /
+"""
+WAY_OUT = "--allow-open runs all the same (&run allow_open)"
+
+
+class Outline(ProgramTest):
+    def write_slope(self, outline, joints=JOINTS, option=""):
+        rows = [f"{row} 1" for row in [*outline, *joints]]
+        self.write("slope.dc", "\n".join(["0.001", f"{len(rows)} {len(outline)}", "0 0 0 0 0 0", *rows, ""]))
+        self.write("slope.nml", MODEL.format(option))
+
+    def problems(self, *arguments, code=2, level="error"):
+        outcome = self.run_program(*arguments, "--force")
+        self.assertEqual(outcome.code, code, outcome.err)
+        return [line for line in outcome.err.splitlines() if f": {level}: " in line]
+
+    def test_a_gap_is_an_error_of_check_cut_and_run_that_names_both_ends(self):
+        for joints in (JOINTS, []):
+            self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", *OUTLINE[4:]], joints)
+            expected = (
+                "slope.dc:7:1: error: the outline does not close: line 4 ends at (18.3, 19.6) and line 5 at (18, 20), "
+                f"0.5 apart: let both end at one point, or draw the boundary line between them; {WAY_OUT}"
+            )
+            for arguments in (("check", "slope.nml"), ("check", "slope.dc"), ("cut", "slope.dc"), ("run", "slope.nml")):
+                with self.subTest(arguments=arguments, joints=len(joints)):
+                    self.assertEqual(self.problems(*arguments), [expected])
+
+    def test_two_gaps_and_a_side_that_is_missing(self):
+        self.write_slope([OUTLINE[0], "40 0 40 7.75", OUTLINE[2], *OUTLINE[4:]])
+        first, second = self.problems("check", "slope.nml")
+        self.assertIn("line 2 ends at (40, 7.75) and line 3 at (40, 8), 0.25 apart", first)
+        self.assertIn("line 3 ends at (26, 8) and line 4 at (18, 20), 14.4 apart", second)
+
+    def test_a_line_that_ends_before_the_middle_of_another(self):
+        self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", "19 20 0 20", OUTLINE[5]])
+        (problem,) = self.problems("check", "slope.nml")
+        self.assertIn("line 4 ends at (18.3, 19.6) and passes line 5 at (18.3, 20), 0.4 apart", problem)
+
+    def test_a_boundary_line_that_bounds_nothing_is_named(self):
+        self.write_slope([*OUTLINE, "50 0 50 9"])
+        self.assertEqual(
+            self.problems("check", "slope.nml"),
+            [
+                "slope.dc:10:1: error: line 7 of the boundary, from (50, 0) to (50, 9), bounds no block: delete it, or "
+                f"draw it as a joint; {WAY_OUT}"
+            ],
+        )
+
+    def test_allowed_outlines_run_with_a_warning(self):
+        self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", *OUTLINE[4:]])
+        for arguments in (("check", "slope.nml"), ("check", "slope.dc"), ("cut", "slope.dc"), ("run", "slope.nml")):
+            with self.subTest(arguments=arguments):
+                said = self.problems(*arguments, "--allow-open", code=0, level="warning")
+                self.assertIn("line 4 ends at (18.3, 19.6)", said[0])
+        self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", *OUTLINE[4:]], option=", allow_open = .true.")
+        for arguments in (("run", "slope.nml"), ("check", "slope.nml")):
+            self.assertIn("0.5 apart", self.problems(*arguments, code=0, level="warning")[0])
+        self.write("cut.nml", "&run allow_open = .true. /\n")
+        self.problems("cut", "slope.dc", "--config", "cut.nml", code=0)
+
+    def test_outlines_that_close_are_no_problem(self):
+        for name, outline in {
+            "closed": OUTLINE,
+            "lines cross at the corners": ["-1 0 41 0", "40 -1 40 9", "41 8 25 8", "26.6667 7 17.3333 21", "19 20 -1 20",
+                                           "0 21 0 -1"],
+            "a joint is part of the outline": [*OUTLINE[:3], "26 8 24.6667 10", "10 20 0 20", OUTLINE[5]],
+            "gap below e0": [*OUTLINE[:3], "26 8 18.0005 20", *OUTLINE[4:]],
+            "a wall inside": [*OUTLINE, "10 0 10 10"],
+            "an island": [*OUTLINE, "20 2 24 2", "24 2 24 6", "24 6 20 2"],
+        }.items():  # fmt: skip
+            with self.subTest(name):
+                self.write_slope(outline)
+                self.assertEqual(self.problems("check", "slope.nml", code=0), [])
+                self.assertEqual(
+                    [w for w in self.problems("cut", "slope.dc", code=0, level="warning") if "outline d" in w], []
+                )
