@@ -30,14 +30,13 @@ module rockdda_cutting_cut
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_cutting_assignment, only : mark_holes, assign_materials, assign_points, assign_bolts
-   use rockdda_cutting_cleaning, only : clean_pieces
    use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, trace_faces, straighten
-   use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
-   use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
+   use rockdda_cutting_graph, only : graph_type, pieces_type
+   use rockdda_cutting_intersections, only : meeting_list_type
+   use rockdda_cutting_line_report, only : report_lines
    use rockdda_cutting_location, only : block_locator_type
+   use rockdda_cutting_net, only : make_net
    use rockdda_cutting_nesting, only : nesting_type, find_nesting
-   use rockdda_cutting_open_outline, only : check_outline
-   use rockdda_cutting_nodes, only : node_set_type, merge_meetings
    use rockdda_cutting_outlines, only : outline_set_type, make_outlines
    implicit none
    private
@@ -73,7 +72,6 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       type(meeting_list_type) :: meetings
-      type(node_set_type) :: nodes
       type(pieces_type) :: pieces
       type(graph_type) :: graph
       type(face_set_type) :: faces
@@ -95,14 +93,12 @@ contains
          call refuse()
          return
       end if
-      call find_meetings(geometry%lines, skip, e0, meetings)
-      call merge_meetings(meetings, n, e0, nodes, pieces)
-      call clean_pieces(e0, nodes, pieces, report%n_rounds, error)
+      call make_net(geometry%lines, skip, e0, meetings, pieces, graph, report%n_rounds, error)
       if (allocated(error)) return
-      call build_graph(nodes%bins%position(:, 1:nodes%bins%n), nodes%key(:, 1:nodes%bins%n), pieces, graph)
       call prune_dead_ends(graph)
       call trace_faces(graph, faces)
-      call report_lines(geometry, skip, e0, meetings, pieces, graph, report, messages, found, error)
+      call report_lines(geometry, skip, e0, meetings, pieces, graph, report%n_dropped_lines, report%n_shortened_lines, &
+                        messages, found, error)
       if (allocated(error)) return
       if (faces%n_groups == 0 .and. .not. found%has_errors()) then
          call refuse()
@@ -168,104 +164,6 @@ contains
       merging_distance = max(merging_distance, 1.0e-10_wp*extent, 64*epsilon(1.0_wp)*maxval(abs(geometry%lines)))
       if (.not. merging_distance > 0) merging_distance = tiny(1.0_wp)
    end function merging_distance
-
-   !> Report the lines that bound no block, and an outline that does not close; count those that lost an end.
-   subroutine report_lines(geometry, skip, e0, meetings, pieces, graph, report, messages, found, error)
-      type(geometry_input_type), intent(in) :: geometry
-      logical, intent(in) :: skip(:)
-      real(wp), intent(in) :: e0
-      type(meeting_list_type), intent(in) :: meetings
-      type(pieces_type), intent(in) :: pieces
-      type(graph_type), intent(in) :: graph
-      type(cut_report_type), intent(inout) :: report
-      type(diagnostics_type), intent(inout) :: messages          !! warnings
-      type(diagnostics_type), intent(inout) :: found             !! errors
-      type(error_type), allocatable, intent(out) :: error
-      logical, dimension(size(skip)) :: met, kept, lost, at_fault
-      integer, dimension(size(skip)) :: told
-      integer :: i, k, e, summary
-      character(len=:), allocatable :: name
-      met = .false.
-      kept = .false.
-      lost = .false.
-      told = 0
-      do k = 1, meetings%n
-         if (meetings%lines(2, k) == 0) cycle
-         met(meetings%lines(:, k)) = .true.
-      end do
-      do k = 1, pieces%n
-         i = pieces%line(k)
-         e = graph%piece_edge(k)
-         if (.not. graph%alive(e)) then
-            lost(i) = .true.
-            cycle
-         end if
-         kept(i) = .true.
-         if (graph%line(e) == i .or. graph%line(e) == told(i)) cycle
-         if (geometry%line_joint(graph%line(e)) == geometry%line_joint(i)) cycle
-         told(i) = graph%line(e)
-         call messages%add(severity%warning, 'line '//to_string(i)//' lies on line '//to_string(graph%line(e))// &
-                           ': the joint material of line '//to_string(graph%line(e))//' holds there', &
-                           geometry%line_origin(i))
-      end do
-      report%n_dropped_lines = count(.not. kept)
-      report%n_shortened_lines = count(kept .and. lost)
-      if (geometry%allow_open) then
-         call check_outline(geometry, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
-      else
-         call check_outline(geometry, kept, lost, skip, e0, severity%error, at_fault, found, error)
-      end if
-      if (allocated(error)) return
-      ! these have a message
-      kept = kept .or. at_fault
-      summary = 0
-      if (count(.not. (kept .or. skip)) > 1) call summarise_lines(geometry, kept .or. skip, met, messages, summary)
-      do i = 1, size(skip)
-         if (kept(i)) cycle
-         name = 'line '//to_string(i)//' from ('//to_string(geometry%lines(1, i))//', '// &
-                to_string(geometry%lines(2, i))//') to ('//to_string(geometry%lines(3, i))//', '// &
-                to_string(geometry%lines(4, i))//') '
-         if (skip(i)) then
-            name = name//'is shorter than the edge-node distance: dropped'
-         else if (.not. met(i)) then
-            name = name//'meets no other line: dropped'
-         else
-            name = name//'bounds no block: dropped'
-         end if
-         call messages%add(severity%warning, name, geometry%line_origin(i), merge(0, summary, skip(i)))
-      end do
-   end subroutine report_lines
-
-   !> One warning for all lines that bound no block: random networks have dozens of them.
-   subroutine summarise_lines(geometry, is_other, met, messages, summary)
-      type(geometry_input_type), intent(in) :: geometry
-      logical, intent(in) :: is_other(:)       !! not one of these lines
-      logical, intent(in) :: met(:)            !! meets another line
-      type(diagnostics_type), intent(inout) :: messages
-      integer, intent(out) :: summary
-      integer, parameter :: most_named = 3
-      type(origin_type) :: file
-      character(len=:), allocatable :: text
-      integer :: i, n, n_alone, named
-      n = count(.not. is_other)
-      n_alone = count(.not. (is_other .or. met))
-      text = to_string(n)//' lines bound no block: dropped'
-      if (n_alone > 0) text = text//' ('//to_string(n_alone)//' of them meet no other line)'
-      named = 0
-      do i = 1, size(is_other)
-         if (is_other(i)) cycle
-         if (named == most_named) exit
-         named = named + 1
-         text = text//trim(merge(': ', ', ', named == 1))//' line '//to_string(i)
-         associate (origin => geometry%line_origin(i))
-            if (.not. allocated(origin%file)) cycle
-            file%file = origin%file
-            if (origin%line > 0) text = text//' ('//origin%file//':'//to_string(origin%line)//')'
-         end associate
-      end do
-      if (n > most_named) text = text//" and "//to_string(n - most_named)//" more; 'rockdda check' lists all"
-      call messages%add_summary(severity%warning, n, text, file, summary)
-   end subroutine summarise_lines
 
    !> Euler's relation and the sum of areas; fills the numbers of the report that belong to the net.
    subroutine check_result(graph, faces, nesting, outlines, report, error)

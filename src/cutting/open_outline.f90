@@ -11,11 +11,10 @@ module rockdda_cutting_open_outline
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_segments, only : nearest_parameter, segment_point
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_cutting_cleaning, only : clean_pieces
    use rockdda_cutting_faces, only : prune_dead_ends
-   use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
-   use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
-   use rockdda_cutting_nodes, only : node_set_type, merge_meetings
+   use rockdda_cutting_graph, only : graph_type, pieces_type
+   use rockdda_cutting_intersections, only : meeting_list_type
+   use rockdda_cutting_net, only : make_net
    implicit none
    private
    public :: check_outline
@@ -72,17 +71,13 @@ contains
       type(outline_net_type), intent(out) :: net
       type(error_type), allocatable, intent(out) :: error
       type(meeting_list_type) :: meetings
-      type(node_set_type) :: nodes
       type(pieces_type) :: pieces
       type(graph_type) :: graph
       integer, allocatable :: degree(:), line_at(:)
       integer :: n, k, e, i, rounds
       n = size(skip)
-      call find_meetings(lines, skip, e0, meetings)
-      call merge_meetings(meetings, n, e0, nodes, pieces)
-      call clean_pieces(e0, nodes, pieces, rounds, error)
+      call make_net(lines, skip, e0, meetings, pieces, graph, rounds, error)
       if (allocated(error)) return
-      call build_graph(nodes%bins%position(:, 1:nodes%bins%n), nodes%key(:, 1:nodes%bins%n), pieces, graph)
       allocate (degree(graph%n_nodes), line_at(graph%n_nodes), source=0)
       do e = 1, graph%n_edges
          degree(graph%ends(:, e)) = degree(graph%ends(:, e)) + 1

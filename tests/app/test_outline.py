@@ -75,8 +75,8 @@ class Outline(ProgramTest):
     def test_outlines_that_close_are_no_problem(self):
         for name, outline in {
             "closed": OUTLINE,
-            "lines cross at the corners": ["-1 0 41 0", "40 -1 40 9", "41 8 25 8", "26.6667 7 17.3333 21", "19 20 -1 20",
-                                           "0 21 0 -1"],
+            "lines cross at the corners": ["-1 0 41 0", "40 -1 40 9", "41 8 25 8", "26.6667 7 17.3333 21",
+                                           "19 20 -1 20", "0 21 0 -1"],
             "a joint is part of the outline": [*OUTLINE[:3], "26 8 24.6667 10", "10 20 0 20", OUTLINE[5]],
             "gap below e0": [*OUTLINE[:3], "26 8 18.0005 20", *OUTLINE[4:]],
             "a wall inside": [*OUTLINE, "10 0 10 10"],

@@ -1,0 +1,138 @@
+! SPDX-License-Identifier: MIT
+!> Messages about input lines: those that bound no block, that lie on another line, and an outline that does not close.
+module rockdda_cutting_line_report
+   use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_error, only : error_type
+   use rockdda_base_strings, only : to_string
+   use rockdda_geometry_segments, only : cross_product
+   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_cutting_graph, only : graph_type, pieces_type
+   use rockdda_cutting_intersections, only : meeting_list_type
+   use rockdda_cutting_open_outline, only : check_outline
+   implicit none
+   private
+   public :: report_lines
+
+contains
+
+   !> Report the lines that bound no block, and an outline that does not close; count those that lost an end.
+   subroutine report_lines(geometry, skip, e0, meetings, pieces, graph, n_dropped, n_shortened, &
+                           messages, found, error)
+      type(geometry_input_type), intent(in) :: geometry
+      logical, intent(in) :: skip(:)
+      real(wp), intent(in) :: e0
+      type(meeting_list_type), intent(in) :: meetings
+      type(pieces_type), intent(in) :: pieces
+      type(graph_type), intent(in) :: graph
+      integer, intent(out) :: n_dropped                          !! lines that bound no block
+      integer, intent(out) :: n_shortened                        !! lines that lost an end
+      type(diagnostics_type), intent(inout) :: messages          !! warnings
+      type(diagnostics_type), intent(inout) :: found             !! errors
+      type(error_type), allocatable, intent(out) :: error
+      logical, dimension(size(skip)) :: met, kept, lost, at_fault
+      integer, dimension(size(skip)) :: told
+      integer :: i, k, e, summary
+      character(len=:), allocatable :: name
+      met = .false.
+      kept = .false.
+      lost = .false.
+      told = 0
+      do k = 1, meetings%n
+         if (meetings%lines(2, k) == 0) cycle
+         met(meetings%lines(:, k)) = .true.
+      end do
+      do k = 1, pieces%n
+         i = pieces%line(k)
+         e = graph%piece_edge(k)
+         if (.not. graph%alive(e)) then
+            lost(i) = .true.
+            cycle
+         end if
+         kept(i) = .true.
+         if (graph%line(e) == i .or. graph%line(e) == told(i)) cycle
+         if (geometry%line_joint(graph%line(e)) == geometry%line_joint(i)) cycle
+         told(i) = graph%line(e)
+         call messages%add(severity%warning, meeting_of(geometry%lines, i, told(i), e0, &
+                                                        graph%position(:, graph%ends(1, e)))// &
+                           ': the joint material of line '//to_string(told(i))//' holds there', &
+                           geometry%line_origin(i))
+      end do
+      n_dropped = count(.not. kept)
+      n_shortened = count(kept .and. lost)
+      if (geometry%allow_open) then
+         call check_outline(geometry, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
+      else
+         call check_outline(geometry, kept, lost, skip, e0, severity%error, at_fault, found, error)
+      end if
+      if (allocated(error)) return
+      ! these have a message
+      kept = kept .or. at_fault
+      summary = 0
+      if (count(.not. (kept .or. skip)) > 1) call summarise_lines(geometry, kept .or. skip, met, messages, summary)
+      do i = 1, size(skip)
+         if (kept(i)) cycle
+         name = 'line '//to_string(i)//' from ('//to_string(geometry%lines(1, i))//', '// &
+                to_string(geometry%lines(2, i))//') to ('//to_string(geometry%lines(3, i))//', '// &
+                to_string(geometry%lines(4, i))//') '
+         if (skip(i)) then
+            name = name//'is shorter than the edge-node distance: dropped'
+         else if (.not. met(i)) then
+            name = name//'meets no other line: dropped'
+         else
+            name = name//'bounds no block: dropped'
+         end if
+         call messages%add(severity%warning, name, geometry%line_origin(i), merge(0, summary, skip(i)))
+      end do
+   end subroutine report_lines
+
+   !> "line 3 lies on line 5", or where they cross at so small an angle that they share an edge.
+   pure function meeting_of(lines, i, k, e0, place) result(text)
+      real(wp), intent(in) :: lines(:, :)      !! (4, n)
+      integer, intent(in) :: i, k
+      real(wp), intent(in) :: e0, place(2)     !! place: where they share an edge
+      character(len=:), allocatable :: text
+      real(wp) :: u(2), v(2), sine
+      u = lines(3:4, i) - lines(1:2, i)
+      v = lines(3:4, k) - lines(1:2, k)
+      sine = abs(cross_product(u, v))/(norm2(u)*norm2(v))
+      text = 'line '//to_string(i)//' lies on line '//to_string(k)
+      ! lines side by side are within e0 all along the shorter of them
+      if (sine*min(norm2(u), norm2(v)) <= 2*e0) return
+      text = 'line '//to_string(i)//' crosses line '//to_string(k)//' near ('//to_string(place(1), 6)//', '// &
+             to_string(place(2), 6)//') at an angle of '//to_string(asin(min(1.0_wp, sine))*180/pi, 2)// &
+             ' degrees, closer than the edge-node distance over '//to_string(e0/sine, 2)
+   end function meeting_of
+
+   !> One warning for all lines that bound no block: random networks have dozens of them.
+   subroutine summarise_lines(geometry, is_other, met, messages, summary)
+      type(geometry_input_type), intent(in) :: geometry
+      logical, intent(in) :: is_other(:)       !! not one of these lines
+      logical, intent(in) :: met(:)            !! meets another line
+      type(diagnostics_type), intent(inout) :: messages
+      integer, intent(out) :: summary
+      integer, parameter :: most_named = 3
+      type(origin_type) :: file
+      character(len=:), allocatable :: text
+      integer :: i, n, n_alone, named
+      n = count(.not. is_other)
+      n_alone = count(.not. (is_other .or. met))
+      text = to_string(n)//' lines bound no block: dropped'
+      if (n_alone > 0) text = text//' ('//to_string(n_alone)//' of them meet no other line)'
+      named = 0
+      do i = 1, size(is_other)
+         if (is_other(i)) cycle
+         if (named == most_named) exit
+         named = named + 1
+         text = text//trim(merge(': ', ', ', named == 1))//' line '//to_string(i)
+         associate (origin => geometry%line_origin(i))
+            if (.not. allocated(origin%file)) cycle
+            file%file = origin%file
+            if (origin%line > 0) text = text//' ('//origin%file//':'//to_string(origin%line)//')'
+         end associate
+      end do
+      if (n > most_named) text = text//" and "//to_string(n - most_named)//" more; 'rockdda check' lists all"
+      call messages%add_summary(severity%warning, n, text, file, summary)
+   end subroutine summarise_lines
+
+end module rockdda_cutting_line_report
