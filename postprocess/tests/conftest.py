@@ -3,6 +3,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -12,6 +13,12 @@ from places import EXTENSION, INPUTS, ROOT
 
 if EXTENSION.is_dir():
     rockdda.__path__.append(str(EXTENSION))
+
+
+def pytest_configure():
+    """SIGINT has its usual effect here and in what the tests start, also in the background of a shell."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
