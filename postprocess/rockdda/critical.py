@@ -78,6 +78,8 @@ class CriticalFactor:
     mechanism: Mechanism
     #: the run of the failing trial nearest to the factor, when an output was asked for
     results: Results | None = None
+    #: of the searched joints in the settled state, times their own; above 1 the model does not stand as it is
+    settled_strength: float = 1.0
 
     def __float__(self) -> float:
         return self.value
@@ -193,9 +195,10 @@ def read_search(results: Results | PathLike) -> CriticalFactor:
     trials = [Trial(row[0], bool(row[1]), int(row[2]), *row[3:]) for row in zip(*columns, strict=True)]
     factor, low, high = (float(np.ravel(results[f"search/{name}"])[0]) for name in ("factor", "low", "high"))
     words = {name: _text(results.group_attributes("search").get(name, "")) for name in ("search", "kind")}
-    return CriticalFactor(
-        factor, low, high, words["search"], tuple(trials), _mechanism(results, words["kind"]), results
-    )
+    # not in files of older versions, whose models stand
+    strength = float(np.ravel(results["search/settled_strength"])[0]) if "search/settled_strength" in results else 1.0
+    mechanism = _mechanism(results, words["kind"])
+    return CriticalFactor(factor, low, high, words["search"], tuple(trials), mechanism, results, strength)
 
 
 def _mechanism(results: Results, kind: str) -> Mechanism:
@@ -240,7 +243,8 @@ def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor
     if results is not None and "search/factor" in results:
         mechanism = _mechanism(results, mechanism.kind)
     factor, low, high = (float(found[name]) for name in ("factor", "low", "high"))
-    return CriticalFactor(factor, low, high, found["search"], trials, mechanism, results)
+    strength = float(found.get("settled_strength", 1.0))
+    return CriticalFactor(factor, low, high, found["search"], trials, mechanism, results, strength)
 
 
 def _warnings(told: str) -> list[str]:

@@ -70,7 +70,8 @@ def run(
     Raises InputError before anything is computed or written; ConvergenceError when the computation fails (its
     `results` hold everything up to there); OutputError. Ctrl-C (KeyboardInterrupt) stops after the step at hand; the
     results so far are kept. With max_wall the results are incomplete: see `results.complete`; the step at
-    hand is dropped. With strict=True energy from nowhere raises ConvergenceError; otherwise it is a warning.
+    hand is dropped. With strict=True energy from nowhere, or a static stage that ends without
+    equilibrium, raises ConvergenceError; otherwise it is a warning.
     """
     session = Session()
     session.request(

@@ -60,6 +60,7 @@ contains
       call search%run(input, watch, error)
       ! a search without a factor is over, too; one that failed may go on from its trials
       over = .not. search%interrupted
+      if (len(search%note) > 0) call messages%add(severity%warning, search%note)
       if (over .and. .not. allocated(error) .and. len(output) > 0) &
          call write_failing_trial(search, line, input, output, messages, watch, search%interrupted, error)
       call watch%finish()

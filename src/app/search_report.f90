@@ -167,6 +167,7 @@ contains
       call json%put('low', min(search%state%stable, search%state%failing))
       call json%put('high', max(search%state%stable, search%state%failing))
       call json%put('search', trim(search_names(search%options%kind)))
+      call json%put('settled_strength', search%strength)
       call json%open('[', 'trials')
       do i = 1, size(search%trials)
          associate (trial => search%trials(i))

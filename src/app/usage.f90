@@ -201,6 +201,8 @@ contains
              'Searches the factor at which the model loses its equilibrium. The model first comes to rest, at'//nl// &
              'the end of a stage; from that state each trial begins with another value of one quantity and ends'//nl// &
              'at rest (stable) or in a motion that does not stop (failing). The last line tells the factor.'//nl// &
+             'A model that does not stand first gets 2, 4 ... 64 times the strength of the joints searched: its'//nl// &
+             'factor is below 1.'//nl// &
              nl// &
              'options:'//nl// &
              '  --search KIND     '// &

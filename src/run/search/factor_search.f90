@@ -20,7 +20,7 @@ module rockdda_run_factor_search
    use rockdda_run_search_options, only : search_options_type, usual_max_steps
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
    use rockdda_run_search_check, only : choose_joints, check_values
-   use rockdda_run_settled_run, only : find_settled_state
+   use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial
    implicit none
@@ -33,6 +33,8 @@ module rockdda_run_factor_search
       type(trial_type), allocatable :: trials(:)     !! those on the way, in order
       type(simulation_type) :: settled               !! the state from which all trials begin
       logical, allocatable :: chosen(:)              !! joint materials with reduced strength
+      character(len=:), allocatable :: note          !! how it began where the model does not stand; '': it does
+      real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
       type(search_path_type), private :: path
       type(search_journal_type), private :: journal
@@ -56,8 +58,9 @@ contains
       character(len=*), intent(in) :: stem              !! of the results: the journal stands beside them
       type(error_type), allocatable, intent(out) :: error
       self%options = options
+      self%note = ''
       if (.not. is_set(self%options%max_steps)) self%options%max_steps = usual_max_steps
-      self%path = new_search_path(options)
+      self%path = new_search_path(options, 1.0_wp)
       call choose_joints(self%options, input%parameters%joint_materials, self%chosen, error)
       if (.not. allocated(error)) call check_values(self%options, self%path%tolerance, error)
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
@@ -83,8 +86,12 @@ contains
       character(len=:), allocatable :: note
       integer :: i
       allocate (self%known(0))
-      call find_settled_state(input, self%journal, observer, self%settled, self%known, self%interrupted, error)
+      call find_settled_state(input, self%options, self%chosen, self%journal, observer, self%settled, self%known, &
+                              self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
+      self%strength = self%journal%strength
+      if (self%strength > 1) self%note = settled_text(self%strength)
+      self%path = new_search_path(self%options, self%strength)
       do
          call self%path%follow(self%known%value, self%known%stable, self%state)
          if (self%state%outcome /= search_end%open) exit

@@ -13,7 +13,7 @@ module rockdda_run_mechanism
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_state
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_run_trial_verdict, only : trial_verdict_type
+   use rockdda_stepping_verdict, only : verdict_type
    implicit none
    private
    public :: mechanism_type, motion, find_mechanism, kind_of
@@ -64,7 +64,7 @@ contains
    !> The mechanism in the state at the end of a failing trial.
    subroutine find_mechanism(sim, trial, mechanism)
       type(simulation_type), intent(in) :: sim
-      type(trial_verdict_type), intent(in) :: trial
+      type(verdict_type), intent(in) :: trial
       type(mechanism_type), intent(out) :: mechanism
       type(joint_type), allocatable :: joints(:)
       integer, allocatable :: group(:)      !! (nb) blocks that stay together have one number
@@ -90,7 +90,7 @@ contains
    !> The joints that are closed, at a point at least, with the relative motion of their blocks.
    function closed_joints(sim, trial) result(joints)
       type(simulation_type), intent(in) :: sim
-      type(trial_verdict_type), intent(in) :: trial
+      type(verdict_type), intent(in) :: trial
       type(joint_type), allocatable :: joints(:)
       integer :: c, d, n
       real(wp) :: along(2), at(2)
@@ -202,7 +202,7 @@ contains
    !> Does nothing hold a block?
    pure logical function falls(sim, trial, b)
       type(simulation_type), intent(in) :: sim
-      type(trial_verdict_type), intent(in) :: trial
+      type(verdict_type), intent(in) :: trial
       integer, intent(in) :: b
       real(wp) :: way(2), weight(2)
       way = sim%state%centroid(:, b) - trial%centroid(:, b)

@@ -42,6 +42,7 @@ contains
       call put_reals('factor', [low + (high - low)/2])
       call put_reals('low', [low])
       call put_reals('high', [high])
+      call put_reals('settled_strength', [search%strength])
       call put_reals('value', search%trials%value)
       call put_reals('unbalanced', search%trials%unbalanced)
       call put_reals('displacement', search%trials%displacement)

@@ -27,6 +27,7 @@ module rockdda_run_search_journal
    type :: search_journal_type
       character(len=:), allocatable :: stem       !! of both files
       logical :: is_kept = .true.                 !! false: the folder cannot be written
+      real(wp) :: strength = 1                    !! of the searched joints in the settled state, times their own
    contains
       procedure :: results
       procedure :: has_state
@@ -97,7 +98,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(file_sink_type) :: sink
       call sink%open(self%path(), error)
-      if (.not. allocated(error)) call sink%put(head//new_line('a'), error)
+      if (.not. allocated(error)) call sink%put(head//new_line('a')//to_exact_string(self%strength)// &
+                                                 ' times the strength'//new_line('a'), error)
       if (.not. allocated(error)) call sink%close(error, sync=.true.)
    end subroutine begin
 
@@ -124,9 +126,9 @@ contains
       if (.not. allocated(error)) call sink%close(error, sync=.true.)
    end subroutine add
 
-   !> Read the finished trials.
+   !> Read the strength of the settled state and the finished trials.
    subroutine read_journal(self, trials)
-      class(search_journal_type), intent(in) :: self
+      class(search_journal_type), intent(inout) :: self
       type(trial_type), allocatable, intent(out) :: trials(:)
       character(len=100000) :: line
       integer :: unit, status
@@ -136,6 +138,7 @@ contains
       open (newunit=unit, file=self%path(), status='old', action='read', iostat=status)
       if (status /= 0) return
       read (unit, '(a)', iostat=status) line
+      if (status == 0) read (unit, *, iostat=status) self%strength
       do while (status == 0)
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit

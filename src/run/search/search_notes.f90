@@ -7,7 +7,7 @@ module rockdda_run_search_notes
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end
    use rockdda_run_trial, only : trial_type
-   use rockdda_run_trial_verdict, only : typical_size
+   use rockdda_stepping_verdict, only : typical_size
    implicit none
    private
    public :: describe_motion, no_factor

@@ -47,10 +47,11 @@ module rockdda_run_search_path
 contains
 
    !> Rules of a search.
-   pure type(search_path_type) function new_search_path(options) result(path)
+   pure type(search_path_type) function new_search_path(options, strength) result(path)
       type(search_options_type), intent(in) :: options
+      real(wp), intent(in) :: strength      !! with which the model is settled, times its own
       path%tolerance = options%tolerance
-      if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options%kind)
+      if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options%kind)/strength
       select case (options%kind)
       case (search_kind%tilt)
          path%start = 0
@@ -61,7 +62,8 @@ contains
          path%first_step = 0.05_wp
          path%highest = 10
       case default
-         path%start = 1
+         ! the value with which the model is settled
+         path%start = 1/strength
          path%may_halve = .true.
          path%lowest = 1.0_wp/64
          path%highest = 64

@@ -3,9 +3,9 @@
 module rockdda_run_settled_run
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : counted, to_string
+   use rockdda_base_strings, only : to_string
    use rockdda_base_version, only : version
-   use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_parameters, only : parameters_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
@@ -13,26 +13,27 @@ module rockdda_run_settled_run
    use rockdda_run_checkpointing, only : load_checkpoint, save_checkpoint
    use rockdda_run_input, only : model_input_type
    use rockdda_run_search_journal, only : search_journal_type
-   use rockdda_run_settled_state, only : is_settled
+   use rockdda_run_search_options, only : search_options_type, search_kind, search_names, scale_model
+   use rockdda_run_settling, only : settle
    use rockdda_run_trial, only : trial_type, search_observer_type
-   use rockdda_run_trial_verdict, only : extent_of, trial_verdict_type, verdict
    implicit none
    private
-   public :: find_settled_state
+   public :: find_settled_state, settled_text
 
-   !> A block that has moved by this share of the extent of the model and is still pulled as before will not stop.
-   real(wp), parameter :: slides_far = 0.25_wp
-   !> A state at rest that is farther than this share of the extent from the one drawn is worth a warning.
-   real(wp), parameter :: far_from_drawn = 0.01_wp
+   !> Largest multiple of its strength with which a model may stand.
+   real(wp), parameter :: most_strength = 64
    character(len=*), parameter :: what_to_do = "  a search begins at rest: look at the model with 'rockdda run', "// &
                                                'or name an earlier stage with --stage'
 
 contains
 
-   !> The settled state: from the journal, or computed.
-   subroutine find_settled_state(input, journal, observer, settled, known, interrupted, error)
+   !> The settled state: from the journal, or computed. A search of the strength begins where the model stands with the
+   !> least of 1, 2, 4 ... 64 times the strength of the joints that it reduces.
+   subroutine find_settled_state(input, options, chosen, journal, observer, settled, known, interrupted, error)
       type(model_input_type), intent(in) :: input
-      type(search_journal_type), intent(inout) :: journal
+      type(search_options_type), intent(in) :: options
+      logical, intent(in) :: chosen(:)                           !! joint materials with reduced strength
+      type(search_journal_type), intent(inout) :: journal        !! with the multiple of the strength
       class(search_observer_type), intent(in) :: observer
       type(simulation_type), intent(out) :: settled
       type(trial_type), allocatable, intent(inout) :: known(:)   !! trials of the journal
@@ -40,11 +41,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_facts_type) :: facts
       type(error_type), allocatable :: unusable
+      type(parameters_type) :: parameters
       character(len=digest_length) :: digest
-      type(trial_verdict_type) :: judgement
-      real(wp), allocatable :: drawn(:, :)     !! (2, nb) centroids
-      real(wp) :: far
-      integer :: stage
+      character(len=:), allocatable :: fault, first_fault
       interrupted = .false.
       if (journal%has_state()) then
          call load_checkpoint(checkpoint_path(journal%results()), settled, facts, digest, unusable)
@@ -53,87 +52,56 @@ contains
             return
          end if
       end if
-      call begin_anew(settled)
-      call settled%init(input%blocks, input%parameters, error)
-      if (allocated(error)) return
-      call settled%set_interruption(observer)
-      drawn = settled%state%centroid
-      stage = 0
-      do while (.not. is_settled(settled))
-         if (settled%control%stage /= stage) then
-            stage = settled%control%stage
-            far = slides_far*extent_of(settled)
-            call judgement%begin(settled, far)
-         end if
-         call settled%advance(error)
-         if (allocated(error)) then
-            error%message = error%message//new_line('a')//what_to_do
+      journal%strength = 1
+      do
+         parameters = input%parameters
+         if (options%kind == search_kind%strength) &
+            call scale_model(options%kind, 1/journal%strength, chosen, parameters)
+         call settle(input%blocks, parameters, journal%strength, observer, settled, interrupted, fault, error)
+         if (interrupted .or. allocated(error)) return
+         if (len(fault) == 0) exit
+         if (.not. allocated(first_fault)) first_fault = fault
+         if (options%kind /= search_kind%strength .or. .not. journal%strength < most_strength) then
+            call refuse(options, journal%strength, fault, error)
             return
          end if
-         interrupted = settled%interrupted .or. observer%is_requested()
-         if (interrupted) return
-         if (settled%control%stage == stage .and. settled%control%is_static_search(settled%parameters)) then
-            if (judgement%judge(settled) == verdict%failing) then
-               call report_slide(settled, judgement, error)
-               return
-            end if
-         end if
-         call observer%progress('state at rest, step '//to_string(settled%state%step)//', unbalanced '// &
-                                to_string(settled%record%unbalanced, 2))
+         journal%strength = 2*journal%strength
       end do
-      call tell_displacement(settled, drawn, observer)
+      if (allocated(first_fault)) call observer%warn('the model does not stand with its strength: '//first_fault// &
+         new_line('a')//'  '//settled_text(journal%strength))
       call begin_journal(input, settled, journal, unusable)
       journal%is_kept = .not. allocated(unusable)
       if (allocated(unusable)) call observer%warn('the search cannot be continued when it is stopped: '// &
                                                   unusable%message)
    end subroutine find_settled_state
 
-   !> The error of a stage in which a block slides or falls for ever.
-   subroutine report_slide(sim, judgement, error)
-      type(simulation_type), intent(in) :: sim
-      type(trial_verdict_type), intent(in) :: judgement
+   !> How a search begins where the model does not stand.
+   pure function settled_text(strength) result(text)
+      real(wp), intent(in) :: strength      !! times that of the model
+      character(len=:), allocatable :: text
+      text = 'the search begins from the model at rest with '//to_string(strength)// &
+             ' times the strength of the joints that it reduces'
+   end function settled_text
+
+   !> The error of a model that does not stand.
+   subroutine refuse(options, strength, fault, error)
+      type(search_options_type), intent(in) :: options
+      real(wp), intent(in) :: strength
+      character(len=*), intent(in) :: fault
       type(error_type), allocatable, intent(out) :: error
-      associate (b => judgement%first_failing, stage => sim%control%stage)
-         call make_error(error, error_code%computation, "stage '"//stage_name(sim%parameters%stages, stage)// &
-            "' did not come to equilibrium: after "//counted(sim%control%steps, 'step')//' block '//to_string(b)// &
-            ' at ('// &
-            to_string(sim%state%centroid(1, b) + sim%state%datum(1), 5)//', '// &
-            to_string(sim%state%centroid(2, b) + sim%state%datum(2), 5)//') has moved by '// &
-            to_string(judgement%moved(b), 3)//', and the force that moves it does not fall (unbalanced '// &
-            to_string(sim%record%unbalanced, 3)//')'//new_line('a')// &
-            '  the model is not stable as it is: for a factor below 1 give the joints N times their tan(friction), '// &
-            'cohesion and tension, and divide the factor found by N'//new_line('a')//what_to_do)
-      end associate
-   end subroutine report_slide
-
-   !> Tell when the state at rest is far from the one that was drawn.
-   subroutine tell_displacement(sim, drawn, observer)
-      type(simulation_type), intent(in) :: sim
-      real(wp), intent(in) :: drawn(:, :)      !! (2, nb) centroids
-      class(search_observer_type), intent(in) :: observer
-      real(wp) :: way, largest
-      integer :: b, i
-      largest = 0
-      b = 0
-      do i = 1, sim%blocks%n_blocks
-         if (.not. sim%state%active(i)) cycle
-         way = norm2(sim%state%centroid(:, i) - drawn(:, i))
-         if (.not. way > largest) cycle
-         largest = way
-         b = i
-      end do
-      if (.not. largest > far_from_drawn*extent_of(sim)) return
-      call observer%warn('the state at rest, from which the search begins, is not the one that was drawn: block '// &
-                         to_string(b)//' has moved by '//to_string(largest, 3)//'; look at it with '// &
-                         "'rockdda run': the factor is that of the model after this motion")
-   end subroutine tell_displacement
-
-   !> A simulation without anything.
-   subroutine begin_anew(sim)
-      type(simulation_type), intent(out) :: sim
-      associate (unused => sim%dt)
-      end associate
-   end subroutine begin_anew
+      character(len=:), allocatable :: text
+      text = 'the model does not stand'
+      if (strength > 1) text = text//' even with '//to_string(strength)//' times the strength of the joints searched'
+      text = text//': '//fault//new_line('a')
+      if (options%kind == search_kind%strength) then
+         text = text//'  what fails has no finite factor: supports, gaps, blocks that topple, joints that --joints '// &
+                'leaves out'
+      else
+         text = text//'  a search of the '//trim(search_names(options%kind))//' begins with a model that stands: '// &
+                'give its joints more strength, or find its factor with --search strength'
+      end if
+      call make_error(error, error_code%computation, text//new_line('a')//what_to_do)
+   end subroutine refuse
 
    !> Write the settled state and an empty list of trials.
    subroutine begin_journal(input, settled, journal, error)

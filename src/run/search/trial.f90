@@ -13,7 +13,7 @@ module rockdda_run_trial
    use rockdda_run_search_options, only : search_options_type, scale_model
    use rockdda_run_settled_state, only : copy_simulation
    use rockdda_run_trial_pace, only : trial_pace_type
-   use rockdda_run_trial_verdict, only : trial_verdict_type, verdict, typical_size
+   use rockdda_stepping_verdict, only : verdict_type, verdict, progress_type, typical_size
    implicit none
    private
    public :: trial_type, search_observer_type, compute_trial, begin_trial
@@ -43,10 +43,6 @@ module rockdda_run_trial
    !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
    real(wp), parameter :: shorter = 0.1_wp
    integer, parameter :: most_beginnings = 3
-   !> A trial ends without a verdict when the least unbalanced force of a tenth of the steps allowed is more than this
-   !> share of the least one before: the rest of the steps would not bring it to rest either.
-   integer, parameter :: parts = 10
-   real(wp), parameter :: no_progress = 0.5_wp
 
 contains
 
@@ -134,14 +130,11 @@ contains
       type(trial_type), intent(inout) :: trial
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
-      type(trial_verdict_type) :: judgement
+      type(verdict_type) :: judgement
+      type(progress_type) :: waiting
       type(trial_pace_type) :: pace
-      real(wp) :: least, least_before      ! unbalanced forces of this tenth of the steps, and of all before
-      integer :: outcome, part
+      integer :: outcome
       interrupted = .false.
-      part = max(1, options%max_steps/parts)
-      least = huge(1.0_wp)
-      least_before = huge(1.0_wp)
       outcome = verdict%open
       call judgement%begin(run%sim)
       trial%steps = 0
@@ -152,9 +145,9 @@ contains
          if (interrupted) return
          trial%steps = trial%steps + 1
          if (pace%carries) then
-            call judgement%measure(run%sim)
+            call judgement%measure(run%sim, run%sim%forces)
          else
-            outcome = judgement%judge(run%sim)
+            outcome = judgement%judge(run%sim, run%sim%forces)
          end if
          call pace%follow(maxval(judgement%moved), run%sim)
          call run%write_step(error)
@@ -165,11 +158,7 @@ contains
                                 to_string(trial%unbalanced, 2)//', moved '//to_string(trial%displacement, 2))
          interrupted = observer%is_requested()
          if (interrupted) return
-         least = min(least, trial%unbalanced)
-         if (mod(trial%steps, part) /= 0) cycle
-         if (least > no_progress*least_before) exit
-         least_before = min(least, least_before)
-         least = huge(1.0_wp)
+         if (waiting%stalls(trial%unbalanced, options%max_steps)) exit
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable

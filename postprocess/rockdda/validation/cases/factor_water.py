@@ -219,7 +219,7 @@ def refusal(record: Record) -> None:
     searches = {
         "not stable": (stack(5), {"search": "tilt", "from_": 40.0, "to": 60.0}),
         "stable at": (stack(2), {"search": "tilt", "to": 20.0}),
-        "did not come to equilibrium": (weak, {}),
+        "did not come to equilibrium": (weak, {"search": "tilt"}),
     }
     told = []
     for words, (model, options) in searches.items():

@@ -1,0 +1,298 @@
+! SPDX-License-Identifier: MIT
+!> The verdict on a model in static steps: does it stay, or fail? (docs/factor-of-safety.md, "What stable means")
+!>
+!> A static step ends with the inertia that its motion needs: the resultant of all other forces on a block. While joints
+!> and blocks only deform, that pull falls as the block moves, because they take the load over; when it has moved as far
+!> as they need, the pull is gone. A block that no deformation can hold keeps its pull however far it moves.
+!>
+!>     stable    unbalanced <= tolerance in two steps in a row
+!>     failing   the distance that some block has moved has grown fourfold and its pull has not fallen to half, beyond
+!>               a share of its size and the deformation of the model
+!>
+!> `progress_type` says when it is no use to wait for a verdict any longer.
+module rockdda_stepping_verdict
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_sorting, only : sorted_order
+   use rockdda_model_state, only : radius_of_inertia
+   use rockdda_contact_table, only : contact_state
+   use rockdda_model_stage_options, only : confirming_steps
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_stepping_trial_step, only : trial_step_type
+   implicit none
+   private
+   public :: verdict_type, verdict, progress_type, typical_size
+
+   type :: verdict_enum
+      integer :: open = 0       !! neither yet
+      integer :: stable = 1
+      integer :: failing = 2
+   end type verdict_enum
+   type(verdict_enum), parameter :: verdict = verdict_enum()
+
+   !> Distances at which pulls are compared in a trial: this share of a block's size, or the deformation of the model
+   !> where that is larger, and its doubles. Joints and blocks of rock deform by far less (the stable trials of a dam
+   !> 21 m in size move it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table,
+   !> change as the block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost
+   !> 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too
+   !> large.
+   real(wp), parameter :: usual_share = 0.001_wp
+   integer, parameter :: n_marks = 15, marks_between = 2
+   !> A pull that falls less than by this factor while the distance grows fourfold stays.
+   real(wp), parameter :: stays = 0.5_wp
+   !> At least so many steps between the marks that are compared.
+   integer, parameter :: steps_between = 2
+
+   type :: verdict_type
+      real(wp), allocatable :: centroid(:, :)   !! (2, nb) at the beginning
+      real(wp), allocatable :: rotation(:)      !! (nb)
+      real(wp), allocatable :: moved(:)         !! (nb) distance from there [length]
+      real(wp) :: deformation = 0               !! of the model at the beginning [length]
+      logical :: begins_at_rest = .true.        !! false: the deformation is that which the model has by now
+      logical :: stressed = .false.             !! there was stress before the first step
+      real(wp) :: share = usual_share           !! of a block's size: the first mark
+      integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
+      real(wp), allocatable :: pull(:, :)       !! (marks_between + 1, nb) at the last marks, in turn [force]
+      integer, allocatable :: step(:, :)        !! the same: when the mark was passed, counted from the beginning
+      integer, allocatable :: first_step(:)     !! (nb) the same of the first mark
+      integer :: steps = 0
+      integer :: first_failing = 0              !! the block by which the verdict was reached
+   contains
+      procedure :: begin
+      procedure :: measure
+      procedure :: judge
+      procedure :: deformation_by_now
+   end type verdict_type
+
+   !> A tenth of the steps allowed without progress ends the wait: its least unbalanced force is more than this share of
+   !> the least one before, and the rest of the steps would not bring the model to rest either.
+   integer, parameter :: parts = 10
+   real(wp), parameter :: no_progress = 0.5_wp
+
+   type :: progress_type
+      integer :: steps = 0
+      real(wp) :: least = huge(1.0_wp)          !! unbalanced force of this tenth of the steps
+      real(wp) :: least_before = huge(1.0_wp)   !! and of all before
+   contains
+      procedure :: stalls
+   end type progress_type
+
+contains
+
+   !> Begin in the present state.
+   subroutine begin(self, step, share, stressed)
+      class(verdict_type), intent(out) :: self
+      class(trial_step_type), intent(in) :: step
+      real(wp), intent(in), optional :: share    !! of a block's size, for a model that does not begin at rest
+      logical, intent(in), optional :: stressed  !! there was stress before the first step; default: not
+      integer :: nb
+      nb = step%blocks%n_blocks
+      self%centroid = step%state%centroid
+      self%rotation = step%state%rotation
+      if (present(share)) then
+         self%share = share
+         self%begins_at_rest = .false.
+      else
+         self%deformation = deformation_of(step)
+      end if
+      if (present(stressed)) self%stressed = stressed
+      allocate (self%moved(nb), self%pull(marks_between + 1, nb), source=0.0_wp)
+      allocate (self%step(marks_between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
+   end subroutine begin
+
+   !> Measure how far blocks have moved.
+   subroutine measure(self, step, forces)
+      class(verdict_type), intent(inout) :: self
+      class(trial_step_type), intent(in) :: step
+      type(block_forces_type), intent(in) :: forces
+      integer :: i
+      associate (state => step%state)
+         do i = 1, size(self%moved)
+            if (.not. forces%counts(i, state)) cycle
+            self%moved(i) = norm2(state%centroid(:, i) - self%centroid(:, i)) + &
+                            radius_of_inertia(state, i)*abs(state%rotation(i) - self%rotation(i))
+         end do
+      end associate
+   end subroutine measure
+
+   !> The verdict after an accepted step that began at rest.
+   integer function judge(self, step, forces) result(outcome)
+      class(verdict_type), intent(inout) :: self
+      class(trial_step_type), intent(in) :: step
+      type(block_forces_type), intent(in) :: forces   !! at the end of the step
+      real(wp) :: pull, first
+      integer :: i, m, before
+      self%steps = self%steps + 1
+      outcome = verdict%open
+      call self%measure(step, forces)
+      if (.not. self%begins_at_rest) self%deformation = self%deformation_by_now(step, forces)
+      do i = 1, size(self%moved)
+         if (.not. forces%counts(i, step%state)) cycle
+         first = max(self%share*sqrt(step%state%area(i)), self%deformation)
+         pull = forces%force_of(i, step%state)
+         do while (self%mark(i) < n_marks)
+            m = self%mark(i) + 1
+            if (self%moved(i) < first*2.0_wp**(m - 1)) exit
+            self%mark(i) = m
+            self%pull(place_of(m), i) = pull
+            self%step(place_of(m), i) = self%steps
+            if (m == 1) self%first_step(i) = self%steps
+         end do
+         m = self%mark(i)
+         if (m <= marks_between) cycle
+         before = place_of(m - marks_between)
+         if (.not. pull >= stays*self%pull(before, i)) cycle
+         if (self%steps - self%step(before, i) < steps_between .and. self%steps - self%first_step(i) < &
+             2*steps_between) cycle
+         outcome = verdict%failing
+         if (self%first_failing == 0) self%first_failing = i
+      end do
+      if (outcome == verdict%failing) return
+      if (step%control%balanced >= confirming_steps) outcome = verdict%stable
+
+   contains
+
+      !> Where a mark is kept.
+      pure integer function place_of(mark)
+         integer, intent(in) :: mark
+         place_of = modulo(mark, marks_between + 1) + 1
+      end function place_of
+
+   end function judge
+
+   !> Is it no use to go on, after one step more?
+   logical function stalls(self, unbalanced, max_steps)
+      class(progress_type), intent(inout) :: self
+      real(wp), intent(in) :: unbalanced     !! at the end of the step
+      integer, intent(in) :: max_steps       !! that are allowed
+      stalls = .false.
+      self%steps = self%steps + 1
+      self%least = min(self%least, unbalanced)
+      if (mod(self%steps, max(1, max_steps/parts)) /= 0) return
+      stalls = self%least > no_progress*self%least_before
+      self%least_before = min(self%least, self%least_before)
+      self%least = huge(1.0_wp)
+   end function stalls
+
+   !> What the loads that a model carries by now deform it by, on its way to rest: as `deformation_of`, and where there
+   !> was no stress before the first step at least the mean of its displacements, weighted with the loads. That is
+   !> twice its elastic energy over them (Clapeyron), bending included; the largest displacement is up to some three
+   !> times as large (2.5 times at the tip of a cantilever under its weight).
+   function deformation_by_now(self, step, forces) result(deformation)
+      class(verdict_type), intent(in) :: self
+      class(trial_step_type), intent(in) :: step
+      type(block_forces_type), intent(in) :: forces   !! at the end of the step
+      real(wp) :: deformation
+      real(wp) :: twice_energy, carried
+      integer :: c, i
+      deformation = deformation_of(step)
+      if (self%stressed) return
+      twice_energy = 0
+      carried = 0
+      do i = 1, step%blocks%n_blocks
+         if (.not. forces%counts(i, step%state)) cycle
+         associate (stress => step%state%stress(:, i))
+            twice_energy = twice_energy + step%state%area(i)*(sum(stress(1:2)**2) + 2*stress(3)**2)/ &
+               step%parameters%block_materials(step%blocks%block_material(i))%youngs_modulus
+         end associate
+         associate (loads => step%families%loads)
+            if (allocated(loads%external)) then
+               carried = carried + norm2(loads%weight(:, i) + loads%external(1:2, i) - forces%resultant(1:2, i))
+            else
+               carried = carried + norm2(loads%weight(:, i) - forces%resultant(1:2, i))
+            end if
+         end associate
+      end do
+      associate (table => step%contacts)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
+            twice_energy = twice_energy + table%normal_force(c)**2/table%k_n(c) + table%shear_force(c)**2/table%k_s(c)
+         end do
+      end associate
+      if (carried > 0) deformation = max(deformation, twice_energy/carried)
+   end function deformation_by_now
+
+   !> What its loads deform a model by: the mean strain of blocks and joints times its extent. A trial changes the loads
+   !> or what carries them by their own order, so that an elastic answer is of this size, or smaller.
+   function deformation_of(step) result(deformation)
+      class(trial_step_type), intent(in) :: step
+      real(wp) :: deformation
+      real(wp) :: strain, closing, modulus
+      integer :: c, i, n, n_closed
+      logical :: can_move(step%blocks%n_blocks)
+      can_move = movable(step)
+      strain = 0
+      closing = 0
+      n = 0
+      n_closed = 0
+      do i = 1, step%blocks%n_blocks
+         if (.not. can_move(i)) cycle
+         modulus = step%parameters%block_materials(step%blocks%block_material(i))%youngs_modulus
+         strain = strain + maxval(abs(step%state%stress(:, i)))/modulus
+         n = n + 1
+      end do
+      deformation = 0
+      if (n == 0) return
+      associate (table => step%contacts)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
+            closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
+            n_closed = n_closed + 1
+         end do
+      end associate
+      deformation = (strain/n + closing/max(1, n_closed)/typical_size(step))*extent_of(step)
+   end function deformation_of
+
+   !> Diagonal of the box around the blocks that can move.
+   function extent_of(step) result(extent)
+      class(trial_step_type), intent(in) :: step
+      real(wp) :: extent
+      real(wp) :: low(2), high(2)
+      integer :: i
+      logical :: can_move(step%blocks%n_blocks)
+      can_move = movable(step)
+      extent = 0
+      if (.not. any(can_move)) return
+      low = huge(1.0_wp)
+      high = -low
+      do i = 1, step%blocks%n_blocks
+         if (.not. can_move(i)) cycle
+         associate (points => step%state%vertices(:, step%blocks%vertex_offset(i) + 1:step%blocks%vertex_offset(i + 1)))
+            low = min(low, minval(points, dim=2))
+            high = max(high, maxval(points, dim=2))
+         end associate
+      end do
+      extent = norm2(high - low)
+   end function extent_of
+
+   !> Blocks that can move: neither inactive nor held at two points or by a boundary. The same for a state that was
+   !> computed and one that was read.
+   function movable(step) result(can_move)
+      class(trial_step_type), intent(in) :: step
+      logical :: can_move(step%blocks%n_blocks)
+      real(wp) :: holds(step%blocks%n_blocks)
+      call step%blocks%count_holds(holds, step%control%released, step%held)
+      can_move = step%state%active .and. holds < 2
+   end function movable
+
+   !> Median of the sizes of the blocks that can move.
+   function typical_size(step) result(median)
+      class(trial_step_type), intent(in) :: step
+      real(wp) :: median
+      real(wp), allocatable :: sizes(:)
+      integer, allocatable :: order(:)
+      integer :: i, n
+      logical :: can_move(step%blocks%n_blocks)
+      can_move = movable(step)
+      allocate (sizes(0))
+      do i = 1, step%blocks%n_blocks
+         if (.not. can_move(i)) cycle
+         sizes = [sizes, sqrt(step%state%area(i))]
+      end do
+      n = size(sizes)
+      median = 0
+      if (n == 0) return
+      order = sorted_order(sizes)
+      median = sizes(order((n + 1)/2))
+   end function typical_size
+
+end module rockdda_stepping_verdict
