@@ -89,8 +89,18 @@ class Plausibility(ProgramTest):
         self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", moved, options=soft, file="x.nml")
 
     def test_numbers_shifted_by_a_decimal_comma_end_as_sor_factor(self):
-        text = PEER_ANALYSIS.replace("30 0 0", "20,5 0 0")
-        self.check("The last number of the file, 0, is then read as an SOR factor", text, file="x.df:3:1")
+        for row, factor in (("20,5 0 0", "0"), ("30 0,5 1.5", "1.5"), ("20,5,0,0", "0")):
+            text = PEER_ANALYSIS.replace("30 0 0", row)
+            self.write("x.dc", GEOMETRY)
+            self.write("x.df", text)
+            outcome = self.run_program("check", "x.dc", "x.df")
+            self.assertEqual(outcome.code, 2)
+            self.assertRegex(
+                outcome.err,
+                rf"x\.df:3:\d: error: .* the last number of the file, {factor}, is then read as an SOR factor",
+            )
+        # commas as separators
+        self.assertEqual(self.warnings(PEER_ANALYSIS.replace("30 0 0", "30,0,0,1.4")), [])
         self.assertEqual(self.warnings(PEER_ANALYSIS + "9\n"), [])
 
     def test_automatic_stiffness_is_2_e_and_that_of_the_preset_50_e(self):

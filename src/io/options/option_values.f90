@@ -167,12 +167,71 @@ contains
                            to_string(entry%n)//decimal_comma(namelist, entry), namelist%origin(entry%place))
          ok = .false.
       end if
+      if (ok) call refuse_decimal_commas(namelist, entry, n, messages, ok)
       if (.not. ok) return
       allocate (values(entry%n))
       do i = 1, entry%n
          values(i) = entry%values(i)%number
       end do
    end subroutine get_reals
+
+   !> Report a list whose commas look like decimal signs though its count fits: 0,05, or numbers without blanks between
+   !> them that go on from one row to the next, as in 0,5,1, 2,5,3 for the points 0.5 1 and 2.5 3.
+   subroutine refuse_decimal_commas(namelist, entry, n, messages, ok)
+      type(namelist_type), intent(in) :: namelist
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: n                 !! numbers of a row
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(inout) :: ok
+      character(len=*), parameter :: digits = '0123456789'
+      integer :: i, first, last
+      logical :: whole(entry%n), joined(entry%n)   !! digits alone; joined with the next one by a comma without blanks
+      do i = 1, entry%n
+         associate (text => entry%values(i)%text)
+            first = merge(2, 1, scan(text(1:1), '+-') > 0)
+            whole(i) = verify(text(first:), digits) == 0 .and. len(text) >= first
+         end associate
+      end do
+      joined = .false.
+      do i = 1, entry%n - 1
+         associate (a => entry%values(i), b => entry%values(i + 1))
+            joined(i) = b%place == a%place + len(a%text) + 1 .and. whole(i) .and. whole(i + 1) .and. &
+                        scan(b%text(1:1), digits) > 0
+            if (joined(i) .and. len(b%text) > 1 .and. b%text(1:1) == '0') then
+               call report(i)
+               return
+            end if
+         end associate
+      end do
+      if (.not. all(whole)) return
+      first = 1
+      do while (first <= entry%n)
+         last = first
+         do while (joined(last))
+            last = last + 1
+         end do
+         if ((first - 1)/n /= (last - 1)/n .and. (modulo(first - 1, n) > 0 .or. modulo(last, n) > 0)) then
+            call report(first)
+            return
+         end if
+         first = last + 1
+      end do
+
+   contains
+
+      !> Report values k and k + 1.
+      subroutine report(k)
+         integer, intent(in) :: k
+         character(len=:), allocatable :: a, b
+         a = entry%values(k)%text
+         b = entry%values(k + 1)%text
+      call messages%add(severity%error, entry%name//": '"//a//','//b//"' looks like a number with a decimal comma: "// &
+                           'write '//a//'.'//b//', or '//a//', '//b//' for two numbers', &
+                           namelist%origin(entry%values(k)%place))
+         ok = .false.
+      end subroutine report
+
+   end subroutine refuse_decimal_commas
 
    !> Get a list of whole numbers of at least `least`, of any length.
    subroutine get_integers(namelist, entry, least, values, messages)

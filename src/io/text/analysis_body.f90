@@ -210,38 +210,44 @@ contains
       real(wp), intent(inout) :: factor              !! unchanged when the file has no valid one
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: found
+      integer :: place, before
+      logical :: behind                              !! other numbers of its line, one of which it may be
       call reader%read_record(tokens, [sor_name], '', 0, messages)
       if (reader%record%token(1) == 0) return
       found = reader%record%value(1)
+      place = reader%record%token(1)
+      behind = .false.
+      if (place > 1) behind = tokens%line(place - 1) == tokens%line(place)
+      before = messages%n_errors
       if (found >= 1 .and. found < 2) then
          factor = found
+         if (behind) call report_shift(found, tokens, .false., messages)
       else
-         call report_sor_factor(found, tokens, reader%record%token(1), messages)
+         if (before == 0) call report_shift(found, tokens, behind, messages)
+         if (messages%n_errors == before) call messages%add(severity%note, 'SOR factor '//to_string(found)// &
+            ' is outside [1, 2): 1.4 is used', tokens%origin(place))
       end if
    end subroutine read_sor_factor
 
-   !> Report a last number that is no SOR factor. With a decimal comma further up, one number too many has shifted all
-   !> that follow it.
-   subroutine report_sor_factor(factor, tokens, place, messages)
+   !> Report a decimal comma in a file with an SOR factor: one number too many shifts all that follow it, so that the last
+   !> one is taken as the factor.
+   subroutine report_shift(factor, tokens, in_a_row, messages)
       real(wp), intent(in) :: factor
       type(token_list_type), intent(in) :: tokens
-      integer, intent(in) :: place   !! its token
+      logical, intent(in) :: in_a_row                !! also commas of which several follow one another
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: first, second
       integer :: i
       do i = 1, tokens%n - 1
-         if (messages%has_errors()) exit
-         if (.not. tokens%has_decimal_comma(i)) cycle
+         if (.not. tokens%has_decimal_comma(i, in_a_row)) cycle
          first = tokens%text(i)
          second = tokens%text(i + 1)
-         call messages%add(severity%warning, "'"//first//','//second//"' is two numbers, because a comma separates "// &
-                           'numbers. The last number of the file, '//to_string(factor)//', is then read as an SOR '// &
-                           'factor, but is outside [1, 2): if a decimal comma is meant, write '//first//'.'//second, &
-                           tokens%origin(i))
+         call messages%add(severity%error, "'"//first//','//second//"' is two numbers, because a comma separates "// &
+                           'numbers, and the last number of the file, '//to_string(factor)//', is then read as an '// &
+                           'SOR factor: for a decimal comma write '//first//'.'//second//', for two numbers '// &
+                           first//' '//second, tokens%origin(i))
          return
       end do
-      call messages%add(severity%note, 'SOR factor '//to_string(factor)//' is outside [1, 2): 1.4 is used', &
-                        tokens%origin(place))
-   end subroutine report_sor_factor
+   end subroutine report_shift
 
 end module rockdda_io_analysis_body

@@ -304,7 +304,10 @@ contains
    subroutine report_decimal_comma(tokens, messages)
       type(token_list_type), intent(in) :: tokens
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i
+      integer :: i, k
+      do k = 1, messages%n    ! one is reported already
+         if (index(messages%items(k)%message, 'because a comma separates numbers') > 0) return
+      end do
       do i = 1, tokens%n - 1
          if (.not. tokens%has_decimal_comma(i)) cycle
          call messages%add(severity%error, "'"//tokens%text(i)//','//tokens%text(i + 1)// &

@@ -82,7 +82,7 @@ contains
       self%at = self%at + 1
       first = self%first(self%row) + merge(1, 0, len(word) > 0)
       n = self%first(self%row + 1) - first
-      hint = decimal_comma(tokens, first, first + n - 1)
+      hint = decimal_comma(tokens, first, first + n - 1, in_a_row=.false.)
       most = size(names)
       ! a decimal comma adds a number, too
       if (present(optional_names) .and. len(hint) == 0) most = most + size(optional_names)
@@ -104,6 +104,7 @@ contains
                            tokens%origin(i))
       end do
       if (n >= size(names) .and. n <= most) return
+      hint = decimal_comma(tokens, first, first + n - 1)
       if (n < size(names)) hint = semicolon_hint(tokens, first, first + n - 1)
       call messages%add(severity%error, object//': expected '//to_string(size(names))// &
                         ' numbers on this line, found '//to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
@@ -137,14 +138,18 @@ contains
    end function begins_with
 
    !> A hint at the first pair of numbers of a row that looks like one with a decimal comma; empty when there is none.
-   function decimal_comma(tokens, from, to) result(text)
+   function decimal_comma(tokens, from, to, in_a_row) result(text)
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: from, to                !! tokens
+      logical, intent(in), optional :: in_a_row      !! default: also commas of which several follow one another
       character(len=:), allocatable :: text
       integer :: j
+      logical :: any_comma
+      any_comma = .true.
+      if (present(in_a_row)) any_comma = in_a_row
       text = ''
       do j = from, to - 1
-         if (.not. tokens%has_decimal_comma(j)) cycle
+         if (.not. tokens%has_decimal_comma(j, any_comma)) cycle
          text = "; if '"//tokens%text(j)//','//tokens%text(j + 1)//"' has a decimal comma, write "// &
                 tokens%text(j)//'.'//tokens%text(j + 1)
          return

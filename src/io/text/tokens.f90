@@ -175,9 +175,10 @@ contains
 
    !> Do tokens `i` and i + 1 look like one number with a decimal comma? Two runs of digits with only a comma
    !> between them, and no such comma before or after them.
-   pure logical function has_decimal_comma(self, i)
+   pure logical function has_decimal_comma(self, i, in_a_row)
       class(token_list_type), intent(in) :: self
       integer, intent(in) :: i
+      logical, intent(in), optional :: in_a_row    !! true: also where more commas follow, as in 35,5,0,0
       character(len=*), parameter :: digits = '0123456789'
       integer :: first, last, next
       has_decimal_comma = .false.
@@ -192,6 +193,11 @@ contains
       if (verify(self%source%text(first:last), digits) > 0) return
       if (verify(self%source%text(next:next), digits) > 0) return
       if (verify(self%source%text(next:self%last(i + 1)), digits//'eEdD+-') > 0) return
+      has_decimal_comma = .true.
+      if (present(in_a_row)) then
+         if (in_a_row) return
+      end if
+      has_decimal_comma = .false.
       if (self%first(i) > 1) then
          if (self%source%text(self%first(i) - 1:self%first(i) - 1) == ',') return
       end if
