@@ -147,8 +147,8 @@ contains
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
              '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
-             '  --strict          end the run (exit 3) instead of warning when the energy balance fails or'//nl// &
-             '                    a static stage ends without equilibrium'//nl// &
+             '  --strict          end the run (exit 3) instead of warning when the energy balance fails, blocks'//nl// &
+             '                    stand inside each other or a static stage ends without equilibrium'//nl// &
              common_text()// &
              nl// &
              'SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU and SIGHUP (not under nohup) end the run'//nl// &
@@ -180,9 +180,9 @@ contains
              '                    does not count here'//nl// &
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: as in the run'//nl// &
-             '  --strict          end the run (exit 3) instead of warning when the energy balance fails or'//nl// &
-             '                    a static stage ends without equilibrium; one given to the run itself does'//nl// &
-             '                    not count here'//nl// &
+             '  --strict          end the run (exit 3) instead of warning when the energy balance fails, blocks'//nl// &
+             '                    stand inside each other or a static stage ends without equilibrium; one given to the run'//nl// &
+             '                    itself does not count here'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &

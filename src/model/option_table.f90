@@ -178,7 +178,7 @@ contains
                             default=60.0_wp), o%checkpoint_every)
       call table%add(option('allow_open', 'boundary lines that leave a gap or bound no block are a warning; '// &
                             '.false.: an error', see='cutting.md', applies='a geometry file'), o%allow_open)
-      call table%add(option('strict', 'energy from nowhere, or a static stage that ends '// &
+      call table%add(option('strict', 'energy from nowhere, blocks inside each other, or a static stage that ends '// &
                             'without equilibrium, ends the run (exit 3); .false.: a warning', &
                             see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)
    end subroutine describe_run

@@ -26,7 +26,7 @@ module rockdda_run_model_run
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
-      time_error_warning, strikes_warning, overlaps_warning, unrested_warning
+      time_error_warning, strikes_warning, overlaps_warning, unrested_warning, block_watch_type
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -52,6 +52,7 @@ module rockdda_run_model_run
       real(wp) :: deadline = huge(1.0_wp)          !! wall clock, for the caller's loop
       logical :: is_open = .false.                 !! results are being written
       logical, private :: energy_was_reported = .false.
+      type(block_watch_type), private :: watch     !! blocks inside each other, and large strains
       integer, private :: planned_steps = 0        !! end of the run in the checkpoint
       real(wp), private :: planned_end = 0
    contains
@@ -66,7 +67,7 @@ module rockdda_run_model_run
       procedure :: has_much_to_flush
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: warn, object, check_energy
+      procedure, private :: warn, object, check_energy, check_strain
       procedure, private :: write_rows, continue_files, end_files, end_log
    end type run_type
 
@@ -105,8 +106,11 @@ contains
    subroutine write_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
+      call self%watch%lodging%look(self%sim%blocks, self%sim%state)
       if (.not. self%is_open) then
          if (self%strict) call self%check_energy(error)
+         if (self%strict .and. .not. allocated(error)) &
+            call self%object(self%watch%lodged_warning(self%sim), error)
          if (self%strict .and. .not. allocated(error)) call self%object(unrested_warning(self%sim), error)
          return
       end if
@@ -239,6 +243,8 @@ contains
       if (.not. allocated(error)) then
          if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
       end if
+      if (.not. allocated(error)) call self%object(self%watch%lodged_warning(self%sim), error)
+      if (.not. (allocated(error) .or. self%watch%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
@@ -282,6 +288,17 @@ contains
       call self%object(text, error)
       self%energy_was_reported = .true.
    end subroutine check_energy
+
+   !> Report a strain beyond linear elasticity, once.
+   subroutine check_strain(self, error)
+      class(run_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      text = self%watch%strain_warning(self%sim)
+      if (len(text) == 0) return
+      self%watch%strain_was_reported = .true.
+      call self%warn(text, error)
+   end subroutine check_strain
 
    !> Warn of an answer that is not to be trusted; with `strict` it is an error that ends the run.
    subroutine object(self, text, error)

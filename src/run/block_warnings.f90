@@ -1,0 +1,89 @@
+! SPDX-License-Identifier: MIT
+!> Warnings about blocks at the end of a step: those that stand inside each other, and large strains.
+module rockdda_run_block_warnings
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : counted, to_string
+   use rockdda_interaction_elasticity, only : compliance
+   use rockdda_stepping_lodging, only : lodging_type
+   use rockdda_stepping_simulation, only : simulation_type
+   implicit none
+   private
+   public :: block_watch_type
+
+   !> Largest strain that linear elasticity is meant for.
+   real(wp), parameter :: much_strain = 0.05_wp
+   !> Largest number of pairs named in one message.
+   integer, parameter :: most_named = 3
+
+   type :: block_watch_type
+      type(lodging_type) :: lodging
+      logical :: strain_was_reported = .false.
+   contains
+      procedure :: lodged_warning
+      procedure, nopass :: strain_warning
+   end type block_watch_type
+
+contains
+
+   !> Warning about pairs of blocks that stand inside each other, in the step in which they are found; '' for none.
+   function lodged_warning(self, sim) result(text)
+      class(block_watch_type), intent(in) :: self
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      integer :: k
+      text = ''
+      if (size(self%lodging%found) == 0) return
+      associate (pairs => self%lodging%found)
+      do k = 1, min(size(pairs), most_named)
+         if (k > 1) text = text//', '
+         text = text//'blocks '//to_string(pairs(k)%blocks(1))//' and '//to_string(pairs(k)%blocks(2))//' at '// &
+                at(pairs(k)%place + sim%state%datum)//' by '//to_string(pairs(k)%depth, 3)//' ('// &
+                to_string(100*pairs(k)%share, 2)//' % of the inradius of the smaller one)'
+      end do
+      if (size(pairs) > most_named) text = text//' and '//counted(size(pairs) - most_named, 'more pair')
+      end associate
+      text = 'blocks stand inside each other after step '//to_string(sim%state%step)//', time '// &
+             to_string(sim%state%time, 6)//': '//text//'. What follows is not to be trusted: take shorter steps '// &
+             '(dt_max, displacement_ratio) or stiffer joints, and look at blocks that are placed or struck'
+   end function lodged_warning
+
+   !> Warning about the block of largest strain; '' when linear elasticity holds.
+   function strain_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      real(wp), allocatable :: c(:, :, :)
+      real(wp) :: e(3), strain, largest
+      integer :: i, block
+      text = ''
+      associate (p => sim%parameters, state => sim%state)
+         allocate (c(3, 3, size(p%block_materials)))
+         do i = 1, size(p%block_materials)
+            c(:, :, i) = compliance(p%block_materials(i)%youngs_modulus, p%block_materials(i)%poisson_ratio, &
+                                    p%plane_strain)
+         end do
+         largest = much_strain
+         block = 0
+         do i = 1, sim%blocks%n_blocks
+            if (.not. state%active(i)) cycle
+            e = matmul(c(:, :, sim%blocks%block_material(i)), state%stress(:, i))
+            strain = 0.5_wp*(abs(e(1) + e(2)) + sqrt((e(1) - e(2))**2 + e(3)**2))
+            if (.not. strain > largest) cycle
+            largest = strain
+            block = i
+         end do
+         if (block == 0) return
+         text = 'block '//to_string(block)//' at '//at(state%centroid(:, block) + state%datum)//' is strained by '// &
+                to_string(100*largest, 2)//' % after step '//to_string(state%step)//', time '// &
+                to_string(state%time, 6)//': blocks are linear elastic, which holds up to about '// &
+                to_string(nint(100*much_strain))//' %; are E, density and loads in units that fit together?'
+      end associate
+   end function strain_warning
+
+   !> A place as text.
+   pure function at(place) result(text)
+      real(wp), intent(in) :: place(2)
+      character(len=:), allocatable :: text
+      text = '('//to_string(place(1), 5)//', '//to_string(place(2), 5)//')'
+   end function at
+
+end module rockdda_run_block_warnings
