@@ -349,3 +349,72 @@ def test_unknown_fields_are_named_with_the_known_ones(wall):
     for draw in (wall.plot, wall.frames[-1].field, lambda field: pictures.profile(wall, field)):
         with pytest.raises(rockdda.InputError, match="there is no field 'strain'; the fields are: displacement, "):
             draw("strain")
+
+
+@pytest.fixture(scope="module")
+def splinter(tmp_path_factory):
+    """10 × 10 squares that move a little, one of which has shrunk to a splinter that has fallen out of sight."""
+    path = write_wall(tmp_path_factory.mktemp("splinter") / "wall.h5", 10, 10)
+    with h5py.File(path, "a") as file:
+        file["frames/centroid"][1:, :, 1] -= np.linspace(0, 0.1, 100)
+        file["frames/centroid"][1:, 5, 1] -= 1e6
+    return rockdda.open(path)
+
+
+def test_one_splinter_does_not_take_the_colours_of_a_picture(splinter):
+    """As in the viewer; a tip of the colour bar says that there are values beyond it."""
+    axes = splinter.plot("displacement_y")
+    (drawn,) = artists(axes, PolyCollection)
+    low, high = drawn.get_clim()
+    assert -1 < low < high < 1
+    assert next(iter(axes.child_axes))._colorbar.extend == "both"
+    (drawn,) = artists(splinter.plot("displacement_y", limits=(-1e6, 0)), PolyCollection)
+    assert drawn.get_clim() == (-1e6, 0)
+    several = pictures.small_multiples([splinter, splinter], "displacement_y")
+    assert artists(several[0], PolyCollection)[0].get_clim()[0] > -1
+
+
+def test_where_nothing_flies_the_scale_is_that_of_all_values(wall):
+    """100 equal blocks: the outermost two are no splinters."""
+    axes = wall.plot("stress_x")
+    assert artists(axes, PolyCollection)[0].get_clim() == (-9.0, -1.0)
+    assert next(iter(axes.child_axes))._colorbar.extend == "neither"
+
+
+@pytest.mark.parametrize("kind", ["blocks", "stress", "contacts", "displacements"])
+def test_a_window_is_what_a_map_shows(wall, kind, tmp_path):
+    axes = wall.plot(kind=kind, window=(1, 0.5, 3, 2))
+    assert (axes.get_xlim(), axes.get_ylim()) == ((1, 3), (0.5, 2))
+    width, height = axes.get_figure().get_size_inches()
+    assert 0.6 < (height - 0.75) / (width - 1.1) < 0.9  # the shape of the window
+    outside = [
+        artist for artist in axes.get_children()
+        if not artist.get_clip_on() and artist.get_gid() != "scale"
+        and artist.get_transform().contains_branch(axes.transData)
+    ]  # fmt: skip
+    assert outside == []
+    assert pictures.save(axes, tmp_path / "a.png", 40).stat().st_size > 1000
+
+
+@pytest.mark.parametrize("window", [(1, 0, 1, 2), (0, 2, 1, 1), (0, 0, np.nan, 1), (0, 0, np.inf, 1)])
+def test_a_window_without_area_is_refused(wall, window):
+    with pytest.raises(rockdda.InputError, match="expected x0,y0,x1,y1 with x0 < x1 and y0 < y1"):
+        wall.plot(window=window)
+
+
+def test_curves_have_no_window(wall):
+    with pytest.raises(
+        rockdda.InputError, match="a picture of kind 'history' has no window; these have: blocks, stress"
+    ):
+        wall.plot(kind="history", window=(0, 0, 1, 1))
+
+
+def test_a_window_of_several_runs(wall):
+    for axes in pictures.small_multiples([wall, wall], window=(1, 0.5, 3, 2)):
+        assert (axes.get_xlim(), axes.get_ylim()) == ((1, 3), (0.5, 2))
+
+
+def test_a_window_of_the_input(native, tmp_path):
+    for kind in ("lines", "blocks"):
+        axes = pictures.input_plot(INPUTS / "jointed_slope/jointed_slope.dc", kind, window=(5, 0, 15, 10))
+        assert (axes.get_xlim(), axes.get_ylim()) == ((5, 15), (0, 10))

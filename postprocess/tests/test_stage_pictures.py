@@ -112,3 +112,30 @@ def test_boundaries_of_excavated_blocks_are_not_drawn(program, tmp_path):
         traction = mpl.colors.to_rgba(plot.boundary_marks.BOUNDARIES["traction"])
         assert any(tuple(colour) == traction for colour in colours) == drawn
         axes.figure.canvas.draw()
+
+
+@pytest.mark.parametrize("kind", ["history", "energy", "iterations"])
+def test_curves_of_one_stage_hold_its_steps_only(dug, kind):
+    """A static stage took most of the axis of time of a short dynamic one."""
+    axes = np.ravel(plot.plot(dug, kind=kind, stage="Half"))[0]
+    table = dug.history()
+    chosen = table[table["stage"] == 1]
+    along = chosen.index if kind == "iterations" else chosen["time"]
+    for line in axes.lines:
+        if len(line.get_xdata()) > 2:
+            np.testing.assert_array_equal(line.get_xdata(), along)
+    assert axes.get_xlim() == pytest.approx(
+        (along.iloc[0], along.iloc[-1]) if kind != "iterations" else (along[0], along[-1])
+    )
+    assert axes.get_title(loc="left") == "stack, half" if dug.title == "stack" else "half" in axes.get_title(loc="left")
+    with pytest.raises(InputError, match="there is no stage 'hlaf'; did you mean 'half'"):
+        plot.plot(dug, kind=kind, stage="hlaf")
+
+
+def test_curves_of_all_stages_tell_where_they_end(dug):
+    axes = plot.plot(dug, kind="history")
+    ends = [stage.end for stage in dug.stages][:-1]
+    upright = [
+        line.get_xdata()[0] for line in axes.lines if len(set(line.get_xdata())) == 1 and len(line.get_xdata()) == 2
+    ]
+    assert upright == pytest.approx(ends)

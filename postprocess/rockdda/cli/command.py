@@ -101,7 +101,15 @@ def plot_command(
     ] = None,
     stage: Annotated[
         str | None,
-        typer.Option("--stage", help="Excavation of a ground reaction; the first one.", show_default=False),
+        typer.Option(
+            "--stage",
+            help="Stage of a history, of energies or iterations; excavation of a ground reaction.",
+            show_default=False,
+        ),
+    ] = None,
+    window: Annotated[
+        str | None,
+        typer.Option("--window", metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.", show_default=False),
     ] = None,
     labels: Annotated[
         list[str] | None,
@@ -130,11 +138,13 @@ def plot_command(
 
         rockdda-post plot slope.h5 --kind contacts --time 0.5
 
-        rockdda-post plot slope.h5 --kind joints --field mobilised
+        rockdda-post plot slope.h5 --kind joints --field mobilised --window 10,0,20,8
 
         rockdda-post plot roof.h5 --kind profile --field displacement_y --line=-5,2,5,2
 
         rockdda-post plot roof.h5 --kind history --column measured_displacement
+
+        rockdda-post plot dam.h5 --kind history --stage quake
 
         rockdda-post plot tunnel.h5 --kind ground-reaction --stage heading
 
@@ -155,7 +165,8 @@ def plot_command(
             raise InputError("geometry and block files are drawn one at a time")
         if unused:
             raise InputError(f"--{unused[0]} is for results, not for a geometry or block file", files[0])
-        drawn = plot.input_plot(files[0], kind, units=units, title=title)
+        shown_part = None if window is None else _four_numbers(window, "window")
+        drawn = plot.input_plot(files[0], kind, units=units, title=title, window=shown_part)
         path = target(output, files[0], f"_{kind or 'input'}.png")
         plot.save(drawn, path, dpi)
         print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
@@ -181,7 +192,9 @@ def plot_command(
     given["stage"] = stage
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if line is not None:
-        options["line"] = _four_numbers(line)
+        options["line"] = _four_numbers(line, "line")
+    if window is not None:
+        options["window"] = _four_numbers(window, "window")
     if not outline:
         options["outline"] = False
     explicit = field if field != "displacement" or kind != "profile" else "displacement_y"
@@ -198,13 +211,13 @@ def plot_command(
     print_summary(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
 
 
-def _four_numbers(text: str) -> tuple[float, ...]:
+def _four_numbers(text: str, what: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != 4:
-        raise InputError(f"line {text!r}: expected x1,y1,x2,y2")
+        raise InputError(f"{what} {text!r}: expected x1,y1,x2,y2")
     return numbers
 
 

@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..plot.style import DIVERGING, MATERIALS, SEQUENTIAL, STATES, field_label, limits_of
+from ..plot.style import (
+    DIVERGING,
+    MATERIALS,
+    SEQUENTIAL,
+    STATES,
+    colour_range,
+    field_label,
+    limits_of,
+    usual_range,
+)
 from ..units import Units
 from .overlays import boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, water_of
 
@@ -77,35 +86,6 @@ def describe(results: Results, fields: Sequence[str], units: Units, *, joints: b
         ]
         + (joint_entries(results, units) if joints else []),
     }
-
-
-def usual_range(
-    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
-) -> tuple[float, float]:
-    """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
-
-    Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
-    the smallest and largest values are left out, on each side until they have 2 % of the area; the widest range of all
-    frames counts. `active`: blocks that count in each frame, by default all.
-    """
-    values = np.atleast_2d(values).astype(float)
-    there = np.ones(values.shape, dtype=bool) if active is None else np.atleast_2d(active)
-    low, high = np.inf, -np.inf
-    for every, of_frame in zip(values, there, strict=True):
-        if not of_frame.any():
-            continue
-        row, weights = every[of_frame], areas[of_frame]
-        order = np.argsort(row, kind="stable")
-        share = np.cumsum(weights[order]) / weights.sum()
-        first = int(np.searchsorted(share, 0.02, side="right"))
-        last = int(np.searchsorted(share, 0.98, side="left"))
-        low, high = min(low, float(row[order[first]])), max(high, float(row[order[min(last, len(row) - 1)]]))
-    return low, high
-
-
-def colour_range(whole: tuple[float, float], usual: tuple[float, float]) -> tuple[float, float]:
-    """The usual range of a field, or the whole one where nothing but rounding is left of it: all else is at rest."""
-    return usual if usual[1] - usual[0] > 1e-9 * (whole[1] - whole[0]) else whole
 
 
 def bolt_rows(frame: Frame) -> npt.NDArray[Any]:

@@ -19,7 +19,7 @@ from ..frames import field_name
 from ..interrupts import HeldInterrupts
 from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment
 from ..plot.boundary_marks import add_boundaries
-from ..plot.style import MATERIALS, field_label, limits_of, size_of, style
+from ..plot.style import MATERIALS, field_label, limits_of, size_of, style, without_splinters
 from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
@@ -174,13 +174,13 @@ def _scene(
     from matplotlib.collections import PolyCollection
 
     low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
-    values = []
+    values, there = [], []
     for index in frames:
         now = results.frames[index]
         shown = _moved(results, now.shown_vertices, scale)
         low, high = np.fmin(low, np.nanmin(shown, axis=0)), np.fmax(high, np.nanmax(shown, axis=0))
-        found = now.field(field)[now.active]
-        values += [found.min(), found.max()]
+        values.append(now.field(field))
+        there.append(now.active)
     margin = 0.03 * float((high - low).max())
     # H.264 takes even numbers of pixels; a quarter of one more, so that rounding does not lose one
     size = [(2 * math.ceil(inches * dpi / 2) + 0.25) / dpi for inches in size_of(*(high - low + 2 * margin))]
@@ -197,9 +197,10 @@ def _scene(
     if field == "material":
         drawn.set_facecolor([MATERIALS[(m - 1) % len(MATERIALS)] for m in results.block_material])
     else:
-        bottom, top, colour_map = limits_of(field, np.array(values), limits)
+        shown_values = without_splinters(np.array(values), results.block_area, np.array(there))
+        bottom, top, colour_map = limits_of(field, shown_values, limits)
         drawn.set(cmap=colour_map, clim=(bottom, top), array=np.zeros(results.n_blocks))
-        add_colour_bar(axes, drawn, field_label(field, units))
+        add_colour_bar(axes, drawn, field_label(field, units), np.array(values)[np.array(there)])
     if outline:
         add_outline(axes, results.vertices, results.vertex_offset)
     add_fixed_points(axes, results)

@@ -19,6 +19,7 @@ from .style import (
     BOLT,
     COMPRESSION,
     MATERIALS,
+    SCALE,
     SEQUENTIAL,
     STATES,
     TENSION,
@@ -26,8 +27,10 @@ from .style import (
     limits_of,
     new_axes,
     nice_ticks,
+    set_limits,
     size_of,
     style,
+    without_splinters,
 )
 from .water_levels import add_water_tables
 
@@ -114,8 +117,7 @@ def frame_axes(
     margin = 0.03 * float((high - low).max())
     width, height = high - low + 2 * margin
     _, axes = new_axes(axes, size_of(float(width), float(height)))
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
+    set_limits(axes, low - margin, high + margin)
     axes.set_aspect("equal")
     axes.set_xlabel(units.label("x", "length"))
     axes.set_ylabel(units.label("y", "length"))
@@ -167,12 +169,12 @@ def _enlarged(axes: Axes, scale: float) -> None:
         axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
 
 
-def add_colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
-    """Add a colour bar at the right of the axes."""
+def add_colour_bar(axes: Axes, mappable: Collection, label: str, values: npt.NDArray[Any] | None = None) -> None:
+    """Add a colour bar at the right of the axes, with a tip where some of the values lie beyond its end."""
     figure = axes.get_figure()
     assert figure is not None
     beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
-    bar = figure.colorbar(mappable, cax=beside)
+    bar = figure.colorbar(mappable, cax=beside, extend=_beyond(mappable, values))
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
     if _length(label) <= _height(axes):
         bar.set_label(label)
@@ -180,6 +182,16 @@ def add_colour_bar(axes: Axes, mappable: Collection, label: str) -> None:
         # of a flat model: along the bar it would be cut, or squeeze the picture
         bar.set_label(textwrap.fill(label, LETTERS), rotation=0, ha="left", va="center")
     nice_ticks(bar.ax.yaxis)
+
+
+def _beyond(mappable: Collection, values: npt.NDArray[Any] | None) -> str:
+    """At which ends of a colour scale there are values beyond it, as matplotlib names them."""
+    low, high = mappable.get_clim()
+    if values is None or not len(values) or low is None or high is None:
+        return "neither"
+    slack = 1e-9 * (high - low)
+    below, above = bool(np.min(values) < low - slack), bool(np.max(values) > high + slack)
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
 
 def _length(label: str) -> float:
@@ -234,11 +246,12 @@ def blocks(
             _material_blocks(axes, results, shown, colour_bar)
         else:
             values = now.field(field)
-            low, high, chosen = limits_of(field, values[now.active], limits)
+            shown_values = without_splinters(values, results.block_area, now.active)
+            low, high, chosen = limits_of(field, shown_values, limits)
             drawn = add_blocks(axes, shown, offset, array=values, cmap=colour_map or chosen)
             drawn.set_clim(low, high)
             if colour_bar:
-                add_colour_bar(axes, drawn, field_label(field, units))
+                add_colour_bar(axes, drawn, field_label(field, units), values[now.active])
         if outline and now.index != 0:
             add_start(axes, results, shown)
         add_bolts(axes, _shown_bolts(now, scale))
@@ -432,7 +445,22 @@ def _scale_bar(axes: Axes, length: float, text: str, width: float = 0.9) -> None
     start = right + 0.03 * (right - left)
     low, high = axes.get_ylim()
     place = low + 0.45 * (high - low)
-    axes.plot([start, start + length], [place, place], color="black", lw=width, clip_on=False, solid_capstyle="round")
+    axes.plot(
+        [start, start + length],
+        [place, place],
+        color="black",
+        lw=width,
+        clip_on=False,
+        solid_capstyle="round",
+        gid=SCALE,
+    )
     axes.annotate(
-        text, (start, place), xytext=(0, -4), textcoords="offset points", va="top", fontsize=8, annotation_clip=False
+        text,
+        (start, place),
+        xytext=(0, -4),
+        textcoords="offset points",
+        va="top",
+        fontsize=8,
+        annotation_clip=False,
+        gid=SCALE,
     )

@@ -36,9 +36,9 @@ def _legend(axes: Axes, columns: int = 1) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), ncols=columns, handlelength=2.2)
 
 
-def _time_axis(axes: Axes, units: Units, largest: float) -> None:
+def _time_axis(axes: Axes, units: Units, largest: float, least: float = 0.0) -> None:
     axes.set_xlabel(units.label("time", "time"))
-    axes.set_xlim(0, largest or 1.0)
+    axes.set_xlim(least, largest if largest > least else least + 1.0)
     axes.grid(color="#E4E4E4", lw=0.5)
 
 
@@ -70,6 +70,44 @@ def default_columns(results: Results) -> list[str]:
     return [f"measured_displacement_{i}_{k}" for i in numbers for k in "xy"] or ["max_displacement"]
 
 
+def _rows(results: Results, stage: str | None) -> pandas.DataFrame:
+    """The rows of the history of a stage (None: all)."""
+    table = results.history()
+    if stage is None:
+        return table
+    chosen = results.stage(stage)
+    rows = np.flatnonzero(table["stage"].to_numpy() == chosen.index) if "stage" in table else np.arange(len(table))
+    if not len(rows):
+        raise InputError(f"stage {chosen.name!r} has no steps", results.path)
+    return table.iloc[rows]
+
+
+def _title(results: Results, stage: str | None, title: str | None) -> str:
+    """The title of a picture of a run, or of one of its stages."""
+    if title is not None:
+        return title
+    parts = [results.title, "" if stage is None else results.stage(stage).name]
+    return plain_text(", ".join(part for part in parts if part))
+
+
+def _mark_stages(axes: Axes, results: Results, stage: str | None) -> None:
+    """Lines where stages end, with their names where there is room: static and dynamic ones share the axis of time."""
+    ended = [one for one in results.stages if one.n_steps]
+    if stage is not None or len(ended) < 2:
+        return
+    first, last = axes.get_xlim()
+    begin = first
+    for one in ended:
+        if one is not ended[-1]:
+            axes.axvline(one.end, color="#9A9A9A", lw=0.6, ls=(0, (2, 2)), zorder=0.5)
+        share = (one.end - begin) / (last - first)
+        name = plain_text(one.name)
+        if share > 0.016 * len(name):
+            axes.text(begin + 0.006 * (last - first), 1.0, name, transform=axes.get_xaxis_transform(), fontsize=7,
+                      color="#6E6E6E", va="top")  # fmt: skip
+        begin = one.end
+
+
 def _need_energies(results: Results) -> None:
     """InputError where the run computed no energies."""
     if not results.has_energies:
@@ -85,13 +123,16 @@ def history(
     axes: Axes | None = None,
     units: str | Units | None = None,
     title: str | None = None,
+    stage: str | None = None,
 ) -> Axes:
     """Columns of `results.history()` over time; by default what the measured points did.
 
     Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
+    `stage`: of this stage only, from its beginning.
     """
     units = Units.parse(units)
-    table = results.history()
+    table = _rows(results, stage)
+    start = stage is None or results.stage(stage).index == 0  # later stages may begin to count displacements anew
     wanted = [columns] if isinstance(columns, str) else list(columns or default_columns(results))
     chosen: list[str] = []
     for name in wanted:
@@ -106,17 +147,19 @@ def history(
         raise InputError(f"columns of different kinds cannot share an axis: {', '.join(chosen)}")
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
-        time = np.concatenate([[0.0], table["time"]])
+        time = np.concatenate([[0.0] * start, table["time"]])
         cumulative = kinds == {"length"} and "max_displacement" not in chosen
         for i, name in enumerate(chosen):
-            values = np.concatenate([[0.0 if cumulative else table[name].iloc[0]], table[name]])
+            first = 0.0 if cumulative else table[name].iloc[0]
+            values = np.concatenate([[first] * start, table[name]])
             axes.plot(time, values, label=_readable(name), **_line_style(i))
-        _time_axis(axes, units, float(time[-1]))
+        _time_axis(axes, units, float(time[-1]), float(time[0]))
+        _mark_stages(axes, results, stage)
         what = {_readable(name).split(",")[0].removesuffix(" x").removesuffix(" y") for name in chosen}
         axes.set_ylabel(units.label(what.pop() if len(what) == 1 else "value", kinds.pop()))
         nice_ticks(axes.yaxis)
         _legend(axes)
-        axes.set_title(plain_text(results.title) if title is None else title)
+        axes.set_title(_title(results, stage, title))
     return axes
 
 
@@ -218,8 +261,11 @@ def energy(
     axes: Sequence[Axes] | None = None,
     units: str | Units | None = None,
     title: str | None = None,
+    stage: str | None = None,
 ) -> npt.NDArray[Any]:
     """The energy balance: stored energies and losses, and below the residual relative to the turnover.
+
+    `stage`: of this stage only.
 
     Returns the two axes.
     """
@@ -227,7 +273,7 @@ def energy(
 
     units = Units.parse(units)
     _need_energies(results)
-    table: pandas.DataFrame = results.history()
+    table = _rows(results, stage)
     names = [name for name in results.energy_names if name not in CHECKS]
     time = table["time"].to_numpy()
     turnover = float(np.max([table[f"energy_{name}"].abs().max() for name in names])) or 1.0
@@ -256,9 +302,11 @@ def energy(
         panels[1].set_ylim(1e-16, max(1.0, panels[1].get_ylim()[1]))
         _legend(panels[1])
         for panel in panels:
-            _time_axis(panel, units, float(time[-1]) if len(time) else 1.0)
+            last, first = (float(time[-1]), 0.0 if stage is None else float(time[0])) if len(time) else (1.0, 0.0)
+            _time_axis(panel, units, last, first)
+        _mark_stages(panels[0], results, stage)
         panels[0].set_xlabel("")
-        panels[0].set_title(plain_text(results.title) if title is None else title)
+        panels[0].set_title(_title(results, stage, title))
     return panels
 
 
@@ -268,8 +316,11 @@ def iterations(
     axes: Sequence[Axes] | None = None,
     units: str | Units | None = None,
     title: str | None = None,
+    stage: str | None = None,
 ) -> npt.NDArray[Any]:
     """Step size, rounds of the open-close loop and attempts, and numbers of contacts, over the steps.
+
+    `stage`: of this stage only.
 
     Returns the three axes.
     """
@@ -278,7 +329,7 @@ def iterations(
     from matplotlib.transforms import ScaledTranslation
 
     units = Units.parse(units)
-    table = results.history()
+    table = _rows(results, stage)
     step = table.index.to_numpy()
     with style():
         if axes is None:
@@ -324,5 +375,5 @@ def iterations(
         for panel in panels:
             panel.set_xlim(step[0] if len(step) > 1 else 0, step[-1] if len(step) > 1 else 2)
             panel.grid(color="#E4E4E4", lw=0.5)
-        panels[0].set_title(plain_text(results.title) if title is None else title)
+        panels[0].set_title(_title(results, stage, title))
     return panels

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from ..errors import InputError
 from ..text import decoded, plain_text
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_bolts
-from .style import MATERIALS, PALETTE, new_axes, size_of, style
+from .style import MATERIALS, PALETTE, clip_to_window, new_axes, set_limits, size_of, style, window_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,11 +65,12 @@ def input_plot(
     axes: Axes | None = None,
     units: str | Units | None = None,
     title: str | None = None,
+    window: Sequence[float] | None = None,
 ) -> Axes:
     """Draw a geometry file (.dc, .geo) or a block file (.blk) with its points and bolts; returns the axes.
 
     `kind` is 'lines' (of a geometry file, coloured by joint material; its default) or 'blocks' (cut if need be,
-    coloured by block material). Points are numbered from 1, as in the file.
+    coloured by block material). Points are numbered from 1, as in the file. `window` x0 y0 x1 y1: what is shown.
     """
     from ..cutting import Blocks
     from ..native import Session
@@ -91,6 +93,8 @@ def input_plot(
     names = "lines materials bolts fixed loading measured holes"
     arrays = session.array("geometry", *(sizes[name] for name in names.split())) if sizes["lines"] else []
     units = Units.parse(units)
+    if window is not None:
+        axes = window_axes(window, axes)
     with style():
         if sizes["lines"] and kind != "blocks":
             axes = _lines(arrays, sizes, axes, units)
@@ -99,6 +103,8 @@ def input_plot(
         axes.set_title(plain_text(Path(path).name) if title is None else title)
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), handlelength=2.4)
+        if window is not None:
+            clip_to_window(axes, window)
     return axes
 
 
@@ -109,8 +115,7 @@ def _map_axes(points: FloatArray, axes: Axes | None, units: Units) -> Axes:
     margin = 0.05 * (float((high - low).max()) or 1.0)
     width, height = (high - low + 2 * margin).tolist()
     _, axes = new_axes(axes, size_of(width, height, extra_right=1.9))
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
+    set_limits(axes, low - margin, high + margin)
     axes.set_aspect("equal")
     axes.set_xlabel(units.label("x", "length"))
     axes.set_ylabel(units.label("y", "length"))

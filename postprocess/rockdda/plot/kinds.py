@@ -23,7 +23,16 @@ from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
 from .joint_maps import joints
 from .search_maps import factor, mechanism
-from .style import PAPER_WIDTH, field_label, limits_of, nice_ticks, style
+from .style import (
+    PAPER_WIDTH,
+    clip_to_window,
+    field_label,
+    limits_of,
+    nice_ticks,
+    style,
+    window_axes,
+    without_splinters,
+)
 from .water_maps import water
 
 if TYPE_CHECKING:
@@ -45,10 +54,12 @@ def small_multiples(
     limits: tuple[float, float] | None = None,
     units: str | Units | None = None,
     outline: bool = True,
+    window: Sequence[float] | None = None,
 ) -> npt.NDArray[Any]:
     """One frame of several runs side by side, with one colour scale; returns their axes, one for each run.
 
-    `labels` name the runs (by default their files), `columns` is the number of pictures in a row.
+    `labels` name the runs (by default their files), `columns` is the number of pictures in a row, `window` x0 y0 x1 y1
+    the part of the models that is shown.
     """
     import matplotlib.pyplot as plt
 
@@ -59,22 +70,29 @@ def small_multiples(
     if len(names) != len(runs):
         raise InputError(f"{len(runs)} runs, but {len(names)} labels")
     field = field_name(field)
-    values = np.concatenate([run.frames[frame].field(field) for run in runs])
+    parts = [(run.frames[frame], run.block_area) for run in runs]
+    values = np.concatenate([without_splinters(now.field(field), area, now.active) for now, area in parts])
     low, high, colour_map = limits_of(field, values, limits)
     columns = columns or math.ceil(math.sqrt(len(runs)))
     rows = math.ceil(len(runs) / columns)
     sizes = np.array([np.ptp(run.vertices, axis=0) for run in runs])
-    extents, alike = sizes.max(axis=0), bool(np.allclose(sizes, sizes[0]))
+    extents, alike = sizes.max(axis=0), window is not None or bool(np.allclose(sizes, sizes[0]))
+    if window is not None:
+        extents = np.array([window[2] - window[0], window[3] - window[1]])
     width = (PAPER_WIDTH - 0.9) / columns
     height = rows * min(max(width * extents[1] / extents[0], 0.5) + 0.35, 6.0) + 0.5
     with style():
         figure, grid = plt.subplots(rows, columns, figsize=(PAPER_WIDTH, height), layout="constrained", squeeze=False)
         drawn: list[Any] = []
         for axes, run, name in zip(grid.flat, runs, names, strict=False):
+            if window is not None:
+                window_axes(window, axes)
             blocks(
                 run, field, frame, axes=axes, scale=scale, limits=(low, high), colour_map=colour_map, colour_bar=False,
                 units=units, title=name, outline=outline,
             )  # fmt: skip
+            if window is not None:
+                clip_to_window(axes, window)
             number = len(drawn)
             if alike and number % columns:
                 axes.set_ylabel("")
@@ -110,11 +128,23 @@ KINDS: dict[str, Callable[..., Any]] = {
 }
 
 
-def plot(results: Results, field: str | None = None, frame: int = -1, kind: str = "blocks", **options: Any) -> Any:
+MAPS = ("blocks", "stress", "contacts", "joints", "displacements", "water", "mechanism")
+
+
+def plot(
+    results: Results,
+    field: str | None = None,
+    frame: int = -1,
+    kind: str = "blocks",
+    *,
+    window: Sequence[float] | None = None,
+    **options: Any,
+) -> Any:
     """Draw a picture and return its axes (an array of them where there are several panels).
 
     `kind` is one of KINDS; `field` colours the blocks or joints or is drawn along the line of a profile; `options`
     go to the function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
+    `window` x0 y0 x1 y1 is the part of the model that a map of blocks or joints shows.
     """
     if kind not in KINDS:
         raise InputError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")
@@ -129,7 +159,13 @@ def plot(results: Results, field: str | None = None, frame: int = -1, kind: str 
     unknown = set(options) - set(known)
     if unknown:
         raise InputError(f"a picture of kind {kind!r} has no option {sorted(unknown)[0]!r}; it has: {', '.join(known)}")
-    return draw(results, **options)
+    if window is None:
+        return draw(results, **options)
+    if kind not in MAPS:
+        raise InputError(f"a picture of kind {kind!r} has no window; these have: {', '.join(MAPS)}")
+    axes = draw(results, axes=window_axes(window, options.pop("axes", None)), **options)
+    clip_to_window(axes, window)
+    return axes
 
 
 def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:

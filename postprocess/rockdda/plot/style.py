@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import InputError
 from ..frames import FIELDS
 from ..units import Units
 
@@ -33,6 +34,7 @@ BOUNDARIES = {
     "free_field": "#0072B2",
 }
 COMPRESSION, TENSION = "#0072B2", "#D55E00"
+SCALE = "scale"  #: group of what shows the scale beside a map
 PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 RC: Any = {
@@ -126,6 +128,78 @@ def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | 
         low = 0.0
     # values of small magnitude are dark, for positive and negative fields
     return low, high, SEQUENTIAL + ("_r" if name.startswith("stress") and high <= 0.02 * largest else "")
+
+
+def usual_range(
+    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
+) -> tuple[float, float]:
+    """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
+
+    Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
+    the smallest and largest values are left out, on each side until they have 2 % of the area; the widest range of all
+    frames counts. `active`: blocks that count in each frame, by default all.
+    """
+    values = np.atleast_2d(values).astype(float)
+    there = np.ones(values.shape, dtype=bool) if active is None else np.atleast_2d(active)
+    low, high = np.inf, -np.inf
+    for every, of_frame in zip(values, there, strict=True):
+        if not of_frame.any():
+            continue
+        row, weights = every[of_frame], areas[of_frame]
+        order = np.argsort(row, kind="stable")
+        share = np.cumsum(weights[order]) / weights.sum()
+        first = int(np.searchsorted(share, 0.02, side="right"))
+        last = int(np.searchsorted(share, 0.98, side="left"))
+        low, high = min(low, float(row[order[first]])), max(high, float(row[order[min(last, len(row) - 1)]]))
+    return low, high
+
+
+def colour_range(whole: tuple[float, float], usual: tuple[float, float]) -> tuple[float, float]:
+    """The usual range of a field, or the whole one where nothing but rounding is left of it: all else is at rest."""
+    return usual if usual[1] - usual[0] > 1e-9 * (whole[1] - whole[0]) else whole
+
+
+def without_splinters(
+    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
+) -> npt.NDArray[Any]:
+    """The values (frames, blocks) for a colour scale.
+
+    Within their usual range, where the rest would take more than half of the colours for a twenty-fifth of the area.
+    """
+    rows = np.atleast_2d(values).astype(float)
+    there = rows if active is None else rows[np.atleast_2d(active)]
+    whole = float(np.min(there)), float(np.max(there))
+    low, high = colour_range(whole, usual_range(rows, areas, active))
+    return np.clip(there, low, high) if whole[1] - whole[0] > 2 * (high - low) else there
+
+
+def window_axes(window: Sequence[float], axes: Axes | None = None) -> Axes:
+    """Axes that show x0 y0 x1 y1, new ones or those that are given; maps keep limits that are set."""
+    x0, y0, x1, y1 = map(float, window)
+    if not (np.isfinite(window).all() and x0 < x1 and y0 < y1):
+        raise InputError(f"window {x0:g},{y0:g},{x1:g},{y1:g}: expected x0,y0,x1,y1 with x0 < x1 and y0 < y1")
+    with style():
+        _, axes = new_axes(axes, size_of(x1 - x0, y1 - y0))
+    axes.set(xlim=(x0, x1), ylim=(y0, y1))
+    return axes
+
+
+def set_limits(axes: Axes, low: npt.NDArray[Any], high: npt.NDArray[Any]) -> None:
+    """Set the limits of the axes of a map, unless they show a window."""
+    if axes.get_autoscalex_on():
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+
+
+def clip_to_window(axes: Axes, window: Sequence[float]) -> None:
+    """Cut off what lies outside of the window, but for the scale beside it; symbols may stand out of whole pictures."""
+    axes.set(xlim=window[::2], ylim=window[1::2])
+    for artist in axes.get_children():
+        if artist.get_gid() != SCALE and artist.get_transform().contains_branch(axes.transData):
+            artist.set_clip_on(True)
+    for text in axes.texts:
+        if text.get_gid() != SCALE:
+            text.set(annotation_clip=True)
 
 
 def size_of(width: float, height: float, extra_right: float = 1.1, extra_top: float = 0.75) -> tuple[float, float]:
